@@ -1,8 +1,6 @@
 """The command ``jaxcontact fit batch``: fits of many curves, with a folder for each, one table and one HTML page."""
 
 import argparse
-import csv
-import io
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,6 +15,7 @@ from fitting.views import output, report
 from fitting.views.shell_words import in_flags
 
 RESULTS = ("summary.json", "table.csv", "report.html")
+FAILED = 3  # exit status where a part of the inputs could not be fitted
 
 
 class FileFit(NamedTuple):
@@ -29,7 +28,10 @@ class FileFit(NamedTuple):
 
 
 def run(options: argparse.Namespace) -> int:
-    """Fit every file; a file that cannot be read or fitted is listed with the reason and does not stop the others."""
+    """Fit every file; a file that cannot be read or fitted is listed with the reason and does not stop the others.
+
+    The exit status is 3 where a file could not be fitted, as that of ``jaxcontact sweep``.
+    """
     options = kinds.checked(options)
     options.file, notes = files_of(options.file)
     folders = folders_of(options.file)
@@ -52,10 +54,13 @@ def run(options: argparse.Namespace) -> int:
     output.write_json(
         options.directory / "summary.json", {"model": options.model, "fits": rows, "notes": notes}
     )
-    output.write_text(options.directory / "table.csv", _table(rows))
+    output.write_table(options.directory / "table.csv", *_table(rows, [one.fit for one in found]))
     output.write_text(options.directory / "report.html", batch_page.page(options.model, found, options.kind))
     print(f"in {options.directory}: report.html, summary.json, table.csv, and a folder for each fit")
-    return 0
+    failed = sum(one.fit is None for one in found)
+    if failed:
+        print(f"{failed} of {len(found)} files could not be fitted")
+    return FAILED if failed else 0
 
 
 def files_of(paths: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -103,18 +108,21 @@ def _plain(name: str) -> str:
     return re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", name).strip(". ")
 
 
-def _table(rows: list[dict[str, Any]]) -> str:
-    """Return one line for each file: parameters with their intervals, and the verdict or the error."""
-    names = list(next(row["parameters"] for row in rows if not row["error"]))
-    head = ["file", *(f"{name}{end}" for name in names for end in ("", "_low", "_high")), "verdict", "reason"]
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(head)
+def _table(rows: list[dict[str, Any]], fits: list[Fit | None]) -> tuple[list[str], list[list[Any]]]:
+    """Return the names and one row for each file: parameters with their intervals, and the verdict or the error."""
+    keys = list(next(row["parameters"] for row in rows if not row["error"]))
+    first = next(fit for fit in fits if fit)
+    units = {first.structure.key(name): (name, first.structure.unit(name)) for name in first.values}
+    heads = [
+        f"{units[key][0]}{end} [{units[key][1] or '-'}]" for key in keys for end in ("", " low", " high")
+    ]
+    table = []
     for row in rows:
         if row["error"]:
-            table.writerow([row["file"], *[""] * 3 * len(names), "failed", row["error"]])
+            table.append([row["file"], *[None] * len(heads), "failed", row["error"]])
             continue
-        spans = [(row["parameters"][name], *row["intervals"][name]) for name in names]
-        numbers = ["" if x is None else f"{x:.6g}" for span in spans for x in span]
-        table.writerow([row["file"], *numbers, row["verdict"], "; ".join(row["reasons"])])
-    return text.getvalue()
+        spans = [(row["parameters"].get(key), *row["intervals"].get(key, (None, None))) for key in keys]
+        table.append(
+            [row["file"], *(x for span in spans for x in span), row["verdict"], "; ".join(row["reasons"])]
+        )
+    return ["file", *heads, "verdict", "reason"], table

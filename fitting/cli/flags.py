@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import dataclasses
 import math
 import re
 from collections.abc import Callable, Iterator
@@ -270,6 +271,14 @@ def moduli(
     if "start" in given:  # measured over time
         data = resampled(options, file, data)
     return data, nu_of(options)
+
+
+def assume_nu(data: Any, nu: float | None, usual: float) -> tuple[Any, float]:
+    """Return the curve of an indenter and Poisson's ratio, the usual one with a note where none is given."""
+    if nu is not None:
+        return data, nu
+    note = f"no --nu given: Poisson's ratio is taken as {usual:g}, on which the modulus is conditional: E goes with 1 - nu^2"
+    return dataclasses.replace(data, notes=(*data.notes, note)), usual
 
 
 def nu_of(options: argparse.Namespace) -> float:

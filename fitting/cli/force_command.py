@@ -11,6 +11,7 @@ from fitting.fits.force import ForceFit, fit_force
 from fitting.io.indentation_reader import read_force
 from fitting.views import output
 
+NU = 0.5  # of gels and cells, which most force curves are of
 FACE = 35.0  # half-angle of the pyramid that is assumed unless a tip is given [degrees]
 
 
@@ -38,7 +39,7 @@ def add_sample(parser: Any) -> None:
     )
     tip.add_argument("--pyramid", type=float, metavar="A", help=pyramid)
     tip.add_argument("--punch", type=float, metavar="R", help="a flat punch of this radius [m]")
-    parser.add_argument("--nu", type=float, default=0.5, help="Poisson's ratio of the sample (0.5)")
+    parser.add_argument("--nu", type=float, help=f"Poisson's ratio of the sample ({NU:g}, with a note)")
     thin = "thickness of a sample bonded to glass or another rigid base [m]; else a half-space"
     parser.add_argument("--thickness", type=float, metavar="H", help=thin)
     base = "Young's modulus of the base below a sample with a --thickness [Pa], such as 70e9 of glass; rigid by default"
@@ -79,6 +80,7 @@ def fitted(options: argparse.Namespace, file: str, curve: int | str | None) -> F
     """Return the fit of a curve of a file."""
     given = {"spring_constant": options.spring_constant, "sensitivity": options.sensitivity}
     data = flags.read(read_force, file, options, curve=curve, **given)
+    data, nu = flags.assume_nu(data, options.nu, NU)
     calibration = {
         name: value
         for name in ("spring_constant", "sensitivity")
@@ -86,7 +88,7 @@ def fitted(options: argparse.Namespace, file: str, curve: int | str | None) -> F
     }
     with flags.about(file):
         return fit_force(
-            data, indenter=tip_of(options)[0], nu=options.nu, thickness=options.thickness, substrate=_base(options),
+            data, indenter=tip_of(options)[0], nu=nu, thickness=options.thickness, substrate=_base(options),
             polynomials=getattr(options, "polynomials", False), bounds=flags.bounds(options), errors=calibration,
             spring_constant=options.spring_constant, drag=_drag(options.drag), **flags.weighting(options, False),
         )  # fmt: skip

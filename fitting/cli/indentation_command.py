@@ -31,7 +31,7 @@ def add_indentation(parser: Any) -> None:
     )
     flags.add_resample(parser)
     flags.add_segment(parser, "approach, hold or retract; repeat to select several")
-    parser.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3)")
+    parser.add_argument("--nu", type=float, help="Poisson's ratio of the material (0.3, with a note)")
     add_test(parser)
     parser.set_defaults(command=run)
 
@@ -116,7 +116,9 @@ def read(options: argparse.Namespace, file: str) -> tuple[Any, dict[str, Any]]:
         extra[name] = text if text.lower() == "fit" else flags.number(f"--{name.replace('_', '-')}", text)
     if options.layer is not None:
         extra |= {"layer": options.layer, "substrate": substrate_of(options)}
-    nu = 0.3 if options.nu is None and options.bulk_modulus is None else options.nu
+    nu = options.nu
+    if options.bulk_modulus is None:
+        data, nu = flags.assume_nu(data, nu, flags.NU)
     driven = "load" if options.control.lower() == "depth" else "depth"
     has_sigma = any(getattr(data, f"{kind}_{driven}") is not None for kind in ("sigma", "scatter"))
     given = {"indenter": indenter, "nu": nu, "bulk_modulus": options.bulk_modulus, "control": options.control}

@@ -68,7 +68,7 @@ def checked(options: argparse.Namespace, free: tuple[str, ...] = ()) -> argparse
                 f"--{given[0].replace('_', '-')}: expected for {' and '.join(kinds)} alone, got a curve of {options.kind}"
             )
     filled = {"weights": options.weights or WEIGHTS[options.kind]}
-    if options.nu is None and options.bulk_modulus is None:
+    if options.nu is None and options.bulk_modulus is None and options.kind != "indentation":
         filled["nu"] = 0.3
     return argparse.Namespace(**vars(options) | filled)
 

@@ -5,9 +5,7 @@ command continues a map that was stopped.
 """
 
 import argparse
-import csv
 import dataclasses
-import io
 import json
 import math
 import re
@@ -82,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
     )
     points = [_point(case, study, k) for k, case in enumerate(cases)]
     output.write_json(options.directory / "summary.json", _summary(options, given, points))
-    output.write_text(options.directory / "map.csv", _table(points))
+    output.write_table(options.directory / "map.csv", *_table(points))
     output.write(
         options.directory / "map.png",
         lambda path: map_picture.draw(points).savefig(path, dpi=150, format="png"),
@@ -91,7 +89,10 @@ def run(options: argparse.Namespace) -> int:
         print(line)
     _report(points)
     print(f"in {options.directory}: map.csv, map.png, summary.json")
-    return 0
+    failed = sum(one.verdict == "failed" for one in points)
+    if failed:
+        print(f"{failed} of {len(points)} curves could not be fitted")
+    return batch_command.FAILED if failed else 0
 
 
 def _curves(file: Path) -> list[dict[str, Any]]:
@@ -116,7 +117,7 @@ def _check_directory(options: argparse.Namespace, given: dict[str, Any]) -> None
     """Raise ValueError unless the directory is new, empty, or that of a map with the same options."""
     directory: Path = options.directory
     known = directory / "options.json"
-    text = "\n".join(f"{name} = {value!r}" for name, value in sorted(given.items()))
+    text = json.dumps(given, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
     if directory.is_dir() and any(directory.iterdir()):
         same = known.is_file() and known.read_text(encoding="utf-8") == text
         if not same and not options.force:
@@ -199,16 +200,10 @@ def _summary(options: argparse.Namespace, given: dict[str, Any], points: list[Ma
     }  # fmt: skip
 
 
-def _table(points: list[MapPoint]) -> str:
-    """Return one line for each curve."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
+def _table(points: list[MapPoint]) -> tuple[list[str], list[list[Any]]]:
+    """Return the names and one row for each curve."""
     units = {"x": "m", "y": "m", "E": "Pa", "low": "Pa", "high": "Pa", "contact": "m", "depth": "m"}
+    shown = {"low": "E low", "high": "E high", "contact": "contact point"}
     names = [field.name for field in dataclasses.fields(MapPoint)]
-    table.writerow([f"{name} [{units[name]}]" if name in units else name for name in names])
-    for one in points:
-        row = [*(getattr(one, name) for name in names[:-1]), "; ".join(one.notes)]
-        table.writerow(
-            [f"{v:.9g}" if isinstance(v, float) and math.isfinite(v) else "" if v != v else v for v in row]
-        )
-    return text.getvalue()
+    heads = [f"{shown.get(name, name)} [{units[name]}]" if name in units else name for name in names]
+    return heads, [[*(getattr(one, name) for name in names[:-1]), "; ".join(one.notes)] for one in points]

@@ -22,7 +22,8 @@ MARCH = 60  # time steps before the first and between the first and the last req
 
 
 class PredictedQuantity(NamedTuple):
-    """A predicted quantity: its name on an axis, unit, and column of the table; over: name and unit of the abscissa."""
+    """A predicted quantity: its name on an axis and in the table, unit, and key in JSON; over: name and unit of the
+    abscissa."""
 
     name: str
     unit: str
@@ -78,8 +79,12 @@ def run(options: argparse.Namespace) -> int:
         options.directory,
         {"file": Path(options.file).name, "propagated": dict(zip(names, rows.T.tolist(), strict=True))},
     )
-    save = lambda path: np.savetxt(path, rows, delimiter=",", header=",".join(names), comments="")
-    output.write(options.directory / FILES[0], save)
+    wanted = RESULTS[options.of]
+    heads = [
+        "{} [{}]".format(*wanted.over),
+        *(f"{one} [{wanted.unit}]" for one in (wanted.name, "sd", "low", "high")),
+    ]
+    output.write_table(options.directory / FILES[0], heads, rows)
     figure = band_picture.draw(RESULTS[options.of], found_at, band, fit.level)
     output.write(options.directory / FILES[1], lambda path: figure.savefig(path, dpi=150, format="png"))
     print(f"in {options.directory}: {', '.join(FILES)}, and summary.json, curve.csv, fit.png of the fit")
@@ -179,10 +184,10 @@ def _print(of: str, rows: np.ndarray, level: float) -> None:
     wanted = RESULTS[of]
     print(f"{of} with its {100 * level:g} % band")
     for at, value, _, low, high in rows:
-        print(f"  {at:.6g} {wanted.over[1]}: {value:.5g}, {low:.5g} to {high:.5g}  [{wanted.column}]")
+        print(f"  {at:.6g} {wanted.over[1]}: {value:.5g}, {low:.5g} to {high:.5g} {wanted.unit}")
 
 
 def _named(of: str) -> tuple[str, ...]:
-    """Return the columns of the table."""
+    """Return the keys of the prediction in summary.json."""
     wanted = RESULTS[of]
     return ("t_s" if wanted.over is not OMEGA else "omega_rad_per_s", wanted.column, "sd", "low", "high")

@@ -22,14 +22,15 @@ def add_stiffness(parser: Any) -> None:
     parser.add_argument(
         "--tip-nu", type=float, default=0.07, metavar="NU", help="Poisson's ratio of the tip (0.07)"
     )
-    parser.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio of the sample (0.3)")
+    parser.add_argument("--nu", type=float, help="Poisson's ratio of the sample (0.3, with a note)")
     thin = "thickness of a film [m], or fit to fit it; by default a half-space"
     parser.add_argument("--thickness", metavar="H", help=thin)
     base = "Young's modulus of the substrate below the film [Pa]; rigid by default"
     parser.add_argument("--substrate-modulus", type=float, metavar="E", help=base)
     nu = "Poisson's ratio of the substrate (0.3)"
     parser.add_argument("--substrate-nu", type=float, default=0.3, metavar="NU", help=nu)
-    how = f"contact radius: {' or '.join(CONTACTS)} (oliver-pharr for a cone, elastic for others)"
+    usual = "stated where the file has areas, oliver-pharr for a cone, elastic for others"
+    how = f"contact radius: {' or '.join(CONTACTS)} ({usual})"
     parser.add_argument("--contact", choices=CONTACTS, help=how)
     areas = parser.add_mutually_exclusive_group()
     area = "area function of the tip, c0 d^2 + c1 d + c2 d^(1/2) + c3 d^(1/4) ..., in SI: c0 [-], c1 [m], c2 [m^1.5] ..."
@@ -40,7 +41,7 @@ def add_stiffness(parser: Any) -> None:
     parser.add_argument("--beta", type=float, default=1.0, metavar="B", help=beta)
     parser.add_argument("--curve", metavar="C", help="one of several curves, by name or position from 0")
     errors = "estimated, proportional, relative, absolute, or a standard deviation in N/m"
-    columns = "depth, stiffness, load, sigma: standard deviations of the stiffness"
+    columns = "depth, stiffness, load, area, sigma: standard deviations of the stiffness"
     flags.add_common(parser, "estimated", errors, columns, window="depths [m]")
     flags.add_bounds(parser)
     parser.set_defaults(command=run)
@@ -51,9 +52,10 @@ def run(options: argparse.Namespace) -> int:
     output.check_directory(options)
     curve = None if options.curve is None else flags.place(options.curve)
     data = flags.read(read_stiffness, options.file, options, curve=curve)
+    data, nu = flags.assume_nu(data, options.nu, flags.NU)
     with flags.about(options.file):
         found = fit_stiffness(
-            data, indenter=_tip(options), nu=options.nu, thickness=_thickness(options.thickness),
+            data, indenter=_tip(options), nu=nu, thickness=_thickness(options.thickness),
             substrate=_elastic(options.substrate_modulus, options.substrate_nu), contact=options.contact,
             area=_area(options),
             beta=options.beta, bounds=flags.bounds(options), **flags.weighting(options, data.sigma is not None),

@@ -8,6 +8,8 @@ import numpy as np
 from fitting.data.curves import array, deviations, window_note
 from fitting.views.in_words import described
 
+STATED = ("reduced modulus", "modulus")
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class StiffnessData:
@@ -18,6 +20,8 @@ class StiffnessData:
         stiffness: (n,) storage stiffness of the contact [N/m] > 0, without that of the instrument.
         load: (n,) mean load [N] > 0, for the contact depth of Oliver and Pharr; None if unknown.
         sigma: (n,) standard deviations of the stiffness [N/m], or one value for all, if they are known.
+        area: (n,) projected contact area [m2] > 0 that the instrument states, of which a fit takes the contact radius.
+        stated: what the instrument found itself, to compare: {"reduced modulus": (n,), "modulus": (n,)} [Pa] or one of them.
         notes: remarks on the data, which are repeated in the notes of a fit.
 
     Raises:
@@ -33,6 +37,8 @@ class StiffnessData:
     stiffness: np.ndarray
     load: np.ndarray | None = None
     sigma: Any = None
+    area: np.ndarray | None = None
+    stated: Any = None
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -44,10 +50,20 @@ class StiffnessData:
         if self.sigma is not None:
             spread = np.full(self.depth.size, self.sigma) if np.ndim(self.sigma) == 0 else self.sigma
             put("sigma", deviations("sigma", spread, self.depth))
+        if self.area is not None:
+            put("area", _positive("area", "m2", array("area", self.area, self.depth)))
+        for name in self.stated or {}:
+            if name not in STATED:
+                raise ValueError(f"stated: expected keys among {', '.join(STATED)}, got {name!r}")
+        put(
+            "stated",
+            {name: array(f"stated[{name!r}]", one, self.depth) for name, one in (self.stated or {}).items()},
+        )
 
     def __repr__(self) -> str:
         rows = [("depth", self.depth, "m"), ("load", self.load, "N"), ("stiffness", self.stiffness, "N/m")]
-        rows.append(("sigma", self.sigma, "N/m"))
+        rows += [("sigma", self.sigma, "N/m"), ("area", self.area, "m2")]
+        rows += [(f"stated {name}", values, "Pa") for name, values in self.stated.items()]
         return described(f"StiffnessData: {self.depth.size} points", rows, self.notes)
 
     def window(self, begin: float | None = None, end: float | None = None) -> "StiffnessData":
@@ -71,8 +87,9 @@ class StiffnessData:
         keep = (self.depth >= low) & (self.depth <= high)
         if keep.sum() < 5:
             raise ValueError(f"window: expected at least 5 points, got {keep.sum()} of {keep.size}")
-        names = ("depth", "stiffness", "load", "sigma")
+        names = ("depth", "stiffness", "load", "sigma", "area")
         some = {name: None if (y := getattr(self, name)) is None else y[keep] for name in names}
+        some["stated"] = {name: values[keep] for name, values in self.stated.items()}
         return StiffnessData(**some, notes=(*self.notes, window_note((begin, end), "m", keep)))
 
 

@@ -81,6 +81,7 @@ KINDS = {
     "ratio": RATIO,
     "temperature": TEMPERATURE,
     "stiffness": STIFFNESS,
+    "area": AREA,
 }
 SHOWN = {
     "t": 5,
@@ -94,6 +95,7 @@ SHOWN = {
     "ratio": 2,
     "temperature": 2,
     "stiffness": 3,
+    "area": 5,
 }  # canonical ones come first
 SIGNS = str.maketrans(
     {
@@ -122,11 +124,11 @@ def factor(kind: str, text: str) -> float:
 
     Args:
         kind: of ``KINDS``: "t", "omega", "J", "strain", "stress", "load", "depth", "angle",
-            "ratio", "temperature" or "stiffness".
+            "ratio", "temperature", "stiffness" or "area".
         text: the unit as written.
 
     Returns:
-        The factor that converts a value to s, rad/s, 1/Pa, 1, Pa, N, m, rad, 1, K or N/m.
+        The factor that converts a value to s, rad/s, 1/Pa, 1, Pa, N, m, rad, 1, K, N/m or m2.
 
     Raises:
         KeyError: the text is no unit of that kind.

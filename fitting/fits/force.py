@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.data.drag import UNTIMED
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import paraboloid_note, probe_of
 from fitting.fits import force_calibration, force_drag
@@ -31,7 +32,8 @@ class ForceFit(Fit):
 
     Attributes:
         youngs_modulus: (value, low, high) of E = 2 (1 + nu) G [Pa].
-        nuisances: {contact_point [m], baseline [N], tilt [N/s]: (value, low, high)}; the contact point is a depth as
+        nuisances: {contact_point [m], baseline [N], tilt [N/s], or [N] per sample without
+            times: (value, low, high)}; the contact point is a depth as
             measured, the others belong to the force above the first tenth of the approach. With a correction, also the
             drag [N s/m] on the cantilever.
         indenter, nu, thickness [m], substrate: given quantities on which the modulus is conditional; thickness is None for
@@ -64,7 +66,7 @@ class ForceFit(Fit):
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with Young's modulus, the nuisance parameters and the given quantities."""
         E = dict(zip(("value", "low", "high"), map(plain, self.youngs_modulus), strict=True))
-        key = lambda name: f"{name}_{NUISANCES[name].replace('/', '_per_').replace(' ', '_')}"
+        key = lambda name: f"{name}_{self._unit(name).replace('/', '_per_').replace(' ', '_')}"
         return super().to_dict() | {
             "youngs_modulus_Pa": E, "poisson_ratio": self.nu, "thickness_m": plain(self.thickness),
             **probe_of(self.indenter).key,
@@ -85,9 +87,13 @@ class ForceFit(Fit):
 
     def _nuisance_lines(self) -> list[str]:
         return [
-            f"  {name.replace('_', ' ')} = {value:.5g} {NUISANCES[name]}, {low:.5g} to {high:.5g}"
+            f"  {name.replace('_', ' ')} = {value:.5g} {self._unit(name)}, {low:.5g} to {high:.5g}"
             for name, (value, low, high) in self.nuisances.items()
         ]
+
+    def _unit(self, name: str) -> str:
+        """Return the unit of a nuisance parameter; the tilt of a curve without times is per sample."""
+        return "N per sample" if name == "tilt" and UNTIMED in self.data.notes else NUISANCES[name]
 
     def _base(self) -> str:
         return (

@@ -9,6 +9,7 @@ import jaxcontact as jc
 from fitting.data.contact import baseline, signs
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import probe_of
+from fitting.data.segments import noise, smooth
 from fitting.data.weights import choose_weights
 from fitting.inference.evidence import Assessment, Sample, Solved
 from fitting.models import thin_layer
@@ -25,6 +26,9 @@ EDGE = 30.0  # bound of the logarithm of the scaled compliance
 TRIALS = 80  # trial contact points
 BASE = 3.0  # longest baseline, in largest depths
 LEAST = 10  # fewest points
+QUIET = (
+    3.0  # running median of the load over the standard deviation of its noise below which there is no contact
+)
 NUISANCES = dict(zip((*PARTS, "drag"), ("m", "N", "N/s", "N s/m"), strict=True))
 
 
@@ -57,8 +61,15 @@ class ApproachCurve(NamedTuple):
         zero, depth, load = inward * depth[0], inward * (depth - depth[0]), pushed * load
         stop = int(np.argmax(depth)) + 1
         if stop < LEAST:
+            rise, scatter = float(np.max(np.abs(smooth(force)))), noise(load)
+            if some.sum() >= LEAST and rise <= QUIET * scatter:  # the directions above follow from noise
+                raise ValueError(
+                    f"data: expected a force that rises with depth, got one within {rise:.2g} N of its baseline, where its"
+                    f" noise is {scatter:.2g} N: no contact in the curve"
+                )
             raise ValueError(
-                f"data: expected at least {LEAST} points of an approach, got {stop} of {some.size} points"
+                f"data: expected an approach of at least {LEAST} points with a force that rises with depth, got {stop} of"
+                f" {some.size} points up to the largest depth"
             )
         notes = [] if stop == some.size else [f"approach: {stop} of {some.size} points"]
         notes += [

@@ -12,11 +12,13 @@ from fitting.data.stiffness import StiffnessData
 from fitting.fits.stiffness_search import StiffnessProblem, deviation, no_moves, pointwise
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.models.contact_stiffness import KINDS, Coated, Tip, contact_area, log_stiffness
+from fitting.models.contact_stiffness import KINDS, WIDEST, Coated, Tip, contact_area, log_stiffness
 from fitting.models.structure import Sought, limits
 from fitting.views import stiffness_picture
 
-CONTACTS = ("elastic", "oliver-pharr")
+CONTACTS = ("elastic", "oliver-pharr", "stated")
+LEAST = 5  # fewest points of a fit
+APART = 2.0  # factor from the modulus that the instrument states beyond which a fit is rejected
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -101,6 +103,8 @@ def fit_stiffness(
     half-space); derived in ``fitting/models/contact_stiffness.py``. The compliance of an elastic indenter is included.
     Where the residuals have a trend, the intervals include the change of the parameters from the deeper half of the
     points to all points, and the fit is rejected where that exceeds 22 % of the modulus or the trend 10 % of the stiffness.
+    A modulus that the instrument states is printed beside that of the same points on a half-space, and the fit is rejected
+    where they differ by more than a factor of two.
 
     Args:
         data: stiffness over depth, and the load for ``contact="oliver-pharr"``.
@@ -110,7 +114,8 @@ def fit_stiffness(
         thickness: of a film [m], or "fit" to fit it; None: a half-space.
         substrate: the ``jc.Elastic`` material below the film; None: a rigid base.
         contact: "elastic", the contact radius of an elastic sample at each depth (the default for a ball and a punch), or
-            "oliver-pharr", that of the contact depth (the default for a cone, under which most samples yield).
+            "oliver-pharr", that of the contact depth (the default for a cone, under which most samples yield), or "stated",
+            that of the contact area in the data (the default where they have it and no ``area`` is given).
         area: coefficients c0, c1, c2, ... [SI] of the area function c0 d^2 + c1 d + c2 d^(1/2) + c3 d^(1/4) + ... of the
             tip, for "oliver-pharr"; by default that of the ideal indenter.
         epsilon: of the contact depth d - epsilon load/S.
@@ -124,7 +129,8 @@ def fit_stiffness(
         The modulus with its interval, the modulus of each depth, and how well the model describes the curve.
 
     Raises:
-        ValueError: bad values, no load for a contact depth, or a contact wider than 20 thicknesses.
+        ValueError: bad values, no load for a contact depth, no area for a stated one, or a contact wider than 20
+            thicknesses; the message has the depth up to which the film can be used.
 
     Example:
         >>> depth = np.linspace(2e-8, 4e-7, 40)
@@ -139,17 +145,29 @@ def fit_stiffness(
     body, tip = _body(indenter, nu, thickness, substrate), _tip(data, indenter, contact, area, epsilon, beta)
     fixed = {} if isinstance(thickness, str) or thickness is None else {"thickness": thickness}
     problem = StiffnessProblem.of(data, body, tip, weights, sigma, isinstance(thickness, str))
+    if body.base is not None and thickness != "fit":
+        _check_width(problem, float(thickness), data.depth)
     sought = Sought(problem.structure, limits(problem.structure, fixed, bounds), None)
     space = problem.space(sought.table)
     fit = FitProblem(data, sought, space, problem.sample, float(data.depth[-1]), level)
     of = lambda given: problem.objective(space, given)
     solved = least_squares(fit, of, problem.starts(space))
     off = deviation(fit, of, solved, thickness is not None)
+    said, apart = _compared(data, problem)
+    edges = _ends(sought, space, solved.theta)
     curved = () if tip.known else paraboloid_note(indenter, float(data.depth.max()), STIFFNESS)
     found = conclude(
-        fit, solved._replace(left=off.left, against=off.against, notes=(*off.notes, *curved), moves=no_moves)
+        fit,
+        solved._replace(
+            left=off.left,
+            against=(*off.against, *apart),
+            notes=(*off.notes, *said, *edges, *curved),
+            moves=no_moves,
+        ),
     )
-    return found.fit(StiffnessFit, **_own(problem, found, indenter, substrate))
+    return found.fit(
+        StiffnessFit, **_own(problem, found, indenter, substrate, _named(data, tip, contact, area))
+    )
 
 
 def _body(indenter: Any, nu: float, thickness: Any, substrate: Any) -> Coated:
@@ -182,12 +200,20 @@ def _tip(
     """Return the tip with the places of its contact; ValueError on bad input."""
     probe_of(indenter)
     kind = KINDS[type(indenter)]
+    if contact is None and data.area is not None and area is None:
+        contact = "stated"
     contact = contact or ("oliver-pharr" if kind == "cone" or area is not None else "elastic")
     if contact not in CONTACTS:
         raise ValueError(f"contact: expected one of {', '.join(CONTACTS)}, got {contact!r}")
     for name, value, least in (("beta", beta, 0.5), ("epsilon", epsilon, 0.0)):
         if not least <= value <= 2.0:
             raise ValueError(f"{name}: expected {least:g} to 2, got {value!r}")
+    if contact == "stated":
+        if data.area is None:
+            raise ValueError('area: expected contact areas in the data for contact="stated", got none')
+        if area is not None:
+            raise ValueError("area: expected none with a stated contact, got coefficients")
+        return Tip(indenter, kind, np.sqrt(data.area / np.pi), True, beta)
     if contact == "elastic":
         if area is not None:
             raise ValueError("area: expected none with an elastic contact, got coefficients")
@@ -207,6 +233,59 @@ def _tip(
     return Tip(indenter, kind, np.sqrt(A / np.pi), True, beta)
 
 
+def _check_width(problem: StiffnessProblem, thickness: float, depth: np.ndarray) -> None:
+    """Raise ValueError where the contact is wider than ``WIDEST`` thicknesses."""
+    wide = ~np.isfinite(log_stiffness(problem.start, thickness, problem.body, problem.tip)[0])
+    if not wide.any():
+        return
+    fine = depth[depth < depth[wide].min()]
+    what = f"expected a contact of at most {WIDEST:g} thicknesses, got one of {problem.tip.radii.max() / thickness:.3g}"
+    if fine.size < LEAST:
+        raise ValueError(
+            f"thickness: {what}: the film is too thin for these depths; without it the sample is a half-space"
+        )
+    raise ValueError(
+        f"thickness: {what}: window=(None, {fine.max():.4g}) keeps the depths at which the film can be used; without it the"
+        " sample is a half-space"
+    )
+
+
+def _compared(data: StiffnessData, problem: StiffnessProblem) -> tuple[list[str], list[str]]:
+    """Return notes that compare the moduli that the instrument states with those of the same points on a half-space, and
+    reasons for rejection where they differ by more than a factor of ``APART``."""
+    nu, body = problem.body.nu, problem.body._replace(base=None)
+    G = pointwise(problem.stiffness, problem.start, body, problem.tip, lambda _: problem.stiffness)
+    reduced = 2.0 * G / (1.0 - nu + G * body.tip)  # 1/Er = (1 - nu)/(2 G) + the tip's compliance/2
+    own = {"reduced modulus": reduced, "modulus": 2.0 * (1.0 + nu) * G}
+    notes, against = [], []
+    for name, values in data.stated.items():
+        known = np.isfinite(own[name]) & (values > 0.0)
+        if not known.any():
+            continue
+        found, said = float(np.median(own[name][known])), float(np.median(values[known]))
+        words = f"the instrument states a {name} of {said:.4g} Pa (median); these points give {found:.4g} Pa"
+        ratio = max(found / said, said / found)
+        if ratio > APART:
+            against.append(
+                f"{words}, which differs by a factor of {ratio:.3g}: check the tip, its area and the columns"
+            )
+        else:
+            notes.append(f"{words} with nu = {nu:.4g}" if name == "modulus" else words)
+    return notes, against
+
+
+def _ends(sought: Sought, space: Any, theta: np.ndarray) -> list[str]:
+    """Return a note for each fitted parameter whose best value is an end of the range of the search."""
+    notes = []
+    for name, at, low, high, unit in zip(sought.table, theta, *space.bounds, space.unit, strict=True):
+        if low < high and min(at - low, high - at) < 1e-3 * (high - low):
+            more = "larger" if high - at < at - low else "smaller"
+            notes.append(
+                f"{name} ends at the bound of the search, {unit * np.exp(at):.3g}: {more} ones may describe the data better"
+            )
+    return notes
+
+
 def _ideal(indenter: Any, kind: str, depth: np.ndarray) -> np.ndarray:
     """Return the area [m2] of the ideal indenter at contact depths (n,)."""
     if kind == "punch":
@@ -217,7 +296,16 @@ def _ideal(indenter: Any, kind: str, depth: np.ndarray) -> np.ndarray:
     return np.pi * (np.tan(float(indenter.half_angle)) * depth) ** 2
 
 
-def _own(problem: StiffnessProblem, found: Any, indenter: Any, substrate: Any) -> dict[str, Any]:
+def _named(data: StiffnessData, tip: Tip, contact: str | None, area: Sequence[float] | None) -> str:
+    """Return the kind of contact in words."""
+    if contact == "stated" or (contact is None and data.area is not None and area is None):
+        return "Oliver-Pharr (area of the file)"
+    return "Oliver-Pharr" if tip.known else "elastic"
+
+
+def _own(
+    problem: StiffnessProblem, found: Any, indenter: Any, substrate: Any, contact: str
+) -> dict[str, Any]:
     """Return the fields of a ``StiffnessFit`` that other fits do not have."""
     body, tip, values = problem.body, problem.tip, found.fields["values"]
     G, nu, thickness = values["G"], body.nu, values.get("thickness")
@@ -229,7 +317,7 @@ def _own(problem: StiffnessProblem, found: Any, indenter: Any, substrate: Any) -
     apparent = alone(body._replace(base=None))
     return {
         "indenter": indenter, "nu": nu, "thickness": thickness, "substrate": substrate,
-        "contact": "elastic" if not tip.known else "Oliver-Pharr",
+        "contact": contact,
         "youngs_modulus": tuple(to_E * value for value in (G, *found.fields["intervals"]["G"])),
         "radii": tip.radii, "apparent": apparent, "moduli": apparent if body.base is None else alone(body),
     }  # fmt: skip

@@ -13,7 +13,7 @@ from fitting.io.table import Block, Row, Table
 SI = {
     "t": "s", "omega": "rad/s", "J": "1/Pa", "strain": "-", "stress": "Pa", "load": "N", "depth": "m",
     "angle": "rad", "ratio": "-",
-    "temperature": "K", "stiffness": "N/m",
+    "temperature": "K", "stiffness": "N/m", "area": "m2",
 }  # fmt: skip
 # infinity and not-a-number of instruments according to SCPI-99, sec. 7.2.1.4 and 7.2.1.5
 OVERLOAD = (9.9e37, 9.91e37)
@@ -51,7 +51,7 @@ class Series(NamedTuple):
 
     name: of the block; lines (n,): of the file; values: key to (n,); columns: key to Column;
     before: the text above the block; marks: cells of the segment column, or (); notes; zero: where t = 0
-    is on the file's clock [s].
+    is on the file's clock [s]; error: why the block could not be read, "" if it was.
     """
 
     name: str
@@ -62,6 +62,7 @@ class Series(NamedTuple):
     marks: tuple[str, ...]
     notes: tuple[str, ...]
     zero: float = 0.0
+    error: str = ""
 
     @property
     def clock(self) -> np.ndarray:
@@ -188,10 +189,16 @@ def series(table: Table, block: Block, found: dict[str, Column]) -> Series:
         ValueError: a cell that is not a number, with its line and column.
     """
     rows, notes = _body(table, block, next(iter(found.values())))
+    own = [column.place for column in found.values()]
+    while rows and all(k >= len(rows[-1][1]) or is_missing(rows[-1][1][k]) for k in own):
+        rows = rows[:-1]  # a longer curve stands beside this one
     values = {
         key: np.array([_cell(table, block, row, column) for row in rows]) for key, column in found.items()
     }
     notes = (*(note for column in found.values() for note in column.notes), *notes)
+    beside = [(line, cell) for line, row in rows for cell in row[block.width + 1 :] if cell]
+    if beside:
+        notes = (*notes, f"{len(beside)} cells beside the table left out, the first in line {beside[0][0]}")
     for key, column in found.items():
         values[key] = values[key] * column.factor
         _check_size(table, column, key, values[key])
@@ -220,7 +227,7 @@ def _is_words(row: list[str], place: int, decimal: str) -> bool:
 
 def _cell(table: Table, block: Block, row: Row, column: Column) -> float:
     line, cells = row
-    if column.place >= len(cells) or any(cells[block.width :]):
+    if column.place >= len(cells) or any(cells[block.width : block.width + 1]):
         what = f"expected {block.width} columns, got {len(cells)}: name each column once in the header"
         fail(table.path, line, column.label, what)
     cell = cells[column.place]

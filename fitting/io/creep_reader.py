@@ -14,6 +14,7 @@ from fitting.io.cells import number
 from fitting.io.columns import Series, Wanted, has, locate
 from fitting.io.curves import (
     COMPLIANCE,
+    CREEP_MODULUS,
     TIME,
     build,
     check_holdings,
@@ -44,7 +45,9 @@ def read_creep(
     segment: int | str | Sequence[int | str] | None = None,
     window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
 ) -> CreepData:  # fmt: skip
-    """Read time and compliance, or time, strain and stress, of a creep test.
+    """Read time and compliance, or time, strain and stress, or time and creep modulus, of a creep test.
+
+    A creep modulus is strain over stress inverted, 1/D(t) (ISO 899-1, in tension): its inverse is the compliance.
 
     A stress column beside a compliance determines its meaning: J(t) if the stress is constant; if it varies, the
     compliance is the quotient of strain and stress, and the strain is used with the measured stress.
@@ -52,8 +55,8 @@ def read_creep(
     Args:
         path: a text file: CSV, TSV, exports of rheometers (TRIOS, Anton Paar, RepTate) and others.
         columns: places of columns that the header does not identify: {"t": header or position from 0, "J": ...,
-            "strain": ..., "stress": ...}, and {"sigma": ...} for a column of standard deviations of J or strain, in the
-            unit of these if it has none of its own.
+            "strain": ..., "stress": ..., "creep_modulus": ...}, and {"sigma": ...} for a column of standard deviations of J
+            or strain, in the unit of these if it has none of its own.
         units: {"t": "h", "J": "1/MPa"}; they take precedence over the header.
         convention: meaning of the compliance: "J" = gamma/tau in shear, "1/(2G)", or "D" = strain/stress in
             tension, which needs nu.
@@ -82,16 +85,24 @@ def read_creep(
     """
     if convention not in CONVENTIONS:
         raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
-    table = read_table(path, decimal)
-    columns, units = checked_options(table, columns, units, ("t", "J", "strain", "stress", "sigma"))
-    wanted = _what(table, columns, stress)
-    if "sigma" in columns:
-        wanted = (*wanted, Wanted("sigma", wanted[1].names))
-    if COMPLIANCE in wanted:
-        wanted = (*wanted, *_beside(table, columns, units))
-    parts = flow.sorted_out(table, curves_of(table, wanted, columns, units), segment is not None)
+    table = read_table(path, decimal, columns)
+    keys = ("t", "J", "strain", "stress", "creep_modulus", "sigma")
+    columns, units = checked_options(table, columns, units, keys)
+    wanted = wanted_of(table, columns, units, stress)
+    parts = curves_of(table, wanted, columns, units, "", segment, segment is not None)
+    parts = flow.sorted_out(table, parts, segment is not None)
     taken = mending.choose(table.path, "segment", parts, segment)
     flow.check(table, taken)
+    return creep_of(table, taken, convention, nu, stress, start, window)
+
+
+def creep_of(
+    table: Table, taken: Series, convention: str, nu: float | None, stress: float | None, start: float | None,
+    window: tuple[float | None, float | None] | None, temperature: float | None = None,
+) -> CreepData:  # fmt: skip
+    """Return the creep test of a series with the columns of ``wanted_of``."""
+    if "creep_modulus" in taken.values:
+        taken = _inverse(table.path, taken)
     if "J" in taken.values and "stress" in taken.values:
         taken = constancy.settle(table.path, taken, window and window[1])
     convention, taken = _tension(table, taken, convention, nu)
@@ -110,13 +121,49 @@ def read_creep(
         taken = mending.check_times(table.path, taken)
         fields["strain"] = taken.values["strain"]
         onset.check_course(table.path, taken.values["t"], fields["strain"], fields["stress"][1])
-    fields["sigma"] = taken.values.get("sigma")
+    fields |= {"sigma": taken.values.get("sigma"), "temperature": temperature}
     return build(table.path, CreepData, t=taken.values["t"], notes=once(taken.notes), **fields)
+
+
+def _inverse(path: str, taken: Series) -> Series:
+    """Return the series with the compliance, the inverse of its creep modulus, of a test in tension unless the column names
+    shear."""
+    modulus, column = taken.values["creep_modulus"], taken.columns["creep_modulus"]
+    if "sigma" in taken.values:
+        raise ValueError(
+            f"{path}: columns['sigma']: expected none beside a creep modulus, got one: it is not that of 1/J"
+        )
+    with np.errstate(divide="ignore"):
+        compliance = np.where(modulus > 0.0, 1.0 / modulus, np.nan)
+    shear = column.name == "shear creep modulus"
+    inverse = column._replace(
+        name="compliance" if shear else "tensile compliance",
+        shown="shear compliance" if shear else column.shown,
+    )
+    values = {**{key: one for key, one in taken.values.items() if key != "creep_modulus"}, "J": compliance}
+    columns = {**{key: one for key, one in taken.columns.items() if key != "creep_modulus"}, "J": inverse}
+    return taken._replace(values=values, columns=columns).say(
+        f"{column.label}: its inverse is the compliance"
+    )
+
+
+def wanted_of(table: Table, columns: dict, units: dict, stress: float | None) -> tuple[Wanted, ...]:
+    """Return the wanted columns of a creep test."""
+    wanted = _what(table, columns, stress)
+    if "sigma" in columns:
+        wanted = (*wanted, Wanted("sigma", wanted[1].names))
+    if COMPLIANCE in wanted:
+        wanted = (*wanted, *_beside(table, columns, units))
+    return wanted
 
 
 def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ...]:
     """Return the wanted columns: compliance where a block has it, otherwise strain and stress."""
     some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
+    if CREEP_MODULUS.key in columns or (
+        some(CREEP_MODULUS) and not some(COMPLIANCE) and not some(STRAIN, STRESS)
+    ):
+        return TIME, CREEP_MODULUS
     if some(COMPLIANCE) or not some(STRAIN):
         if not some(COMPLIANCE) and "J" not in columns:
             check_holdings(table, "a creep compliance or strain and stress", "read_creep")

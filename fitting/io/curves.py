@@ -9,16 +9,22 @@ would read it.
 """
 
 import re
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
+from fitting.data import units as unit_table
 from fitting.io import mending
-from fitting.io.columns import Series, Wanted, has, locate, series
+from fitting.io.cells import number
+from fitting.io.columns import SI, Series, Wanted, has, locate, series
 from fitting.io.names import read_heading
 from fitting.io.table import Table
 
 TIME = Wanted("t", ("step time", "time"))
 COMPLIANCE = Wanted("J", ("compliance", "tensile compliance"))
-MODULUS = Wanted("modulus", ("relaxation modulus",))
+CREEP_MODULUS = Wanted("creep_modulus", ("creep modulus", "shear creep modulus"))
+MODULUS = Wanted("modulus", ("relaxation modulus", "modulus", "tensile modulus"))
 STORAGE = Wanted("storage", ("storage modulus", "tensile storage modulus"))
 LOAD = Wanted("load", ("load",))
 DEPTH = Wanted("depth", ("depth", "delta"))
@@ -27,12 +33,18 @@ DEPTH = Wanted("depth", ("depth", "delta"))
 HOLDINGS = (
     ((("contact stiffness", "stiffness"), ("depth",)), "a contact stiffness", "read_stiffness"),
     (((*COMPLIANCE.names,),), "a creep compliance", "read_creep"),
-    (((*MODULUS.names,),), "a relaxation modulus", "read_relaxation"),
+    (((*CREEP_MODULUS.names,),), "a creep modulus", "read_creep"),
+    ((("relaxation modulus",),), "a relaxation modulus", "read_relaxation"),
     (((*STORAGE.names,),), "a storage modulus", "read_oscillation"),
     ((("complex modulus", "tensile complex modulus"),), "a complex modulus", "read_oscillation"),
     (((*LOAD.names,), (*DEPTH.names,)), "load and depth", "read_indentation"),
     ((("time", "step time"), ("thickness",)), "a thickness over time", "read_growth"),
 )
+# what an instrument finds itself and states above a curve, with the kinds of the units
+FOUND = {
+    "modulus": "stress", "tensile modulus": "stress", "reduced modulus": "stress", "contact area": "area",
+    "contact stiffness": "stiffness", "stiffness": "stiffness",
+}  # fmt: skip
 OF = {
     "sigma": 1,
     "sigma_load": 1,
@@ -53,12 +65,23 @@ def checked_options(table: Table, columns: dict | None, units: dict | None, keys
 
 
 def curves_of(
-    table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict, reader: str = ""
-) -> list[Series]:
+    table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict, reader: str = "", choice: Any = None,
+    divided: bool = False,
+) -> list[Series]:  # fmt: skip
     """Return the curves of a file: its blocks that have all wanted columns, split where the clock starts again.
 
-    reader: the public function, for a message that names another one which reads the file.
+    A block that cannot be read is a curve with an ``error``, which is raised only if that curve is chosen.
+
+    reader: the public function, for a message that names another one which reads the file; choice: the name or position
+    of the chosen curve: of blocks with that name no others are read; divided: whether a column that numbers segments
+    divides a block.
     """
+    texts = [choice] if isinstance(choice, str) else (choice if isinstance(choice, Sequence) else [])
+    texts = [one.lower() if isinstance(one, str) else "" for one in texts]
+    named = [block for block in table.blocks if any(text and text in block.name.lower() for text in texts)]
+    lacking = [block for block in table.blocks if not all(has(block, one, columns) for one in wanted)]
+    if named and all(texts):
+        table = table._replace(blocks=named)
     blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
     if not blocks and reader and not columns:
         check_holdings(table, next(what for _, what, own in HOLDINGS if own == reader), reader)
@@ -78,14 +101,23 @@ def curves_of(
             )
     found = []
     for block in blocks:
-        places = {one.key: locate(table, block, one, columns, units) for one in wanted}
-        for key, place in OF.items():
-            if key in places and any("no unit" in note for note in places[key].notes):
-                places[key] = places[key]._replace(factor=places[wanted[place].key].factor, notes=())
-        if len({column.place for column in places.values()}) < len(places):
-            raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")
-        found += mending.runs(series(table, block, places))
-    others = [block for block in table.blocks if block not in blocks and len(block.rows) > 1]
+        try:
+            places = {one.key: locate(table, block, one, columns, units) for one in wanted}
+            for key, place in OF.items():
+                if key in places and any("no unit" in note for note in places[key].notes):
+                    places[key] = places[key]._replace(factor=places[wanted[place].key].factor, notes=())
+            if len({column.place for column in places.values()}) < len(places):
+                raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")
+            whole = series(table, block, places)
+        except ValueError as error:
+            if len(blocks) == 1:
+                raise
+            lines = np.array([line for line, _ in block.rows])
+            found.append(Series(block.name, lines, {}, {}, block.before, (), (), error=str(error)))
+            continue
+        pieces = mending.divided(whole) if divided else [whole]
+        found += [run for piece in pieces for run in mending.runs(piece)]
+    others = [block for block in lacking if block not in blocks and len(block.rows) > 1]
     if not others:
         return found
     first, last = others[0].rows[0][0], others[-1].rows[-1][0]
@@ -114,6 +146,26 @@ def stated_number(pattern: str, text: str) -> float | None:
         return float(found[-1]) if found else None
     except ValueError:
         return None
+
+
+def stated_facts(text: str) -> tuple[str, ...]:
+    """Return notes on a modulus, a contact area or a stiffness that the text above the columns states, as the instrument
+    found it: "Reduced modulus (GPa): 3.1", "E[eff] (Pa)\t1234", "S = 12.1 uN/nm"."""
+    notes = []
+    for line in text.splitlines():
+        name, mark, rest = (part.strip() for part in re.match(r"([^:=\t;]*)([:=\t;]?)(.*)", line).groups())  # type: ignore[union-attr]
+        cells = rest.strip(" :=\t;").replace(";", " ").split()
+        heading = read_heading(name)
+        kind = "tensile modulus" if re.match(r"E\[(?:eff|v=)", name) else heading.kind
+        value = number(cells[0], ".") if mark and cells else None
+        if kind not in FOUND or value is None or len(cells) > 2:
+            continue
+        unit = (re.findall(r"\(([^()]*)\)\s*$", name) or cells[1:] or [heading.unit or ""])[0].strip("[]()")
+        if unit_table.is_unit(FOUND[kind], unit):
+            notes.append(
+                f"the instrument states {name}: {value * unit_table.factor(FOUND[kind], unit):.4g} {SI[FOUND[kind]]}"
+            )
+    return tuple(notes)
 
 
 def once(notes: tuple[str, ...]) -> tuple[str, ...]:

@@ -47,7 +47,7 @@ def read_growth(
         >>> print(data.t[0], data.thickness[0])
         60.0 2e-09
     """
-    table = read_table(path, decimal)
+    table = read_table(path, decimal, columns)
     columns, units = checked_options(table, columns, units, ("t", "thickness", "sigma"))
     wanted = [TIME, THICKNESS] + ([Wanted("sigma", THICKNESS.names)] if "sigma" in columns else [])
     parts = curves_of(table, tuple(wanted), columns, units, "read_growth")

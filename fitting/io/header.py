@@ -39,6 +39,8 @@ def find_header(lines: list[Line], width: int, separator: str | None) -> Header 
 def _cells(text: str, width: int, separator: str | None) -> list[str]:
     """Return the line's cells as a header, [] if it is not one: matching names, else several names, else words."""
     every = [_trimmed(cells, width) for cells in ways_to_split(text, separator)]
+    if separator is not None and not _may_be_header(every[0]):
+        every[0] = before_gap(every[0])  # a stray number beside the table
     ways = [cells for cells in every if _may_be_header(cells)]
     for cells in ways:
         own = separator is not None and cells is every[0]
@@ -55,6 +57,12 @@ def _may_be_header(cells: list[str]) -> bool:
     words = [cell.strip("[]() ") for cell in cells if cell]
     numbers = any(number(cell, mark) is not None for cell in cells for mark in ".,")
     return len(cells) >= 2 and not numbers and not all(map(_is_any_unit, words))
+
+
+def before_gap(cells: list[str]) -> list[str]:
+    """Return the cells up to the first empty one after a filled one: what stands beyond it is beside the table."""
+    first = next((k for k, cell in enumerate(cells) if cell), 0)
+    return cells[: next((k for k in range(first, len(cells)) if not cells[k]), len(cells))]
 
 
 def _is_any_unit(text: str) -> bool:
@@ -115,6 +123,8 @@ def _with_factors(lines: list[Line], found: list[str], separator: str | None) ->
 def _under(texts: list[str], width: int) -> list[str]:
     """Return the texts without brackets, one for each column; [] if they are too many or only one for several columns."""
     texts = [text.strip("[]() ") for text in _trimmed(texts, width)]
+    if len(texts) > width and not texts[width]:
+        texts = texts[:width]  # the others are beside the table
     return texts + [""] * (width - len(texts)) if 1 < len(texts) <= width else []
 
 

@@ -15,7 +15,16 @@ from fitting.data.segments import label, named
 from fitting.io import afm, mending
 from fitting.io.cells import is_data
 from fitting.io.columns import Series, Wanted, has
-from fitting.io.curves import DEPTH, LOAD, build, checked_options, curves_of, once, stated_number
+from fitting.io.curves import (
+    DEPTH,
+    LOAD,
+    build,
+    checked_options,
+    curves_of,
+    once,
+    stated_facts,
+    stated_number,
+)
 from fitting.io.table import Table, read_table
 
 CLOCK = Wanted("t", ("time", "step time"))
@@ -142,7 +151,7 @@ def _indentation_text(
 
     untimed: whether a file without times is accepted; raised: whether a height is preferred to a depth.
     """
-    table = read_table(path, decimal)
+    table = read_table(path, decimal, columns)
     columns, units = checked_options(
         table, columns, units, ("t", "load", "depth", "height", "separation", *ERRORS)
     )
@@ -153,18 +162,18 @@ def _indentation_text(
     errors = [
         Wanted(key, kind.names) for key, kind in zip(ERRORS, (DEPTH, LOAD), strict=True) if key in columns
     ]
-    parts = curves_of(table, (CLOCK, LOAD, way, *errors), columns, units, "read_indentation")
+    parts = curves_of(table, (CLOCK, LOAD, way, *errors), columns, units, "read_indentation", curve)
     parts = [
         part._replace(marks=(part.name,) * part.lines.size) if named(part.name) else part for part in parts
     ]
-    one = all(named(part.name) for part in parts) and curve is None
+    one = all(named(part.name) and not part.error for part in parts) and curve is None
     taken = mending.join(parts) if one else mending.choose(table.path, "curve", parts, curve)
     taken = mending.ordered(mending.complete(table.path, taken))
     t, load = taken.values["t"], taken.values["load"]
     depth, note = _depth(table.path, taken, way, spring_constant)
     taken = taken.say(note) if note else taken
     marks = label(taken.marks, load, depth) if taken.marks else None
-    notes = once((*taken.notes, UNTIMED) if untimed else taken.notes)
+    notes = once((*taken.notes, *stated_facts(taken.before), *([UNTIMED] if untimed else [])))
     known = {key: taken.values[key] for key in ERRORS if key in taken.values}
     return build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes, **known)
 

@@ -9,6 +9,7 @@ from fitting.data.curves import window_note
 from fitting.io.columns import SI, Series, fail
 
 LOSS = 0.1  # largest fraction of rows that may be left out
+STILL = 3  # least number of rows at one frequency beside a sweep
 LEAST = 5  # least number of rows of a run of increasing times, and of the overlap of two runs
 Segment = int | str | Sequence[int | str] | None
 
@@ -33,6 +34,47 @@ def runs(series: Series) -> list[Series]:
     return [part._replace(name=f"{part.name} from line {part.lines[0]}".strip()) for part in parts]
 
 
+def divided(series: Series) -> list[Series]:
+    """Return the series split where the column that numbers its segments changes ("1|1, 1|2, ..., 2|1": at 2).
+
+    It is whole where most of the marks have less than ``LEAST`` rows, since these number points and not segments.
+    """
+    marks = np.array([mark.partition("|")[0].strip() for mark in series.marks])
+    cuts = np.flatnonzero(marks[1:] != marks[:-1]) + 1
+    pieces = np.split(np.arange(marks.size), cuts)
+    if not cuts.size or sum(piece.size for piece in pieces if piece.size >= LEAST) < 0.5 * marks.size:
+        return [series]
+    return [series.pick(piece)._replace(name=f"{series.name} {marks[piece[0]]}".strip()) for piece in pieces]
+
+
+def sweeps(series: Series) -> tuple[list[Series], list[Series]]:
+    """Return the parts of a series over frequency in which it moves, and those in which it stands still.
+
+    It stands still in a test over time, strain or temperature before or after a sweep: at least three rows at one
+    frequency, and more than twice as many as at most other frequencies, which a sweep may repeat.
+    """
+    omega = series.clock
+    pieces = np.split(
+        np.arange(omega.size), np.flatnonzero(~np.isclose(omega[1:], omega[:-1], rtol=1e-6, atol=0.0)) + 1
+    )
+    usual = float(np.median([piece.size for piece in pieces]))
+    long = [piece.size >= STILL and piece.size > 2.0 * usual for piece in pieces]
+    if not any(long):
+        still = len(pieces) == 1 and omega.size >= STILL
+        return ([], [series]) if still else ([series], [])
+    groups: list[tuple[bool, list[np.ndarray]]] = []
+    for piece, stands in zip(pieces, long, strict=True):
+        if groups and not stands and not groups[-1][0]:
+            groups[-1][1].append(piece)
+        else:
+            groups.append((stands, [piece]))
+    parts = [(stands, series.pick(np.concatenate(some))) for stands, some in groups]
+    named = [
+        (stands, one._replace(name=f"{one.name} from line {one.lines[0]}".strip())) for stands, one in parts
+    ]
+    return [one for stands, one in named if not stands], [one for stands, one in named if stands]
+
+
 def _overlap(first: np.ndarray, second: np.ndarray) -> bool:
     """Return whether two runs cover the same times."""
     begin, end = max(np.nanmin(first), np.nanmin(second)), min(np.nanmax(first), np.nanmax(second))
@@ -51,7 +93,7 @@ def choose(path: str, option: str, parts: list[Series], segment: Segment) -> Ser
             raise ValueError(
                 f"{path}: expected one curve, got {len(parts)}: choose with {option}= among {names[:200]}"
             )
-        return parts[0]
+        return _read(parts[0])
     several = [segment] if isinstance(segment, int | str) else list(segment)
     chosen = [_one(path, option, parts, one, names) for one in several]
     return join(chosen).say(
@@ -67,7 +109,14 @@ def _one(path: str, option: str, parts: list[Series], choice: int | str, names: 
         hits = hits or [part for part in parts if choice.lower() in part.name.lower()]
     if len(hits) != 1:
         raise ValueError(f"{path}: {option}: expected one of {names[:200]}; got {choice!r}")
-    return hits[0]
+    return _read(hits[0])
+
+
+def _read(part: Series) -> Series:
+    """Return a curve; ValueError where it could not be read."""
+    if part.error:
+        raise ValueError(part.error)
+    return part
 
 
 def join(parts: list[Series]) -> Series:

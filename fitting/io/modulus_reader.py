@@ -10,6 +10,7 @@ from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.io import mending, onset
 from fitting.io.columns import Series, Wanted, has
 from fitting.io.curves import MODULUS, STORAGE, TIME, build, checked_options, curves_of, once
+from fitting.io.names import says_shear
 from fitting.io.table import Table, read_table
 
 OMEGA = Wanted("omega", ("angular frequency", "frequency"))
@@ -61,9 +62,9 @@ def read_relaxation(
         >>> print(data.t[0], data.modulus[0])
         60.0 8000.0
     """
-    table = read_table(path, decimal)
+    table = read_table(path, decimal, columns)
     columns, units = checked_options(table, columns, units, ("t", "modulus"))
-    parts = curves_of(table, (TIME, MODULUS), columns, units, "read_relaxation")
+    parts = curves_of(table, (TIME, MODULUS), columns, units, "read_relaxation", segment, True)
     taken = mending.choose(table.path, "segment", parts, segment)
     return relaxation_of(table.path, taken, convention, nu, start, window)
 
@@ -127,12 +128,30 @@ def read_oscillation(
         >>> print(round(data.omega[0], 3), data.storage[0], data.loss[0])
         6.283 2000.0 1000.0
     """
-    table = read_table(path, decimal)
+    table = read_table(path, decimal, columns)
     keys = ("omega", *(one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR)))
     columns, units = checked_options(table, columns, units, keys)
-    parts = curves_of(table, (OMEGA, *pair_of(table, columns)), columns, units, "read_oscillation")
+    parts = curves_of(
+        table, (OMEGA, *pair_of(table, columns)), columns, units, "read_oscillation", segment, True
+    )
+    parts = swept(parts, 1 if segment is None else 0)
     taken = mending.choose(table.path, "segment", parts, segment)
     return oscillation_of(table.path, taken, units, convention, nu, window)
+
+
+def swept(parts: list[Series], most: float) -> list[Series]:
+    """Return the frequency sweeps of a file, or all its parts where it has no sweep, or more than ``most``.
+
+    Rows at one frequency are a test over time, strain or temperature, whose moduli are not those of the sweep.
+    """
+    divided = [mending.sweeps(part) if not part.error else ([part], []) for part in parts]
+    moving = [one for some, _ in divided for one in some]
+    still = [one for _, some in divided for one in some]
+    moving = [run for part in moving for run in ([part] if part.error else mending.runs(part))]
+    if not still or not 0 < len(moving) <= most:
+        return sorted(moving + still, key=lambda part: int(part.lines[0]))
+    lines = ", ".join(f"{part.lines[0]} to {part.lines[-1]}" for part in still)
+    return [part.say(f"rows at one frequency, beside the sweep, left out: lines {lines}") for part in moving]
 
 
 def oscillation_of(
@@ -205,11 +224,24 @@ def _check_frequency(path: str, taken: Series, units: dict) -> None:
 
 def _tension(path: str, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:
     """Return the convention that the column declares; a tensile modulus is never taken as a shear modulus."""
-    column = next((c for c in taken.columns.values() if c.shown.lower().startswith(TENSILE)), None)
-    if column is None:
-        return convention, taken
-    if nu is None:
-        raise ValueError(
-            f"{path}: column {column.label!r}: a tensile test needs nu= for E = 2 (1 + nu) G, got none"
-        )
-    return "E", taken.say(f"{column.label}: tension, E = 2 (1 + nu) G with nu = {nu:g}")
+    columns = [column for key, column in taken.columns.items() if key not in ("t", "omega", "temperature")]
+    tensile = [
+        c for c in columns if c.shown.lower().startswith(TENSILE) or (c.name or "").startswith("tensile")
+    ]
+    label = (tensile or columns)[0].label
+    for column in columns:
+        if column.name in ("creep modulus", "shear creep modulus", "stress", "tensile stress"):
+            what = "a creep modulus, which read_creep reads" if "creep" in column.name else "a stress"
+            raise ValueError(f"{path}: column {column.label!r}: expected a modulus of this test, got {what}")
+    if tensile and nu is None:
+        raise ValueError(f"{path}: column {label!r}: a tensile test needs nu= for E = 2 (1 + nu) G, got none")
+    if tensile:
+        return "E", taken.say(f"{label}: tension, E = 2 (1 + nu) G with nu = {nu:g}")
+    moduli = [column for column in columns if column.name not in ("phase angle", "delta", "loss factor")]
+    if (
+        convention == "G"
+        and nu is None
+        and not any(says_shear(c.shown) or c.shown.lower().startswith(("g", "|g")) for c in moduli)
+    ):
+        return convention, taken.say(f"{label}: taken as shear; for tension give convention='E' and nu=")
+    return convention, taken

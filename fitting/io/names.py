@@ -31,9 +31,18 @@ NAMES = {
     " tensión tensióncortante 応力 せん断応力",
     "tensile stress": "σ sigma tensilestress axialstress extensionalstress engineeringstress truestress"
     " flexuralstress zugspannung normalspannung",
-    "relaxation modulus": "g(t) e(t) erelax grelax relaxationmodulus shearrelaxationmodulus relaxationsmodul"
-    " kriechmodul modulederelaxation móduloderelajación 緩和弾性率"
-    " creepmodulus",
+    "relaxation modulus": "g(t) e(t) erelax grelax relaxationmodulus shearrelaxationmodulus tensilerelaxationmodulus"
+    " relaxationsmodul modulederelaxation móduloderelajación 緩和弾性率",
+    "modulus": "G modulus shearmodulus modul schubmodul schermodul gleitmodul module módulo 弾性率",
+    "tensile modulus": "E elasticmodulus youngsmodulus young'smodulus youngmodulus elastizitätsmodul emodul"
+    " tensilemodulus indentationmodulus",
+    # ISO 899-1 and 899-2: stress over strain under a constant stress, 1/D(t), which is no relaxation modulus
+    "creep modulus": "creepmodulus tensilecreepmodulus flexuralcreepmodulus ec(t) kriechmodul"
+    " zugkriechmodul biegekriechmodul moduledefluage módulodefluencia クリープ弾性率",
+    "shear creep modulus": "shearcreepmodulus schubkriechmodul scherkriechmodul",
+    "reduced modulus": "reducedmodulus reducedmod er reduziertermodul",
+    "stated modulus": "storagemod",
+    "contact area": "contactarea projectedarea projectedcontactarea kontaktfläche airedecontact áreadecontacto 接触面積",
     "angular frequency": "ω omega w angularfrequency angfrequency kreisfrequenz winkelfrequenz pulsation"
     " fréquenceangulaire frecuenciaangular 角周波数 角振動数",
     "frequency": "ν f freq frequency testfrequency frequenz prüffrequenz fréquence frecuencia 周波数",
@@ -41,9 +50,10 @@ NAMES = {
     " moduledeconservation moduleélastique módulodealmacenamiento móduloelástico 貯蔵弾性率 貯蔵せん断弾性率",
     "loss modulus": "g'' g\" gloss lossmodulus shearlossmodulus verlustmodul verlustschubmodul"
     " moduledeperte modulevisqueux módulodepérdida móduloviscoso 損失弾性率 損失せん断弾性率",
-    "complex modulus": "g* |g*| complexmodulus complexshearmodulus komplexermodul komplexerschubmodul"
+    "complex modulus": "g* |g*| complexmodulus complexshearmodulus dynamicmodulus dynamicshearmodulus absolutemodulus"
+    " dynamischermodul dynamischerschubmodul komplexermodul komplexerschubmodul"
     " modulecomplexe módulocomplejo 複素弾性率",
-    "tensile complex modulus": "e* |e*| tensilecomplexmodulus",
+    "tensile complex modulus": "e* |e*| tensilecomplexmodulus tensiledynamicmodulus dynamicmodulus|e*| dynamicmodulus(|e*|)",
     "loss factor": "tanδ tan(δ) tan(d) tandelta tan(delta) losstangent lossfactor dampingfactor verlustfaktor"
     " dämpfungsfaktor facteurdeperte factordepérdida 損失正接",
     "phase angle": "δ(g*) phaseangle phaseangle(δ) phaselag lossangle phasenwinkel verlustwinkel"
@@ -51,9 +61,9 @@ NAMES = {
     "tensile storage modulus": "e' estor tensilestoragemodulus",
     "tensile loss modulus": "e'' e\" eloss tensilelossmodulus",
     "load": "P p F fn load force normalforce loadonsample indentload indentationload indentationforce"
-    " verticaldeflection vdeflection kraft normalkraft prüfkraft last eindringkraft"
+    " fz verticaldeflection vdeflection kraft standardforce standardkraft normalkraft prüfkraft last eindringkraft"
     " forcenormale fuerza fuerzanormal carga 荷重 力 押込み荷重",
-    "depth": "h d pd disp depth indentation indentationdepth penetration penetrationdepth displacement"
+    "depth": "h d pd disp position(z) depth indentation indentationdepth penetration penetrationdepth displacement"
     " displacementintosurface indentdisp indentdisplacement eindringtiefe eindringung tiefe verschiebung profondeur"
     " enfoncement déplacement pénétration profundidad desplazamiento penetración 深さ 押込み深さ 変位",
     "contact stiffness": "contactstiffness harmoniccontactstiffness storagestiffness storagestiff kontaktsteifigkeit"
@@ -69,7 +79,9 @@ NAMES = {
     "viscosity": "viscosity shearviscosity viskosität scherviskosität viscosité viscosidad 粘度",
     "shear rate": "shearrate scherrate schergeschwindigkeit vitessedecisaillement velocidaddecorte せん断速度",
     "temperature": "T temp temperature sampletemperature temperatur probentemperatur température temperatura 温度",
-    "segment": "segment segmentindex segmenttype phase segmentname abschnitt",
+    "segment": "segment segmentindex segindex segmentno segmentnumber segmenttype phase segmentname abschnitt"
+    " interval intervalno intervalnumber intervall step stepno stepnumber stepindex schritt cycle cycleno cyclenumber"
+    " zyklus sweepno sweepnumber run runno runnumber lauf",
 }
 KINDS = {
     "time": "t", "step time": "t", "compliance": "J", "tensile compliance": "J", "strain": "strain",
@@ -79,6 +91,8 @@ KINDS = {
     "tensile complex modulus": "stress", "loss factor": "ratio", "phase angle": "angle",
     "load": "load", "depth": "depth", "delta": "depth", "height": "depth",
     "thickness": "depth", "smoothed height": "depth", "commanded height": "depth", "separation": "depth",
+    "modulus": "stress", "tensile modulus": "stress", "creep modulus": "stress", "shear creep modulus": "stress",
+    "reduced modulus": "stress", "stated modulus": "stress", "contact area": "area",
     "temperature": "temperature", "stiffness": "stiffness", "contact stiffness": "stiffness",
 }  # fmt: skip
 LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}

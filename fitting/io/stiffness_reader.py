@@ -6,11 +6,17 @@ import numpy as np
 
 from fitting.data.stiffness import StiffnessData
 from fitting.io import mending
-from fitting.io.columns import Series, Wanted, has
+from fitting.io.columns import Series, Wanted, has, locate
 from fitting.io.curves import DEPTH, LOAD, build, checked_options, curves_of, once
-from fitting.io.table import read_table
+from fitting.io.table import Table, read_table
 
 STIFFNESS = Wanted("stiffness", ("contact stiffness", "stiffness"))
+AREA = Wanted("area", ("contact area",))
+# what the instrument found itself; the "Storage Mod." of nanoDMA is a reduced modulus
+MODULI = {
+    "reduced modulus": Wanted("reduced modulus", ("reduced modulus", "stated modulus")),
+    "modulus": Wanted("modulus", ("tensile modulus", "modulus")),
+}
 EARLY = 0.5  # largest fraction of the rows at depths > 0 that are left out as before contact
 
 
@@ -19,7 +25,9 @@ def read_stiffness(
     curve: int | str | None = None, window: tuple[float | None, float | None] | None = None,
     decimal: str | None = None,
 ) -> StiffnessData:  # fmt: skip
-    """Read depth, contact stiffness and, where a file has it, load of a continuous stiffness measurement.
+    """Read depth, contact stiffness and, where a file has them, load and contact area of a continuous stiffness measurement.
+
+    A modulus that the instrument computed is kept in ``stated``, and compared with that of a fit.
 
     Rows before contact, with a depth, load or stiffness <= 0, are left out, and so are those after the largest load (or
     depth, in a file without load): in the unloading and the drift hold there is no oscillation, and no stiffness.
@@ -27,7 +35,7 @@ def read_stiffness(
     Args:
         path: a text file or a workbook (Agilent, KLA, Hysitron and others).
         columns: columns that the header does not identify: {"depth": header or position from 0, "stiffness": ...,
-            "load": ...}, and {"sigma": ...} for a column of standard deviations of the stiffness.
+            "load": ..., "area": ...}, and {"sigma": ...} for a column of standard deviations of the stiffness.
         units: {"depth": "nm", "stiffness": "N/m", "load": "mN"}; they take precedence over the header.
         curve: which of several curves in the file, by position from 0 or by name.
         window: (begin, end) of the depth [m], None for an open side.
@@ -48,20 +56,37 @@ def read_stiffness(
         >>> print(data.depth.size, f"{data.stiffness[0]:.6g}")
         8 2000
     """
-    table = read_table(path, decimal)
-    columns, units = checked_options(table, columns, units, ("depth", "stiffness", "load", "sigma"))
+    table = read_table(path, decimal, columns)
+    columns, units = checked_options(table, columns, units, ("depth", "stiffness", "load", "area", "sigma"))
     wanted = [DEPTH, STIFFNESS]
     loaded = any(all(has(block, one, columns) for one in (*wanted, LOAD)) for block in table.blocks)
     wanted += [LOAD] if loaded else []
     wanted += [Wanted("sigma", STIFFNESS.names)] if "sigma" in columns else []
-    parts = curves_of(table, tuple(wanted), columns, units, "read_stiffness")
+    wanted += [one for one in (AREA, *MODULI.values()) if _told(table, one, wanted, columns, units)]
+    parts = curves_of(table, tuple(wanted), columns, units, "read_stiffness", curve)
     taken = mending.choose(table.path, "curve", parts, curve)
     taken = _in_contact(table.path, mending.window(taken, window))
+    for name in MODULI:  # missing where the instrument found none
+        if name in taken.values and not np.all(np.isfinite(taken.values[name])):
+            taken = taken._replace(values={key: one for key, one in taken.values.items() if key != name})
     values = mending.complete(table.path, taken).values
-    fields = {name: values.get(name) for name in ("load", "sigma")}
+    fields = {name: values.get(name) for name in ("load", "sigma", "area")}
+    fields["stated"] = {name: values[name] for name in MODULI if name in values}
     return build(
         table.path, StiffnessData, depth=values["depth"], stiffness=values["stiffness"], notes=once(taken.notes), **fields
     )  # fmt: skip
+
+
+def _told(table: Table, one: Wanted, wanted: list[Wanted], columns: dict, units: dict) -> bool:
+    """Return whether every block with the wanted columns has one more, in one column with a unit."""
+    blocks = [block for block in table.blocks if all(has(block, other, columns) for other in wanted)]
+    try:
+        return bool(blocks) and all(
+            has(block, one, columns) and locate(table, block, one, columns, units).unit is not None
+            for block in blocks
+        )
+    except ValueError:  # several columns
+        return False
 
 
 def _in_contact(path: str, taken: Series) -> Series:
@@ -69,7 +94,8 @@ def _in_contact(path: str, taken: Series) -> Series:
     taken = _loading(taken)
     approach = _first(taken.values["depth"])
     with np.errstate(invalid="ignore"):
-        outside = np.any([values <= 0.0 for values in taken.values.values()], axis=0)
+        own = [values for key, values in taken.values.items() if key not in MODULI]
+        outside = np.any([values <= 0.0 for values in own], axis=0)
     outside[:approach] = True
     left = outside[approach:]
     if left.sum() > EARLY * left.size or not left.size:

@@ -1,6 +1,6 @@
 """Reader of tests at several temperatures, for their superposition: one curve for each temperature of a file."""
 
-import dataclasses
+import math
 import os
 import re
 from typing import Any
@@ -10,8 +10,8 @@ import numpy as np
 from fitting.data.clock import since_load
 from fitting.data.units import CELSIUS
 from fitting.io.columns import Series, Wanted, has
-from fitting.io.creep_reader import read_creep
-from fitting.io.curves import COMPLIANCE, MODULUS, STORAGE, TIME, checked_options, curves_of
+from fitting.io.creep_reader import creep_of, wanted_of
+from fitting.io.curves import COMPLIANCE, CREEP_MODULUS, MODULUS, STORAGE, TIME, checked_options, curves_of
 from fitting.io.modulus_reader import (
     ANGLE,
     COMPLEX,
@@ -21,6 +21,7 @@ from fitting.io.modulus_reader import (
     oscillation_of,
     pair_of,
     relaxation_of,
+    swept,
 )
 from fitting.io.names import read_heading
 from fitting.io.table import Block, Table, read_table
@@ -45,7 +46,7 @@ def read_sweeps(
 ) -> list[Any]:  # fmt: skip
     """Read tests at one or several temperatures, for ``fit_master``.
 
-    The file has storage and loss moduli, a relaxation modulus, or a creep compliance of a single test. A column of
+    The file has storage and loss moduli, a relaxation modulus, a creep compliance or a creep modulus. A column of
     temperatures gives that of each test, which begins where the frequencies or times start again or the temperature
     changes by more than 1.5 K; otherwise the temperature is that in the name of the step or in the text above it.
 
@@ -55,7 +56,7 @@ def read_sweeps(
         columns: columns that the header does not identify, as in ``read_oscillation``, ``read_relaxation`` and
             ``read_creep``, and {"temperature": header or position from 0}.
         units: as there; {"temperature": "C"} or "K" for a column without a unit.
-        convention: as there; None is shear.
+        convention: as there; None is tension where nu is given, and shear without it.
         nu: Poisson's ratio of a tensile test.
         window: (begin, end) of the angular frequencies [rad/s] or times [s], None for an open side.
         decimal: the decimal mark, "." or ",", if it is ambiguous.
@@ -65,7 +66,7 @@ def read_sweeps(
 
     Raises:
         ValueError: a file that cannot be read, that states no temperature, whose temperature changes by more than 5 K
-            within a curve, or whose times go on from one relaxation to the next, in a message of one line.
+            within a curve, or whose times go on from one relaxation or creep test to the next, in a message of one line.
 
     Example:
         >>> import pathlib, tempfile
@@ -75,30 +76,38 @@ def read_sweeps(
         >>> [one.temperature for one in fitting.read_sweeps(file)]
         [403.15, 423.15]
     """
-    table = read_table(path, decimal)
+    table = read_table(path, decimal, columns)
     pairs = (one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR))
-    keys = ("t", "modulus", "J", "sigma", "omega", TEMPERATURE.key, *pairs)
+    keys = ("t", "modulus", "J", "creep_modulus", "sigma", "omega", TEMPERATURE.key, *pairs)
     columns, units = checked_options(table, columns, units, keys)
     some = lambda wanted: any(has(block, wanted, columns) for block in table.blocks)
-    if some(COMPLIANCE) and not some(STORAGE):
-        given = {name: {k: v for k, v in one.items() if k != TEMPERATURE.key} for name, one in
-                 (("columns", columns), ("units", units))}  # fmt: skip
-        held = temperature if temperature is not None else _stated(table.path, table.blocks[0].before)
-        data = read_creep(path, convention=convention or "J", nu=nu, window=window, decimal=decimal, **given)
-        return [dataclasses.replace(data, temperature=held)]
-    relaxed = some(MODULUS)
-    wanted = (TIME, MODULUS) if relaxed else (OMEGA, *pair_of(table, columns))
+    crept = (some(COMPLIANCE) or some(CREEP_MODULUS)) and not some(STORAGE)
+    relaxed = some(MODULUS) and not crept and not some(STORAGE)
+    if crept:
+        wanted = tuple(
+            one for one in wanted_of(table, columns, units, None) if one.key not in ("stress", "strain")
+        )
+    else:
+        wanted = (TIME, MODULUS) if relaxed else (OMEGA, *pair_of(table, columns))
     found: list[Any] = []
-    for part in _parts(table, wanted, columns, units, temperature is None):
+    parts = _parts(table, wanted, columns, units, temperature is None)
+    for part in parts if crept or relaxed else swept(parts, math.inf):
+        if part.error:
+            raise ValueError(part.error)
         held = _held(table.path, part, units) if temperature is None else temperature
         part = part._replace(values={k: v for k, v in part.values.items() if k != TEMPERATURE.key})
         if part.lines.size < LEAST:
             continue
-        if relaxed:
+        if crept:
+            given = convention or ("J" if nu is None else "D")
+            found.append(creep_of(table, part, given, nu, None, None, window, held))
+        elif relaxed:
             part = part.say(*since_load(np.unique(part.values["t"]), None)[1])
-            found.append(relaxation_of(table.path, part, convention or "G", nu, 0.0, window, held))
+            given = convention or ("G" if nu is None else "E")
+            found.append(relaxation_of(table.path, part, given, nu, 0.0, window, held))
         else:
-            found.append(oscillation_of(table.path, part, units, convention or "G", nu, window, held))
+            given = convention or ("G" if nu is None else "E")
+            found.append(oscillation_of(table.path, part, units, given, nu, window, held))
     if not found:
         raise ValueError(
             f"{table.path}: expected curves of at least {LEAST} points at one temperature, got none"
@@ -113,7 +122,7 @@ def _parts(
     place = next((_column(block) for block in table.blocks if _column(block) is not None), None)
     if heated and (place is not None or TEMPERATURE.key in columns):
         wanted, columns = (*wanted, TEMPERATURE), {TEMPERATURE.key: place, **columns}
-    parts = curves_of(table, wanted, columns, units)
+    parts = curves_of(table, wanted, columns, units, divided=True)
     return [piece for part in parts for piece in _pieces(table.path, part)]
 
 
@@ -126,8 +135,8 @@ def _column(block: Block) -> int | None:
 def _pieces(path: str, part: Series) -> list[Series]:
     """Return the parts of a curve between changes of the temperature.
 
-    ValueError for times that go on from one to the next, since a relaxation modulus is a function of the time since its
-    own strain step.
+    ValueError for times that go on from one to the next, since a relaxation modulus or a compliance is a function of the
+    time since its own step.
     """
     T = part.values.get(TEMPERATURE.key)
     if T is None:
@@ -135,7 +144,7 @@ def _pieces(path: str, part: Series) -> list[Series]:
     cuts = np.flatnonzero(np.abs(np.diff(T)) > STEP) + 1
     if cuts.size and "t" in part.values:
         raise ValueError(
-            f"{path}: t: expected times that start again with the strain step at each temperature, got times that go on at"
+            f"{path}: t: expected times that start again with the step at each temperature, got times that go on at"
             f" {part.values['t'][cuts[0]]:g} s, where it changes from {T[cuts[0] - 1]:g} to {T[cuts[0]]:g}: subtract the"
             " time of each step"
         )

@@ -11,7 +11,8 @@ from fitting.io.names import LOOKUP
 
 PACKED = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0", b"\x1f\x8b")  # xlsx and ods, xls, gz
 WORKBOOK, SHEETS = PACKED[:2], (".xlsx", ".xlsm", ".xls", ".xlsb", ".ods")
-MARKUP = re.compile(r"<|[{]|\[\s*[\[{]|%PDF")  # first characters of HTML, XML, JSON, RTF and PDF
+# first characters of HTML, XML, JSON, RTF and PDF; a line in angle brackets without a closing tag ("<Mach-1 File>") is text
+MARKUP = re.compile(r"<[?!]|<(?=[\s\S]*?(?:</|/>))|[{]|\[\s*[\[{]|%PDF")
 INVISIBLE = str.maketrans("", "", "\ufeff\u200b")  # byte-order marks within joined files, zero-width spaces
 OPEN = re.compile(r'(?:^|[,;\t])\s*"[^"]*$')  # a quoted cell that continues on the next line
 LONGEST = 4  # largest number of lines of such a cell

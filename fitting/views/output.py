@@ -1,8 +1,10 @@
 """Output files of a fit command, summary.json, curve.csv and fit.png, each written atomically."""
 
 import argparse
+import csv
+import io
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +50,7 @@ def leave(found: Any, directory: Path, more: dict[str, Any]) -> None:
     """Write the summary, the curve and the figure of a fit."""
     directory.mkdir(parents=True, exist_ok=True)
     write_json(directory / "summary.json", found.to_dict() | more)
-    write(directory / "curve.csv", lambda path: _curve(found, path))
+    _curve(found, directory / "curve.csv")
     write(directory / "fit.png", lambda path: found.plot().savefig(path, dpi=150, format="png"))
 
 
@@ -62,9 +64,105 @@ def write_text(path: Path, text: str) -> None:
     write(path, lambda partial: partial.write_text(text, encoding="utf-8", errors="backslashreplace"))
 
 
+def write_table(path: Path, names: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Write a table as CSV with one line of names, each with its unit in brackets; nan and None are empty cells."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(names)
+    plain = lambda v: "" if v is None or v != v else f"{v:.12g}" if isinstance(v, float) else v
+    table.writerows([plain(v.item() if isinstance(v, np.generic) else v) for v in row] for row in rows)
+    write_text(path, text.getvalue())
+
+
 def _curve(fit: Any, path: Path) -> None:
-    """Write time or frequency, data, fit and weighted residual of every fitted point."""
-    name, unit, t, measured = fit.curve
-    header = "{} [{}]".format(*fit.abscissa) + f",{name} [{unit}],fitted [{unit}],weighted residual"
-    columns = np.column_stack([t, measured, fit.fitted, fit.residuals])
-    np.savetxt(path, columns, delimiter=",", header=header, comments="")
+    """Write time or frequency, data, fit and weighted residual of every fitted point.
+
+    Several quantities over one abscissa (G' and G'') have columns of their own; several tests, or temperatures, have their
+    names in a column.
+    """
+    name, unit, x, measured = fit.curve
+    over = "{} [{}]".format(*fit.abscissa)
+    if hasattr(fit, "curves") and name == "response":  # tests with abscissae of their own
+        tests = [
+            (at, one, part, own, f"{own_unit}", "rad/s" if "," in own else "s")
+            for own, own_unit, t, y, best in fit.curves
+            for part, at, one in _stacked(own, t, np.column_stack([y, best]))
+        ]
+        count = np.cumsum([0, *(at.size for at, *_ in tests)])
+        rows = [
+            (part, own_unit, at[k], over_unit, one[k, 0], one[k, 1], fit.residuals[count[j] + k])
+            for j, (at, one, part, _, own_unit, over_unit) in enumerate(tests)
+            for k in range(at.size)
+        ]
+        names = [
+            "quantity",
+            "unit",
+            "abscissa",
+            "unit of the abscissa",
+            "measured",
+            "fitted",
+            "weighted residual",
+        ]
+        write_table(path, names, rows)
+        return
+    values = np.column_stack([measured, fit.fitted, fit.residuals])
+    if isinstance(fit.data, tuple | list) and hasattr(
+        fit.data[0], "temperature"
+    ):  # the curves of a master curve
+        held, part = (
+            np.repeat([one.temperature for one in fit.data], [_points(one) for one in fit.data]),
+            [name] * x.size,
+        )
+        if "," in name:
+            both = [[own] * one.omega.size for one in fit.data for own in name.split(", ")]
+            part = [own for some in both for own in some]
+        own_unit = "-" if "," in name else unit
+        names = [
+            "temperature [K]",
+            "quantity",
+            over,
+            f"measured [{own_unit}]",
+            f"fitted [{own_unit}]",
+            "weighted residual",
+        ]
+        write_table(path, names, [(*row[:3], *row[3]) for row in zip(held, part, x, values, strict=True)])
+        return
+    parts = _stacked(name, x, values)
+    at = np.unique(np.concatenate([t for _, t, _ in parts])) if len(parts) > 1 else x
+    names, columns = [over], [at]
+    for column, what in enumerate(("", "fitted ", "weighted residual ")):
+        for part, t, one in parts:
+            own = f" {part}" if len(parts) > 1 else ""
+            label = (
+                f"{part} [{unit}]"
+                if not what
+                else f"fitted{own} [{unit}]"
+                if what == "fitted "
+                else f"weighted residual{own}"
+            )
+            names.append(label)
+            if len(parts) == 1:
+                columns.append(one[:, column])
+                continue
+            full = np.full(at.size, np.nan)  # a point may be left out of one of them
+            full[np.searchsorted(at, t)] = one[:, column]
+            columns.append(full)
+    write_table(path, names, zip(*columns, strict=True))
+
+
+def _stacked(name: str, x: np.ndarray, values: np.ndarray) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Return (name, abscissa, values) of the quantities that a curve has one after the other ("G', G''"), each of which
+    begins where the abscissa starts again."""
+    names = name.split(", ")
+    cuts = np.flatnonzero(np.diff(x) < 0) + 1
+    if len(names) == 1 or cuts.size != len(names) - 1:
+        return [(name, x, values)]
+    return list(zip(names, np.split(x, cuts), np.split(values, cuts), strict=True))
+
+
+def _points(one: Any) -> int:
+    """Return the number of values of a curve in a master curve."""
+    if hasattr(one, "omega"):
+        return 2 * one.omega.size
+    values = one.modulus if hasattr(one, "modulus") else one.J
+    return int(np.sum((one.t > 0) & (values > 0)))

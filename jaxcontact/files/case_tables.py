@@ -1,6 +1,7 @@
 """The tables of a case file: reading them, checking their keys and values, and converting values with units to SI."""
 
 import difflib
+import re
 import reprlib
 import tomllib
 from pathlib import Path
@@ -19,8 +20,10 @@ class CaseError(ValueError):
 
 def read_tables(path: Path) -> Table:
     """Return the contents of a TOML file; CaseError for a file that is missing or broken."""
+    text = ""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = path.read_text(encoding="utf-8-sig")
+        return tomllib.loads(text)
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
         raise CaseError(
@@ -30,7 +33,18 @@ def read_tables(path: Path) -> Table:
         ValueError,
         RecursionError,
     ) as error:  # a decoding error, a number of too many digits, too deep a list
-        raise CaseError(f"{path}: not TOML: {error}") from error
+        raise CaseError(f"{path}: not TOML: {error}{_quoted(text, str(error))}") from error
+
+
+def _quoted(text: str, error: str) -> str:
+    """Return advice for a line that TOML cannot read because its value is text without quotes (450 GPa), "" for others."""
+    place = re.search(r"line (\d+)", error)
+    lines = text.splitlines()
+    line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
+    found = re.fullmatch(r"\s*([\w.\-]+)\s*=\s*([^\s\"'\[{#=][^\"'\[\]{}#=]*?)\s*(?:#.*)?", line)
+    if found is None:
+        return ""
+    return f'; expected text, and a number with a unit, in quotes: {found[1]} = "{found[2]}"'
 
 
 def tables_named(name: str, tables: Table) -> list[tuple[str, Table]]:

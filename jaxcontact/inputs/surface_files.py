@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.sparse.linalg
 
 from jaxcontact._support import checks
 from jaxcontact._support.pytree import value_in_words
@@ -30,29 +31,41 @@ class Surface(NamedTuple):
         return f"Surface(heights={value_in_words(self.heights)} m, grid={self.grid!r})"
 
 
-def read_surface(path: str | Path, grid: Grid | None = None) -> Surface:
+def read_surface(
+    path: str | Path,
+    grid: Grid | None = None,
+    *,
+    unit: str | None = None,
+    fill: bool = False,
+    width: float | None = None,
+) -> Surface:
     """Read heights and cells from an instrument's file, for a ``HeightField``; needs ``jaxcontact[surfaces]``.
 
-    Heights are as in the file, in metres: no plane is subtracted, and no missing point is filled. The grid is periodic
-    where the file says that its surface is.
+    Heights are as in the file, in metres: no plane is subtracted, and no missing point is filled unless that is asked for.
+    The grid is periodic where the file says that its surface is.
 
     Args:
         path: a file of any format that SurfaceTopography reads; of several channels, the first height channel is used.
         grid: the grid of a run, which the file must match in shape and cells; None: the grid of the file.
+        unit: of the lengths of a file that states none, such as "um".
+        fill: whether points without a height get the solution of Laplace's equation between their neighbours (the mean of
+            the four neighbours at each of them), at most half of all points.
+        width: along y [m] of a line scan, which is then a surface of constant height along y: its grid (n, 1) is periodic
+            along y, for plane strain.
 
     Returns:
         ``Surface``: (heights, grid); with ``grid`` given, that grid.
 
     Raises:
         ValueError: a file that cannot be read, is no map of heights, has points without a height, does not give
-            its unit or its size, or does not match the grid.
+            its unit or its size, or does not match the grid; the message names the argument that reads it.
         ImportError: SurfaceTopography is not installed.
 
     Example:
         >>> heights, grid = jc.read_surface("scan.x3p")  # doctest: +SKIP
         >>> rough = jc.HeightField(heights, steel)  # doctest: +SKIP
     """
-    surface = _read(_library(), Path(path))
+    surface = _read(_library(), Path(path), unit, fill, width)
     if grid is None:
         return surface
     own = surface.grid
@@ -66,10 +79,14 @@ def read_surface(path: str | Path, grid: Grid | None = None) -> Surface:
     return Surface(surface.heights, grid)
 
 
-def _read(library: Any, path: Path) -> Surface:
+def _read(library: Any, path: Path, unit: str | None, fill: bool, width: float | None) -> Surface:
     """Return the map of heights of a file."""
     try:
-        topography = library.open_topography(str(path)).topography()
+        reader = library.open_topography(str(path))
+        topography = reader.topography()
+        stated = topography.unit
+        if unit is not None and stated is None:
+            topography = reader.topography(unit=unit)
     except (OSError, ImportError):
         raise
     except Exception as error:  # each reader of the library raises its own errors
@@ -78,18 +95,80 @@ def _read(library: Any, path: Path) -> Surface:
             f"{path}: expected a surface that SurfaceTopography reads: {reason.rstrip(': ')};"
             " a table of heights in metres is jc.HeightField(numpy.loadtxt(file))"
         ) from error
-    checks.require(topography.dim == 2, f"{path}: expected a map of heights, got a line")
-    checks.require(topography.unit is not None, f"{path}: expected a unit of its lengths, got none")
+    checks.require(
+        unit is None or stated is None,
+        f"{path}: unit: expected none for a file that states its unit, {stated!r}, got {unit!r}",
+    )
+    checks.require(
+        topography.unit is not None,
+        f'{path}: expected a unit of its lengths, got none: give unit="um" or another',
+    )
     in_metres = topography.to_unit("m")
+    if topography.dim == 1:
+        checks.require(
+            width is not None and topography.is_uniform,
+            f"{path}: expected a map of heights, got a line of {in_metres.nb_grid_pts[0]} points: "
+            + (
+                "width= [m] makes it a surface of constant height along y, for plane strain"
+                if topography.is_uniform
+                else "its points are not equally spaced: interpolate it, and give jc.HeightField the heights (n, 1)"
+            ),
+        )
+        checks.positive(f"{path}: width", width)
+    else:
+        checks.require(width is None, f"{path}: width: expected none for a map of heights, got {width!r}")
     heights = np.ma.masked_invalid(in_metres.heights())
     missing = int(np.ma.count_masked(heights))
     checks.require(
-        missing == 0,
+        missing == 0 or (fill and 2 * missing <= heights.size),
         f"{path}: expected a height at every point, got {missing} of {heights.size} without:"
-        " fill or cut them with the instrument's software or SurfaceTopography",
+        + (
+            " at most half of them can be filled"
+            if fill
+            else " fill=True fills them from their neighbours, or cut them with the instrument's software"
+        ),
     )
+    periodic = bool(in_metres.is_periodic)
+    values = np.array(heights.filled(0.0), float)
+    mask = np.ma.getmaskarray(heights)
+    if topography.dim == 1:
+        spacing = (float(in_metres.pixel_size[0]), float(width or 0.0))
+        surface = Surface(values[:, None], Grid((values.size, 1), spacing, (periodic, True)))
+        return surface._replace(heights=_filled(surface.heights, mask[:, None], (periodic, False)))
     spacing = tuple(float(d) for d in in_metres.pixel_size)
-    return Surface(np.array(heights, float), Grid(heights.shape, spacing, bool(in_metres.is_periodic)))
+    return Surface(_filled(values, mask, (periodic, periodic)), Grid(values.shape, spacing, periodic))
+
+
+def _filled(heights: np.ndarray, mask: np.ndarray, periodic: tuple[bool, bool]) -> np.ndarray:
+    """Return heights (nx, ny) [m] whose points of the mask are the mean of their neighbours, by a sparse linear solve."""
+    if not mask.any():
+        return heights
+    place = np.full(mask.shape, -1)
+    place[mask] = np.arange(mask.sum())
+    rows, columns, entries = [], [], []
+    right, count = np.zeros(mask.sum()), np.zeros(mask.sum())
+    i, j = np.nonzero(mask)
+    for di, dj in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+        a, b = i + di, j + dj
+        a, b = (a % mask.shape[0] if periodic[0] else a), (b % mask.shape[1] if periodic[1] else b)
+        inside = (a >= 0) & (a < mask.shape[0]) & (b >= 0) & (b < mask.shape[1])
+        own = place[i, j][inside]
+        other = place[a[inside], b[inside]]
+        np.add.at(count, own, 1.0)
+        np.add.at(right, own[other < 0], heights[a[inside][other < 0], b[inside][other < 0]])
+        rows.append(own[other >= 0])
+        columns.append(other[other >= 0])
+        entries.append(np.full(int(np.sum(other >= 0)), -1.0))
+    every = np.arange(count.size)
+    matrix = scipy.sparse.csr_matrix(
+        (
+            np.concatenate([*entries, count]),
+            (np.concatenate([*rows, every]), np.concatenate([*columns, every])),
+        )
+    )
+    whole = heights.copy()
+    whole[mask] = scipy.sparse.linalg.spsolve(matrix, right)
+    return whole
 
 
 def _cells(grid: Grid) -> tuple[float, ...]:

@@ -33,6 +33,18 @@ def curve(header, t=T / 60, y=1e3 * J, **style):
 
 
 READ = {
+    "on its side": "t [s]," + ",".join(map(repr, T.tolist())) + "\nJ [1/Pa]," + ",".join(map(repr, J.tolist())) + "\n",
+    "on its side, units in cells": "film 7\n,"
+    + ",".join(f"{t!r} s" for t in T.tolist())
+    + "\nCreep compliance (1/Pa),"
+    + ",".join(map(repr, J.tolist()))
+    + "\nTemperature (°C),"
+    + ",".join(["21"] * T.size),
+    "stray cells": "t [s];J [1/Pa];;;20\n" + LINES[0].replace(",", ";") + ";;;80\n"
+    + BODY[len(LINES[0]) + 1 :].replace(",", ";"),
+    "stray words": HEAD.replace(",", ";") + LINES[0].replace(",", ";") + ";;film;of;today;by;me\n"
+    + BODY[len(LINES[0]) + 1 :].replace(",", ";"),
+    "statistics after it": PLAIN + "\nSeries,maximum\nx,2e-5\ns,1e-6\n",
     "UTF-8 mark, CRLF": b"\xef\xbb\xbf" + PLAIN.replace("\n", "\r\n").encode(),
     "UTF-8 mark before sep=": b"\xef\xbb\xbfsep=;\r\n" + PLAIN.replace(",", ";").encode(),
     "UTF-16, other end first": b"\xfe\xff" + PLAIN.encode("utf-16-be"),
@@ -108,14 +120,14 @@ REFUSED = {
     "minutes or months": (curve("Time [M],J [1/kPa]"), "expected a unit among s"),
     "modulus": (curve("t [min],modulus [MPa]", y=1 / J), "columns={'J'"),
     "modulus named compliance": (curve("t [min],J [N/mm2]", y=1 / J), "expected a unit among 1/Pa"),
-    "creep modulus": (curve("t [h],creep modulus [MPa]", y=1 / J), "read_relaxation"),
+    "creep modulus": (curve("t [h],creep modulus [MPa]", y=1 / J), "nu= for J"),
     "complex modulus": (table("Frequency [Hz],|G*| [Pa],tan(δ)", T, 1 / J, 0.1 / J), "read_oscillation"),
     "load and depth": (table("Time (s),Load (mN),Depth (nm)", T, S, J), "read_indentation"),
     "complex compliance": (table("t [s],J' [1/Pa],J'' [1/Pa]", T, J, J), "columns={'J'"),
     "flow curve": (table("Shear rate [1/s],Viscosity [Pa.s],Shear stress [Pa]", T, J, S), "columns="),
     "rate of strain": (table("t [s],strain rate [1/s],stress [Pa]", T, GAMMA, S), "columns="),
-    "one header twice, side by side": (table("t [s],J [1/Pa],t [s],J [1/Pa]", T, J, T, 2 * J), "columns={'t'"),
-    "side by side, by pandas": (table("t [s],J [1/Pa],t [s].1,J [1/Pa].1", T, J, T, 2 * J), "columns={'t'"),
+    "one header twice, side by side": (table("t [s],J [1/Pa],t [s],J [1/Pa]", T, J, T, 2 * J), "segment="),
+    "side by side, by pandas": (table("t [s],J [1/Pa],t [s].1,J [1/Pa].1", T, J, T, 2 * J), "segment="),
     "repeats": (table("t [s],J_1 [1/Pa],J_2 [1/Pa]", T, J, 2 * J), "columns={'J'"),
     "mean and deviation": (table("t [s],J mean [1/Pa],J SD [1/Pa]", T, J, J), "columns={'J'"),
     "time in two units": (table("t [s],t [min],J [1/Pa]", T, T / 60, J), "columns={'t'"),
@@ -148,7 +160,6 @@ REFUSED = {
     "pointer to a large file": ("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n", CSV),
     "array of numpy": (b"\x93NUMPY\x01\x00" + np.stack([T, J]).tobytes(), "export it as text or CSV"),
     "a zero byte": (PLAIN[:99] + "\0" + PLAIN[99:], "export it as text or CSV"),
-    "transposed": ("t [s]," + ",".join(map(str, T)) + "\nJ [1/Pa]," + ",".join(map(str, J)) + "\n", "transpose the table"),
     "times below zero": (table("t [s],J [1/Pa]", -T, J), "window=(0, None)"),
     "compliance below zero": (table("t [s],J [1/Pa]", T, -J), "expected values > 0"),
     "one time throughout": (table("t [s],J [1/Pa]", S, J), "at least 5 different times"),
@@ -226,7 +237,7 @@ IN_A_SHELL = {  # the same remedies, as flags
     "header on every page": "--segment",
     "log10(t)": "write its values",
     "JSON": CSV,
-    "transposed": "transpose the table",
+    "creep modulus": "--tension",
 }
 
 

@@ -1,6 +1,7 @@
 """Maps of force curves: one table and one figure of a folder, from curves with a known modulus."""
 
 import csv
+import json
 
 import numpy as np
 import pytest
@@ -29,7 +30,8 @@ def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys
         write(folder / f"{k}.txt", E, k)
     (folder / "notes.txt").write_text("no curve\n")
     command = ["fit", "map", str(folder), "-o", str(out), "--radius", "5e-6", "--processes", "1"]
-    main(command)
+    assert main(command) == 3  # one curve could not be fitted
+    assert json.loads((out / "options.json").read_text())["radius"] == 5e-6
     said = capsys.readouterr().out
     assert "2 of 3 curves accepted" in said and "1 of 4 files without rows of numbers" in said
     # the curves end at a fifth of the radius of the ball
@@ -40,7 +42,7 @@ def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys
     assert "rises with depth" in rows[2]["reason"]
     assert ["radius of the ball" in row["notes"] for row in rows] == [True, True, False]
     for row, E in zip(rows, (500.0, 1e3), strict=False):
-        assert float(row["low [Pa]"]) < E < float(row["high [Pa]"])
+        assert float(row["E low [Pa]"]) < E < float(row["E high [Pa]"])
     assert (out / "map.png").stat().st_size > 1e4
     stored = {path: path.stat().st_mtime_ns for path in (out / "curves").glob("*.npz")}
     write(folder / "3.txt", 2e3, 3)

@@ -94,7 +94,11 @@ HEADINGS = {
     "commanded height": "height|None Piezo (nm)|nm height (piezo)|None",
     "segment": "segment|None Segment Index|None",
     "temperature": "T|None Temperature [C]|C Temp|None Temperatur in °C|°C",
-    None: "H [GPa]|GPa log J|None Depth target|None Point No.|None E|None",
+    None: "H [GPa]|GPa log J|None Depth target|None Point No.|None",
+    "modulus": "G [Pa]|Pa Modulus (GPa)|GPa Shear modulus|None",
+    "tensile modulus": "E|None Young's modulus [MPa]|MPa E-Modul [MPa]|MPa",
+    "creep modulus": "Creep modulus [MPa]|MPa Kriechmodul [MPa]|MPa",
+    "contact area": "Contact Area (nm^2)|nm^2",
 }  # fmt: skip
 
 

@@ -63,10 +63,24 @@ MISTAKES = {
         lambda folder: jc.read_surface(holes(folder)),
         rf"expected a height at every point, got {np.sum(np.abs(HEIGHTS) < 0.1)} of 24 without",
     ),
-    "a line": (lambda folder: jc.read_surface(line(folder)), "expected a map of heights, got a line"),
+    "a line": (lambda folder: jc.read_surface(line(folder)), r"got a line of 6 points: width= \[m\]"),
+    "a width of a map": (
+        lambda folder: jc.read_surface(matrix(folder), width=1e-6),
+        "width: expected none for a map",
+    ),
+    "too many holes": (
+        lambda folder: jc.read_surface(
+            matrix(folder, heights=np.where(HEIGHTS < 1.0, np.nan, HEIGHTS)), fill=True
+        ),
+        "at most half of them can be filled",
+    ),
+    "a second unit": (
+        lambda folder: jc.read_surface(matrix(folder), unit="um"),
+        "unit: expected none for a file that states its unit, 'nm', got 'um'",
+    ),
     "no unit": (
         lambda folder: jc.read_surface(matrix(folder, "# Width: 12\n# Height: 12\n")),
-        "expected a unit of its lengths, got none|could not be extracted",
+        "expected a unit of its lengths, got none: give unit=|could not be extracted",
     ),
     "no size": (lambda folder: jc.read_surface(matrix(folder, "")), "could not be extracted"),
     "another kind of file": (
@@ -112,3 +126,29 @@ def test_a_scan_of_pixels_of_two_nanometres_is_not_that_of_cells_of_eight(tmp_pa
     np.testing.assert_allclose(own.spacing, (2e-9, 3e-9), rtol=1e-9)
     with pytest.raises(ValueError, match="expected cells of"):
         jc.read_surface(path, grid=jc.Grid(own.shape, (8e-9, 8e-9)))
+
+
+def test_a_unit_is_given_where_a_file_has_none(tmp_path):
+    library()
+    heights, grid = jc.read_surface(matrix(tmp_path, "# Width: 12\n# Height: 12\n"), unit="um")
+    np.testing.assert_allclose(heights, HEIGHTS * 1e-6, rtol=1e-6)
+    np.testing.assert_allclose(grid.spacing, (2e-6, 3e-6), rtol=1e-12)
+
+
+def test_missing_points_are_filled_on_request(tmp_path):
+    """A plane satisfies Laplace's equation: every hole off the edges gets its height back."""
+    library()
+    x, y = np.meshgrid(np.arange(9.0), np.arange(7.0), indexing="ij")
+    plane = 3.0 * x - 2.0 * y + 5.0
+    holed = plane.copy()
+    holed[2:5, 2:4] = holed[6, 5] = np.nan
+    path = matrix(tmp_path, "# Width: 9 um\n# Height: 7 um\n# Value units: nm\n", holed)
+    np.testing.assert_allclose(jc.read_surface(path, fill=True).heights, plane * 1e-9, rtol=1e-6)
+
+
+def test_a_line_scan_is_a_surface_of_constant_height_along_y(tmp_path):
+    library()
+    heights, grid = jc.read_surface(line(tmp_path), width=5e-6)
+    np.testing.assert_allclose(heights, HEIGHTS[:, :1] * 1e-9, rtol=1e-6)
+    assert grid.shape == (6, 1) and grid.periodic == (False, True)
+    np.testing.assert_allclose(grid.spacing, (2e-9, 5e-6), rtol=1e-9)

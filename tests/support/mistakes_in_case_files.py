@@ -51,6 +51,16 @@ FILES = {
         r"grid.width: missing; accepted with \[adhesion\]: width, or shape and spacing",
     ),
     "not TOML": ("[grid]", "[grid", r"not TOML: "),
+    "a unit without quotes": (
+        "[times]",
+        "[settings]\ntolerance = 450 GPa  # stiff\n[times]",
+        r'not TOML: .*line \d+.*in quotes: tolerance = "450 GPa"',
+    ),
+    "text without quotes": (
+        "[times]",
+        "[settings]\ncorrespondence = exact\n[times]",
+        r'in quotes: correspondence = "exact"',
+    ),
     "a typo": ("thickness", "thicknes", r'layer.thicknes: unknown key; did you mean "thickness"\?'),
     "a typo in a section": ("[grid]", "[gird]", r'\[gird\]: unknown key; did you mean "grid"\?'),
     "both laws of volume": (
