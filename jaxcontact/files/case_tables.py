@@ -1,6 +1,7 @@
 """The tables of a case file: reading them, checking their keys and values, and converting values with units to SI."""
 
 import difflib
+import re
 import reprlib
 import tomllib
 from pathlib import Path
@@ -72,11 +73,24 @@ def with_si_values(tables: Table, sections: dict[str, Keys]) -> Table:
 
 
 def unit_of(dotted: str, sections: dict[str, Keys]) -> str | None:
-    """Return the SI unit of a key such as "layer.thickness"; None of text, counts, plain numbers and unknown keys."""
-    table, *between, name = dotted.split(".")
-    keys = _keys_by_table(sections)
-    key = keys.get("substrate" if "material" in between else table, {}).get(name)
+    """Return the SI unit of a key such as "layer[0].thickness"; None of text, counts, plain numbers and unknown keys."""
+    key = _key_of(dotted, sections)
     return None if key is None else key.unit
+
+
+def si_value(dotted: str, value: Any) -> Any:
+    """Return a value in [sweep] of a key such as "layer[0].thickness", of any kind of experiment, with SI numbers for texts with a
+    unit; CaseError for a text that is no quantity of that key's dimension."""
+    for kind in KINDS:
+        key = _key_of(dotted, sections_of(kind))
+        if key is not None:
+            return _plain(f"sweep.{dotted}", value, key)
+    return value
+
+
+def _key_of(dotted: str, sections: dict[str, Keys]) -> Key | None:
+    table, *between, name = re.sub(r"\[\d+\]", "", dotted).split(".")
+    return _keys_by_table(sections).get("substrate" if "material" in between else table, {}).get(name)
 
 
 def _keys_by_table(sections: dict[str, Keys]) -> dict[str, Keys]:

@@ -44,6 +44,10 @@ STUDIES = {
         '[sweep]\n"control.load" = []',
         r"sweep.control.load: found \[\], accepted: a list of values, or",
     ),
+    "a quantity of another dimension": (
+        '[sweep]\n"control.load" = ["1 N", "2 mm"]',
+        r'sweep.control.load: found "2 mm", accepted: ',
+    ),
     "a range without count": (
         '[sweep]\n"control.load" = {from = 1, to = 2}',
         r"sweep.control.load.count: missing; accepted: a whole number from 2",
