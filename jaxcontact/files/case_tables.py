@@ -79,8 +79,10 @@ def unit_of(dotted: str, sections: dict[str, Keys]) -> str | None:
 
 
 def si_value(dotted: str, value: Any) -> Any:
-    """Return a value in [sweep] of a key such as "layer[0].thickness", of any kind of experiment, with SI numbers for texts with a
-    unit; CaseError for a text that is no quantity of that key's dimension."""
+    """Return a value in [sweep] of a key such as "layer[0].thickness", with SI numbers in place of texts with a unit.
+
+    The key may be one of any kind of experiment. Raises CaseError for a text that is no quantity of its dimension.
+    """
     for kind in KINDS:
         key = _key_of(dotted, sections_of(kind))
         if key is not None:

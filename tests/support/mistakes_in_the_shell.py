@@ -112,7 +112,7 @@ SHELL = {
     "results over others": (["run", "@case.toml", "-o", "@full"], r"not empty; --force overwrites it"),
     "nothing to resume": (
         ["run", "@case.toml", "-o", "@full", "--resume"],
-        r"found no unfinished run, accepted",
+        r"found no unfinished run and no finished one of this case, accepted",
     ),
     "too large a run": (
         ["check", "@large.toml"],
