@@ -190,7 +190,11 @@ def _add_run(commands: Commands) -> None:
         help="times of the stored maps: all, nine, or the last; by default as in the case, or all up to 32 MB, else nine",
     )
     how = _add_output(command, required=False)
-    how.add_argument("--resume", action="store_true", help="continue the run that was stopped in DIR")
+    how.add_argument(
+        "--resume",
+        action="store_true",
+        help="continue the run that was stopped in DIR; a finished one is left as it is",
+    )
     command.set_defaults(command=run)
 
 

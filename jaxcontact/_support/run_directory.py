@@ -42,8 +42,8 @@ def _check_free(directory: Path, *, force: bool, resume: bool) -> bool:
     found = {path.name for path in directory.iterdir()} - {LOCK}
     if resume and found and UNFINISHED not in found:
         raise DirectoryTakenError(
-            f"{directory}: found no unfinished run, accepted with --resume: the directory of a stopped run,"
-            " or a new one"
+            f"{directory}: found no unfinished run and no finished one of this case, accepted with --resume: the"
+            " directory of a run of this case, or a new one"
         )
     if found and not (force or resume):
         hint = "--resume continues the run that was stopped there, " if UNFINISHED in found else ""

@@ -11,6 +11,7 @@ from jaxcontact.files import advice, storage
 from jaxcontact.files.adhesion_advice import describe_adhesion
 from jaxcontact.files.case_file import read_case
 from jaxcontact.files.chosen_times import COURSE
+from jaxcontact.files.paraview import pieces_folder
 from jaxcontact.files.template import template
 
 CASES = Path(__file__).parents[1] / "cases"
@@ -94,7 +95,7 @@ def _check_new(path: Path, force: bool) -> None:
             f"{path}: found no folder {path.parent}, accepted: a file name in an existing folder"
         )
     if path.suffix == ".pvd":  # it names files in a folder beside it
-        pieces = sorted(path.with_suffix("").glob(f"{path.stem}_*.vtr"))
+        pieces = sorted(pieces_folder(path).glob(f"{path.stem}_*.vtr"))
         path = pieces[0] if pieces and not path.exists() else path
     if path.exists() and not force:
         raise ValueError(f"{path}: already exists; choose another name with -o, or --force to overwrite it")

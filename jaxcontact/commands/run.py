@@ -5,6 +5,7 @@ state is one compiled program, and its run is all or nothing: stopped, or not fo
 """
 
 import argparse
+import json
 import sys
 import time
 from collections.abc import Iterator
@@ -99,6 +100,10 @@ def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
     maps = chosen(case.kept, case.times.size)
     folder, result = directory / run_directory.UNFINISHED, case.result
     steps = FinishedSteps(folder, fingerprint(case), maps, result)
+    if options.resume and (ended := _ended(directory, steps.fingerprint)) is not None:
+        count = f"{ended.resume_point.steps} of {case.times.size} steps are finished"
+        tell(f"{directory}: {count}; --resume has nothing left to compute", sys.stdout)
+        return _finish(ended, case, options)
     with run_directory.claimed(directory, force=options.force, resume=options.resume) as taken:
         if not options.resume:
             steps.remove()
@@ -106,12 +111,24 @@ def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
         ending = _at_once(case, options.case, steps) if experiment is None else _march(experiment, steps)
         spared = taken and not options.resume and ending.status == BAD_INPUT
         if ending.run is not None and not spared:
-            _write(ending.run, case, ending, options)
+            _write(ending.run, case, ending, options, steps.fingerprint)
         if ending.interrupt is None:
             steps.remove()
     for note in ending.notes:
         tell(f"jaxcontact: warning: {note}", sys.stderr)
     return _finish(ending, case, options)
+
+
+def _ended(directory: Path, digest: str) -> Ending | None:
+    """Return the ending of a run of the same case that went to its own end in this directory; otherwise None."""
+    try:
+        summary = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
+        stopped = summary["interrupted"] or summary["case_digest"] != digest
+        resume_point = ResumePoint(steps=summary["steps_finished_count"], status=summary["status"])
+    except (OSError, ValueError, KeyError, TypeError):  # none, or one of an earlier version
+        return None
+    left = (directory / run_directory.UNFINISHED).exists() or not (directory / "result.npz").exists()
+    return None if stopped or left else Ending(resume_point, None, None, [])
 
 
 @contextmanager
@@ -165,12 +182,13 @@ def _march(experiment: TimedExperiment, steps: FinishedSteps) -> Ending:
     return Ending(resume_point, run, interrupt, notes)
 
 
-def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace) -> None:
+def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace, digest: str) -> None:
     """The results into the directory, the main figures on stdout."""
     from jaxcontact.files import run_results  # matplotlib takes a second to import
 
     facts = {
         "case": options.case.name,
+        "case_digest": digest,
         "status": ending.resume_point.status,
         "status_meaning": Status(ending.resume_point.status).message,
         "interrupted": ending.interrupt is not None,

@@ -149,8 +149,9 @@ def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
     }
     text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
     write_whole(directory / SUMMARY, lambda path: path.write_text(text, encoding="utf-8"))
-    _draw(study, found, directory / PICTURE)
+    undrawn = _draw(study, found, directory / PICTURE)
     counts = [f"note: {line}" for line in found.notes_in_words()]
+    counts += [f"no picture: {undrawn}"] if undrawn else []
     tell(
         "\n".join([f"{len(found.done())} of {len(found)} cases, in {directory / TABLE}", *counts]), sys.stdout
     )
@@ -162,23 +163,35 @@ def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
     return print_error(f"{study.path}: {reason}", NOT_CONVERGED)
 
 
-def _draw(study: CaseStudy, found: Study, path: Path) -> None:
-    """Draw the main figures over one or two varied numbers; other studies have no picture."""
-    from jaxcontact.files.run_results import write_picture  # matplotlib takes a second to import
-    from jaxcontact.results.study_figures import can_be_drawn, studies_figure
+def _draw(study: CaseStudy, found: Study, path: Path) -> str | None:
+    """Draw the main figures over one or two varied numbers; return the reason if there is nothing to draw.
 
+    Without a picture of these cases, an earlier one of other cases is removed.
+    """
+    from jaxcontact.files.run_results import write_picture  # matplotlib takes a second to import
+    from jaxcontact.results.study_figures import studies_figure, varied_numbers
+
+    path.unlink(missing_ok=True)
     done = found.done()
-    if not done or not can_be_drawn(study.cases):
-        return
+    if not done:
+        return "every case failed"
+    try:
+        varied = varied_numbers(study.cases)
+    except ValueError as error:
+        return str(error)
+    if not 1 <= len(varied) <= 2:
+        return f"expected one or two numbers that vary, got {len(varied)}" + "".join(f", {v}" for v in varied)
     names = {
         name: own for name in found[done[0]] for own in DRAWN if name.startswith(own) and _is_last(name, own)
     }
-    if names:
-        labels = labels_of(study.cases, study.tables)
-        cases = [{labels[name]: value for name, value in case.items()} for case in study.cases]
-        write_picture(
-            path, studies_figure(cases, {_titled(*item): found.stacked(item[0]) for item in names.items()})
-        )
+    if not names:
+        return f"the cases have none of {', '.join(DRAWN)}"
+    labels = labels_of(study.cases, study.tables)
+    cases = [{labels[name]: value for name, value in case.items()} for case in study.cases]
+    write_picture(
+        path, studies_figure(cases, {_titled(*item): found.stacked(item[0]) for item in names.items()})
+    )
+    return None
 
 
 def labels_of(cases: Sequence[dict[str, Any]], tables: dict[str, Any]) -> dict[str, str]:

@@ -86,11 +86,26 @@ def with_si_values(tables: Table, sections: dict[str, Keys]) -> Table:
 
 
 def unit_of(dotted: str, sections: dict[str, Keys]) -> str | None:
-    """Return the SI unit of a key such as "layer.thickness"; None of text, counts, plain numbers and unknown keys."""
-    table, *between, name = dotted.split(".")
-    keys = _keys_by_table(sections)
-    key = keys.get("substrate" if "material" in between else table, {}).get(name)
+    """Return the SI unit of a key such as "layer[0].thickness"; None of text, counts, plain numbers and unknown keys."""
+    key = _key_of(dotted, sections)
     return None if key is None else key.unit
+
+
+def si_value(dotted: str, value: Any) -> Any:
+    """Return a value in [sweep] of a key such as "layer[0].thickness", with SI numbers in place of texts with a unit.
+
+    The key may be one of any kind of experiment. Raises CaseError for a text that is no quantity of its dimension.
+    """
+    for kind in KINDS:
+        key = _key_of(dotted, sections_of(kind))
+        if key is not None:
+            return _plain(f"sweep.{dotted}", value, key)
+    return value
+
+
+def _key_of(dotted: str, sections: dict[str, Keys]) -> Key | None:
+    table, *between, name = re.sub(r"\[\d+\]", "", dotted).split(".")
+    return _keys_by_table(sections).get("substrate" if "material" in between else table, {}).get(name)
 
 
 def _keys_by_table(sections: dict[str, Keys]) -> dict[str, Keys]:

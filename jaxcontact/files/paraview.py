@@ -7,6 +7,7 @@ https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
 """
 
 import base64
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ def write_collection(path: Path, result: Any) -> None:
     """Write a result at each of its times, then the collection file."""
     arrays = arrays_of(result)
     fields = list(_fields(result, arrays))
-    folder = path.with_suffix("")
+    folder = pieces_folder(path)
     folder.mkdir(exist_ok=True)
     pieces: dict[str, float] = {}
     for index, time in _times(arrays).items():
@@ -34,6 +35,18 @@ def write_collection(path: Path, result: Any) -> None:
         _write(piece, _grid(arrays, [_at(field, index) for field in fields]))
         pieces[f"{folder.name}/{piece.name}"] = time
     _write(path, _collection(pieces))
+
+
+def pieces_folder(path: Path) -> Path:
+    """Return the folder for the VTK files of a collection: ``v`` for ``v.pvd``, or ``v_vtr``, ``v_vtr_vtr``, ... where that
+    is a file or a folder of other things, such as the results of a run."""
+    folder = path.with_suffix("")
+    while folder.exists() and not (
+        folder.is_dir()
+        and all(re.fullmatch(rf"{re.escape(path.stem)}_\d+\.vtr", p.name) for p in folder.iterdir())
+    ):
+        folder = folder.with_name(folder.name + "_vtr")
+    return folder
 
 
 def _write(path: Path, root: Element) -> None:

@@ -54,7 +54,8 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
             ``AdhesiveSlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or ``InteriorFields``; the values of a ``save``
             function are not stored.
         path: a file name ending in ``.npz`` or ``.nc``, or in ``.pvd`` for ParaView: an animation over all times, one
-            file each in a folder of the same name beside it, for viewing only: it cannot be loaded again.
+            file each in a folder of the same name beside it (with ``_vtr`` behind the name if that folder holds other
+            things, as a run's does), for viewing only: it cannot be loaded again.
         case: the inputs of the result, under any names except those of its own arrays (``body=body,
             indenter=ball``): numbers, text and objects of this package are stored as attributes of a NetCDF file
             (``body.layers.0.material.G1``) and as arrays of an npz file.

@@ -3,7 +3,9 @@
     [sweep]
     method = "grid"                                  # every combination; or "latin-hypercube", with samples and seed
     "control.load" = [10.0, 60.0]                    # these values
-    "layer[0].thickness" = {from = 1e-7, to = 1e-6, count = 4, log = true}     # or a range
+    "layer[0].thickness" = {from = "100 nm", to = "1 um", count = 4, log = true}     # or a range
+
+Values are in SI, or texts with a unit, which are read as SI numbers here: tables and figures of the study have the numbers.
 
 A list in a case is a single value (a vector, a history), so variations need a table of their own.
 """
@@ -22,7 +24,7 @@ import scipy
 
 from jaxcontact.files.case_file import Case, case_of
 from jaxcontact.files.case_keys import FLAG, NUMBER, Key, Keys, choice, whole_number
-from jaxcontact.files.case_tables import CaseError, Table, check_table, read_tables, shown
+from jaxcontact.files.case_tables import CaseError, Table, check_table, read_tables, shown, si_value
 from jaxcontact.files.finished_steps import fingerprint
 
 MOST_CASES = 10**5
@@ -106,6 +108,14 @@ def _combined(sweep: Any) -> tuple[Table, ...]:
         raise CaseError(f"[sweep]: found {shown(sweep)}, accepted: a table")
     given = dict(_flat(sweep))
     options = {name: given.pop(name) for name in OPTIONS if name in given}
+    for name, value in given.items():
+        if "." not in name:  # refused below
+            continue
+        if isinstance(value, dict):  # a range: its ends are quantities, its count and scale are not
+            ends = {end: si_value(name, value[end]) for end in ("from", "to") if end in value}
+            given[name] = value | ends
+        else:
+            given[name] = si_value(name, value)
     check_table("sweep", options, OPTIONS)
     latin = options.get("method") == "latin-hypercube"
     for name, value in given.items():

@@ -27,14 +27,6 @@ def studies_figure(cases: Sequence[Mapping[str, Any]], values: Mapping[str, np.n
     return figure
 
 
-def can_be_drawn(cases: Sequence[Mapping[str, Any]]) -> bool:
-    """Return whether the cases vary one or two numbers, and nothing else."""
-    try:
-        return 1 <= len(varied_numbers(cases)) <= 2
-    except ValueError:
-        return False
-
-
 def draw_study(ax: Axes, cases: Sequence[Mapping[str, Any]], values: np.ndarray, name: str) -> None:
     """Draw values (n,) over the varied numbers: a line over one, a map over two."""
     varied = varied_numbers(cases)

@@ -6,6 +6,7 @@ import functools
 import hashlib
 import json
 import pickle
+import sys
 import types
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -28,6 +29,7 @@ Case = dict[str, Any]
 Result = dict[str, np.ndarray]
 CASE = "case.json"  # the name of the case beside its arrays
 NOTES = "notes.json"  # beside them as well: the warnings that f issued, each with its kind
+PATIENCE = 10.0  # [s] without a result, after which a cluster is checked for workers
 MOST_SHOWN = 20  # failed cases in the text of a study
 FUNCTION = "function.json"  # the identity of the function whose results a folder holds
 MOST_NAMES = 6  # of the parts that differ, in a message
@@ -141,7 +143,8 @@ def sweep(
         out: folder of the results, created if necessary; only one sweep at a time may write into it.
         executor: any ``concurrent.futures.Executor``, such as ``distributed.Client(...).get_executor()`` or
             ``mpi4py.futures.MPIPoolExecutor``; by default processes of this machine, which share the cache of compiled
-            programs.
+            programs. If a worker's death breaks the executor, as it does a ``ProcessPoolExecutor``, processes of this
+            machine compute the remaining cases. A Dask cluster without workers is waited for, with a message.
         processes: number of processes of this machine, by default one for each core.
         version: a text of your own that names the version of f; it replaces the comparison of f by content.
 
@@ -271,21 +274,32 @@ class Failure:
     died: bool = False
 
 
+DEAD = Failure("its process died (out of memory?)", died=True)
+
+
 def _fill(f: Callable, missing: dict[str, Case], folder: Path, workers: Executor | int) -> dict[str, str]:
     """Compute what is missing into the folder; {file: what went wrong}."""
     if not missing:
         return {}
+    own = workers if isinstance(workers, int) else _cores()
     with tqdm(total=len(missing), unit="case", disable=None, delay=1.0) as bar:
+        keep = lambda cases, by: _keep(_outcomes(f, cases, by), missing, folder, bar)
+        dead = lambda: {name: missing[name] for name, failure in failures.items() if failure.died}
         try:
-            failures = _keep(_outcomes(f, missing, workers), missing, folder, bar)
-            died = [name for name, failure in failures.items() if failure.died]
-            for name in died if isinstance(workers, int) else ():  # its own process died, or one beside it
+            failures = keep(missing, workers)
+            # A process that dies takes with it whatever its executor had not finished, and an executor of the user
+            # cannot be made anew: those cases are computed by processes of this machine instead.
+            if not isinstance(workers, int) and (lost := dead()):
+                failures = {name: each for name, each in failures.items() if not each.died} | keep(lost, own)
+            for (
+                name,
+                case,
+            ) in dead().items():  # each alone: now only the process of its own case can have died
                 del failures[name]
-                alone = {name: missing[name]}
-                failures |= _keep(_outcomes(f, alone, 1), missing, folder, bar)
+                failures |= keep({name: case}, 1)
         except KeyboardInterrupt:
-            if isinstance(workers, int):  # they would go on with what nobody waits for
-                _processes(max(1, min(workers, len(missing)))).shutdown(kill_workers=True)
+            # own processes would go on with what nobody waits for
+            _processes(max(1, min(own, len(missing)))).shutdown(kill_workers=True)
             raise
     return {name: failure.text for name, failure in failures.items()}
 
@@ -313,17 +327,35 @@ def _outcomes(
     call = functools.partial(_attempt, _stored(f) if isinstance(workers, int) else f)
     waiting, running = deque(cases.items()), dict[Future, str]()
     width = min(workers, len(cases)) if isinstance(workers, int) else len(cases)
+    told = False
     try:
         while waiting or running:
             while waiting and len(running) < width:
                 name, case = waiting.popleft()
                 executor = _processes(width) if isinstance(workers, int) else workers
-                running[executor.submit(call, case)] = name
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                try:
+                    running[executor.submit(call, case)] = name
+                except BrokenExecutor:  # a process has died since the last case was submitted
+                    yield name, DEAD
+            done = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED).done
+            if not done and not told and _has_no_worker(workers):
+                told = True
+                tqdm.write(
+                    f"sweep: the cluster has no worker; {len(running)} cases wait for one (Ctrl-C keeps the finished"
+                    " cases and ends)",
+                    file=sys.stderr,
+                )
+            for future in done:
                 yield running.pop(future), _outcome(future)
     finally:
         for future in running:
             future.cancel()
+
+
+def _has_no_worker(workers: Executor | int) -> bool:
+    """Return whether the workers are those of a Dask cluster that has none at present; other executors cannot say."""
+    client = getattr(workers, "_client", None)
+    return hasattr(client, "nthreads") and not client.nthreads()
 
 
 def _cores() -> int:
@@ -348,7 +380,7 @@ def _share_programs() -> None:
 def _outcome(future: Future) -> Result | Failure:
     error = future.exception()
     if isinstance(error, BrokenExecutor):
-        return Failure("its process died (out of memory?)", died=True)
+        return DEAD
     return future.result() if error is None else _failure(error)
 
 

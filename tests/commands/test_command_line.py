@@ -245,11 +245,38 @@ def test_plot_and_convert_take_a_saved_result_and_overwrite_nothing(case, tmp_pa
     film = tmp_path / "press.pvd"
     assert main(["convert", str(out / "result.npz"), "-o", str(film)]) == 0
     assert film.read_text().count(".vtr") == len(list((tmp_path / "press").iterdir())) == 7
+    of_the_run = sorted(out.iterdir())
+    beside = tmp_path / "out.pvd"  # its pieces would otherwise lie in the folder of the run
+    assert main(["convert", str(out / "result.npz"), "-o", str(beside)]) == 0
+    assert main(["convert", str(out / "result.npz"), "-o", str(beside)]) == 2
+    assert main(["convert", str(out / "result.npz"), "-o", str(beside), "--force"]) == 0
+    assert sorted(out.iterdir()) == of_the_run
+    pieces = re.findall('file="(.*?)"', beside.read_text())
+    assert len(pieces) == 7 and all((tmp_path / piece).exists() for piece in pieces)
     history = jc.load(out / "result.npz")
     summary = json.loads((out / "summary.json").read_text())
     assert history.pressure.shape == (7, 32, 32)
     assert float(history.approach[-1]) == summary["approach_end_m"]
     assert set(summary["arrays_in_result_npz"]) == set(np.load(out / "result.npz").files) - {"kind", "case"}
+
+
+def test_a_finished_run_has_nothing_left_to_resume_and_that_is_no_error(case, tmp_path, capfd):
+    """Status 0 and the same files; another case, or a run whose result is gone, is refused as before."""
+    out = tmp_path / "out"
+    command = ["run", str(case), "-o", str(out), "--resume"]
+    assert main(command) == 0
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    capfd.readouterr()
+    assert main(command) == 0
+    assert "7 of 7 steps are finished; --resume has nothing left to compute" in capfd.readouterr().out
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    text = case.read_text()
+    case.write_text(text.replace("load = 10.0", "load = 11.0"))
+    assert main(command) == 2
+    assert "found no unfinished run and no finished one of this case" in capfd.readouterr().err
+    case.write_text(text)
+    (out / "result.npz").unlink()
+    assert main(command) == 2
 
 
 def test_run_without_a_place_for_results_says_so(case, capfd):

@@ -75,6 +75,50 @@ def test_a_value_may_be_a_vector_a_history_or_that_of_one_layer_among_several(st
     assert [case["control.tangential_load"] for case in cases] == [[1.0, 0.0], [[0.0, 0.0], [2.0, 0.0]]]
 
 
+def test_values_with_units_are_the_numbers_that_they_stand_for(study):
+    """In lists, in vectors and at the ends of ranges, of layers and of the material of the indenter."""
+    shear = CASE.replace("[0.0]", "[0.0, 1.0]").replace(
+        "[control]", "[control]\ntangential_load = [0.0, 0.0]"
+    )
+    layer = '[[layer]]\nmaterial = "elastic"\nE = 1e9\nthickness = 1e-6\n'
+    text = f'{shear}[experiment]\nkind = "shear"\nfriction = 0.3\n{layer}'
+    for given, plain in (
+        ('"control.load" = ["500 mN", 1.0, "2 kN"]', '"control.load" = [0.5, 1.0, 2e3]'),
+        (
+            '"layer[0].thickness" = {from = "100 nm", to = "10 um", count = 3, log = true}',
+            '"layer[0].thickness" = {from = 1e-7, to = 1e-5, count = 3, log = true}',
+        ),
+        ('"control.tangential_load" = [["1 mN", "-2 N"]]', '"control.tangential_load" = [[1e-3, -2.0]]'),
+        (
+            '"substrate.E" = ["3 GPa"]\n"layer[0].E" = ["2 MPa"]',
+            '"substrate.E" = [3e9]\n"layer[0].E" = [2e6]',
+        ),
+        ('"experiment.friction" = [0.1]', '"experiment.friction" = [0.1]'),
+    ):
+        found, expected = read_study(study(given, text)), read_study(study(plain, text))
+        for case, other in zip(found.cases, expected.cases, strict=True):
+            assert list(case) == list(other)
+            np.testing.assert_allclose([*case.values()], [*other.values()], rtol=1e-12)
+    assert read_study(study('"indenter.shape" = ["sphere"]', text)).cases == ({"indenter.shape": "sphere"},)
+
+
+@pytest.mark.slow
+def test_a_study_of_values_with_units_is_drawn_and_what_has_no_picture_is_said(study, tmp_path, capfd):
+    """The table has numbers; a study of words says why it has no picture, and none of an earlier study stays."""
+    out = tmp_path / "out"
+    command = ["sweep", str(tmp_path / "study.toml"), "-o", str(out), "--processes", "1", "--force"]
+    study('"control.load" = ["1 N", "2 N"]\n"indenter.radius" = ["9.5 mm"]')
+    assert main(command) == 0
+    assert [row["control.load"] for row in table(out)] == ["1.0", "2.0"]
+    assert (out / "study.png").exists() and "no picture" not in capfd.readouterr().out
+    study(
+        '"control.load" = ["1 N"]\n"indenter.radius" = ["9.5 mm"]\n"indenter.shape" = ["sphere", "flat-punch"]'
+    )
+    main(command)
+    assert "no picture: cases: expected numbers that vary, got indenter.shape" in capfd.readouterr().out
+    assert not (out / "study.png").exists()
+
+
 def test_a_case_is_another_where_a_file_that_it_names_has_changed(study, tmp_path):
     heights = CASE.replace('"sphere"\nradius = 9.5e-3', '"height-field"\nheights = "rough.npy"')
     np.save(tmp_path / "rough.npy", np.zeros((16, 16)))
@@ -186,6 +230,7 @@ def test_axes_of_the_figure_of_a_study_have_units(study):
     given = {
         "indenter.radius": "[m]",
         "layer.2.G": "[Pa]",
+        "layer[1].thickness": "[m]",
         "substrate.nu": "",
         "indenter.material.E": "[Pa]",
         "grid.n": "",

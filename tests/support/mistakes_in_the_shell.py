@@ -44,6 +44,10 @@ STUDIES = {
         '[sweep]\n"control.load" = []',
         r"sweep.control.load: found \[\], accepted: a list of values, or",
     ),
+    "a quantity of another dimension": (
+        '[sweep]\n"control.load" = ["1 N", "2 mm"]',
+        r'sweep.control.load: found "2 mm", accepted: ',
+    ),
     "a range without count": (
         '[sweep]\n"control.load" = {from = 1, to = 2}',
         r"sweep.control.load.count: missing; accepted: a whole number from 2",
@@ -108,7 +112,7 @@ SHELL = {
     "results over others": (["run", "@case.toml", "-o", "@full"], r"not empty; --force overwrites it"),
     "nothing to resume": (
         ["run", "@case.toml", "-o", "@full", "--resume"],
-        r"found no unfinished run, accepted",
+        r"found no unfinished run and no finished one of this case, accepted",
     ),
     "too large a run": (
         ["check", "@large.toml"],

@@ -1,11 +1,12 @@
 """A sweep over many cases: each computed once, whatever dies on the way, with the numbers of a plain loop."""
 
+import multiprocessing
 import os
 import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -273,6 +274,39 @@ def test_a_folder_in_use_is_said_to_be(tmp_path):
         pytest.raises(ValueError, match="found another run in progress there"),
     ):
         jc.sweep(noted, CASES, tmp_path)
+
+
+@pytest.mark.slow
+def test_a_killed_worker_of_ones_own_executor_costs_no_other_case(tmp_path):
+    """A ProcessPoolExecutor is broken by it, and all its futures with it, also those not yet submitted."""
+    cases = with_log(tmp_path / "log", 12)
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        study = jc.sweep(troubled, cases, tmp_path / "out", executor=pool)
+        assert study.failures == {2: "RuntimeError: two lines", 4: "its process died (out of memory?)"}
+        found = study.stacked("square")
+        again = jc.sweep(
+            noted, cases[:3], tmp_path / "broken", executor=pool
+        )  # an executor that is broken already
+    np.testing.assert_array_equal(np.delete(found, [2, 4]), np.delete(np.arange(12.0) ** 2, [2, 4]))
+    assert not again.failures
+
+
+def test_a_cluster_without_workers_is_waited_for_with_a_word(tmp_path, monkeypatch, capfd):
+    distributed = pytest.importorskip("distributed", reason="the extra cluster")
+    monkeypatch.setattr(studies, "PATIENCE", 0.3)
+    one = {"threads_per_worker": 1, "dashboard_address": None, "processes": False}
+    with (
+        distributed.LocalCluster(n_workers=0, **one) as cluster,
+        distributed.Client(cluster) as client,
+        ThreadPoolExecutor(1) as beside,
+    ):
+        waiting = beside.submit(jc.sweep, noted, CASES[:2], tmp_path, executor=client.get_executor())
+        time.sleep(2.0)
+        assert not waiting.done()
+        told = capfd.readouterr().err
+        assert told.count("the cluster has no worker; 2 cases wait for one") == 1
+        cluster.scale(1)
+        assert waiting.result(timeout=60).stacked("square").tolist() == [0.0, 1.0]
 
 
 @pytest.mark.slow
