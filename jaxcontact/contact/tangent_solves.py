@@ -20,6 +20,7 @@ from jaxcontact.operators.base import Linear, OnContact, Operator, unchanged
 TANGENT_TOLERANCE = 1e-10
 TANGENT_ITERATIONS = 400
 DIRECTIONS, RESTARTS = 80, 10  # of GMRES, for systems that neither conjugate gradients nor BiCGSTAB solves
+ROUNDING = 1e-14  # of a right side: what is left of it in the subspace may be an error of rounding
 LEFT = 1e-7  # largest relative residual of GMRES (measured: 3e-9 for a system whose operator itself contains a solve)
 
 
@@ -32,6 +33,15 @@ class Subspace(NamedTuple):
     def __call__(self, values: Array) -> Array:
         return projected(values, self.mask, self.load_controlled)
 
+    def right_side(self, values: Array) -> Array:
+        """Return the part of a right side in the subspace, zero where it is rounding alone.
+
+        That of a uniform field, by which reverse mode asks for the derivative of the load under a given one, is zero. A
+        search for the solution of what rounding leaves of it fails, since the subspace is that of zero mean.
+        """
+        inside, size = self(values), jnp.sum(jnp.where(self.mask, values, 0.0) ** 2)
+        return jnp.where(jnp.sum(inside**2) > ROUNDING**2 * size, inside, 0.0)
+
 
 def conjugate_gradients_in_window(operator: Operator, inside: Subspace, right: Array) -> Array:
     """Solve in the window if it contains the mask, otherwise on the whole grid; the other of the two takes no step."""
@@ -39,7 +49,7 @@ def conjugate_gradients_in_window(operator: Operator, inside: Subspace, right: A
     if shape is None:
         return _on_grid(operator, operator.preconditioner_on_contact(), inside, right, TANGENT_ITERATIONS)
     corner, fits = place(inside.mask, shape)
-    b = inside(right)
+    b = inside.right_side(right)
     limits = jnp.where(fits, TANGENT_ITERATIONS, 0), jnp.where(fits, 0, TANGENT_ITERATIONS)
     within = inside._replace(mask=cut(inside.mask, corner, shape))
     restricted = operator.restricted(corner)
@@ -58,14 +68,14 @@ def _on_grid(
     where cells have entered contact, saves no iteration, and costs a convolution.
     """
     there, back = lambda x: inside(operator(x)), lambda r: inside(inverse(r, inside.mask))
-    x, _, met = conjugate_gradients(there, back, inside(right), TANGENT_TOLERANCE, limit)
+    x, _, met = conjugate_gradients(there, back, inside.right_side(right), TANGENT_TOLERANCE, limit)
     return jnp.where(met | (limit == 0), x, jnp.nan)
 
 
 def bicgstab(inside: Subspace, preconditioned: Operator, operator: Linear, right: Array) -> Array:
     """Solve with an operator that is not symmetric; nan if it fails."""
     inverse = preconditioned.preconditioner()
-    b = inside(right)
+    b = inside.right_side(right)
     x, _, met = nonsymmetric.bicgstab(
         operator, lambda x: inside(inverse(x)), b, TANGENT_TOLERANCE, TANGENT_ITERATIONS
     )

@@ -25,7 +25,9 @@ than a quarter of the half-width has the same status as one that is too long for
 
 The scheme is explicit in the pressure. Wear that flattens single cells faster than the step, or growth that accelerates by
 its own relief, makes the estimate grow. A step whose estimate is above ``LARGEST_ERROR`` of the largest
-thickness, or of the approach where that is larger, has a status that says so.
+thickness, or of the approach where that is larger, has a status that says so. Perturbations then grow from step to step, and
+with them the derivatives, which would overflow while the values stay bounded: in the derivatives of later steps the state
+after such a step is held.
 """
 
 from __future__ import annotations
@@ -184,7 +186,9 @@ class RubStepper(PressStepper):
         pressed = pressed._replace(judged=self._judged(contact, fields, pressure, lapse))
         error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(known, second, dt))
         carry = RubCarry(pressed, second.state, second.warming, work, error, shift, slopes, dt)
-        outcome = self._outcome(carry, predicted, contact, first, second, estimate, step)
+        too_long = self._too_long(second, contact.pressure, estimate, step)
+        outcome = self._outcome(carry, predicted, first, second, too_long, step)
+        carry = jax.tree.map(lambda a: jnp.where(too_long, jax.lax.stop_gradient(a), a), carry)
         return carry, self._warmed(outcome, second, step)
 
     def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
@@ -287,10 +291,9 @@ class RubStepper(PressStepper):
         self,
         carry: RubCarry,
         predicted: PredictedStep,
-        before: PressCarry,
         first: SolvedRub,
         second: SolvedRub,
-        estimate: Array,
+        too_long: Array,
         step: Steps,
     ) -> Outcome:
         solution, state = second.solution, second.state
@@ -299,7 +302,7 @@ class RubStepper(PressStepper):
         numbers |= {
             "time_step_error": jnp.zeros(()) if judged is None else judged.estimate,
             "iterations": first.solution.iterations + solution.iterations,
-            "status": self._status(second, before.pressure, estimate, step),
+            "status": self._status(second, too_long),
             "step_error": carry.error / self.scale.length,
         }
         numbers |= self.memory.observe(carry.contact.memory, solution.pressure, predicted.driven)
@@ -310,19 +313,23 @@ class RubStepper(PressStepper):
             shown["moved_profile"] = predicted.profile
         return Outcome(shown, numbers)
 
-    def _status(self, found: SolvedRub, before: Array, estimate: Array, step: Steps) -> Array:
-        """Return the status of the contact, or, where it is fine, that of the step and of the thickness."""
-        own = status_of(found.problem, found.solution, self.tolerance, self.edges)
-        thickness = found.state.thickness
+    def _too_long(self, found: SolvedRub, before: Array, estimate: Array, step: Steps) -> Array:
+        """Return whether a step is too long for the law, or for the move of the indenter, ()."""
         surface = jnp.abs(found.solution.approach) * self.scale.length
-        largest = LARGEST_ERROR * jnp.maximum(jnp.max(jnp.abs(thickness)), surface)
+        largest = LARGEST_ERROR * jnp.maximum(jnp.max(jnp.abs(found.state.thickness)), surface)
         leaps = jnp.zeros((), bool)
         if self.track is not None:
             after = found.solution.pressure
             leaps = self.track.leaps(step.more.move, jnp.where(jnp.any(after > 0.0), after, before) > 0.0)
+        return (estimate > largest) | leaps
+
+    def _status(self, found: SolvedRub, too_long: Array) -> Array:
+        """Return the status of the contact, or, where it is fine, that of the step and of the thickness."""
+        own = status_of(found.problem, found.solution, self.tolerance, self.edges)
+        thickest = jnp.max(found.state.thickness)
         kinetic = first_of(
-            ((estimate > largest) | leaps, Status.STEP_TOO_LONG),
-            (jnp.asarray(self.of_film) & (jnp.max(thickness) > self.thickest), Status.TOO_THICK),
+            (too_long, Status.STEP_TOO_LONG),
+            (jnp.asarray(self.of_film) & (thickest > self.thickest), Status.TOO_THICK),
         )
         return jnp.where(own == Status.FINE, kinetic, own)
 

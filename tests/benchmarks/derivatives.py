@@ -7,8 +7,9 @@ changed in proportion to itself, each entry of a short array in proportion to it
 fields) in two directions, a smooth one and an uneven one. Each field of the result is a term of its own: a sum over its
 entries with fixed unequal weights, each entry divided by its own size plus a tenth of the mean one, so that small entries
 count as large ones do. Contacts are solved to ``tolerance=1e-11``. Differences are relative to the entry or to a thousandth
-of the term's largest. Of two steps the central difference that is closer counts: in the one truncation, in the other
-rounding is the larger error.
+of the term's largest. Of three steps the central difference that is closest counts: long steps suffer from truncation,
+above all of the contact area, whose slope changes within a thousandth where a cell is near the edge, and short ones from what
+the solver and the separation in time leave. Grids have an odd number of cells, so that no two cells share the peak.
 
 Leaves on which a result does not depend are listed in ``CONSTANT``, with the reason; any other leaf must have a derivative
 that is not zero. Fields without a derivative by definition are those of ``NO_DERIVATIVE``.
@@ -27,7 +28,7 @@ import numpy as np
 import jaxcontact as jc
 from jaxcontact._support.fields import FIELDS, INSIDE
 
-STEPS = (1e-3, 1e-4)
+STEPS = (1e-3, 1e-4, 1e-5)
 FLOOR = 1e-3  # of a term's largest derivative: smaller ones are compared with this
 BOUND = 1e-5  # the largest difference between a derivative and its central difference,
 MODES = 1e-6  # and between the modes
@@ -162,7 +163,7 @@ def measured(scenario: Scenario) -> Table:
     for step in STEPS:
         slopes = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(at.size)]
         central.append(np.abs(np.stack([np.asarray(s) for s in slopes], 1) - forward) / size)
-    nearest = np.minimum(*central)
+    nearest = np.min(central, 0)
     names = [each.name for each in changes]
     between = np.abs(reverse - forward) / size
     spent = time.process_time() - began
@@ -200,8 +201,8 @@ BURGERS = jc.Burgers(G1=1e9, G2=0.8e9, eta1=60e9, eta2=8e9, nu=0.38)
 RUBBER = jc.StandardLinearSolid(1e6, 1e6, 1e6, nu=0.48)
 BALL = jc.Sphere(5e-3, jc.Elastic(60e9, 0.25))
 TIMES = np.array([0.0, 8.0, 20.0])
-GRID = jc.Grid((14, 12), (14e-6, 16e-6))
-LINE = jc.Grid((20, 1), (9e-6, 1e-3), periodic=(False, True))
+GRID = jc.Grid((15, 13), (13e-6, 15e-6))
+LINE = jc.Grid((21, 1), (9e-6, 1e-3), periodic=(False, True))
 WAVES = jc.Grid((12, 10), (10e-6, 12e-6), periodic=(True, True))
 AT_ONCE = np.zeros(1)
 
@@ -303,14 +304,14 @@ SCENARIOS: dict[str, Scenario] = {
     "indent, exponential adhesion": Scenario(
         jc.indent,
         pressed(BODY([], RUBBER), jc.Load(np.array([1e-4, 2e-4, 1.5e-4])), jc.Sphere(2e-3),
-                jc.Grid((16, 14), (20e-6, 22e-6)), np.array([0.0, 0.5, 2.0]),
+                jc.Grid((17, 15), (19e-6, 21e-6)), np.array([0.0, 0.5, 2.0]),
                 adhesion=jc.ExponentialAdhesion(20e-3, 1e-6)),
         ACCURATE,
     ),
     "indent, Dugdale adhesion": Scenario(
         jc.indent,
         pressed(BODY([], RUBBER), jc.Load(np.array([1e-4, 2e-4, 1.5e-4])), jc.Sphere(2e-3),
-                jc.Grid((16, 14), (20e-6, 22e-6)), np.array([0.0, 0.5, 2.0]),
+                jc.Grid((17, 15), (19e-6, 21e-6)), np.array([0.0, 0.5, 2.0]),
                 adhesion=jc.DugdaleAdhesion(20e-3, 2e4)),
         ACCURATE,
     ),
@@ -348,7 +349,7 @@ SCENARIOS: dict[str, Scenario] = {
     "slide, adhesive": Scenario(
         jc.slide,
         pressed(BODY([], RUBBER), jc.Load(np.array([1e-4, 2e-4, 1.5e-4])), jc.Sphere(2e-3),
-                jc.Grid((16, 14), (20e-6, 22e-6)), np.array([0.0, 0.5, 2.0]), velocity=2e-5,
+                jc.Grid((17, 15), (19e-6, 21e-6)), np.array([0.0, 0.5, 2.0]), velocity=2e-5,
                 adhesion=jc.ExponentialAdhesion(20e-3, 1e-6)),
         ACCURATE,
     ),
@@ -398,19 +399,19 @@ SCENARIOS: dict[str, Scenario] = {
     "shear, elastic and coupled": Scenario(
         jc.shear,
         pressed(BODY([], jc.Elastic(2e9, 0.3)), jc.Load(0.12), times=np.array([0.0, 1.0]),
-                tangential=jc.TangentialLoad(np.array([[0.0, 0.0], [0.015, 0.006]])), friction=0.3),
+                tangential=jc.TangentialLoad(np.array([[0.004, 0.001], [0.015, 0.006]])), friction=0.3),
         ACCURATE,
     ),
     "shear, creeping film by displacement": Scenario(
         jc.shear,
         pressed(BODY([LAYER(SLS, 10e-6)], SOFT), RISING,
-                tangential=jc.TangentialDisplacement(np.array([[0.0, 0.0], [1e-7, 0.4e-7], [1.5e-7, 0.2e-7]])), friction=0.4),
+                tangential=jc.TangentialDisplacement(np.array([[3e-8, 1e-8], [1e-7, 0.4e-7], [1.5e-7, 0.2e-7]])), friction=0.4),
         ACCURATE | {"coupled": False},
     ),
     "shear, plane strain": Scenario(
         jc.shear,
         pressed(BODY([], SOFT), jc.Load(np.array([0.5, 0.9, 0.8])), jc.Cylinder(5e-3, 1e-3, STEEL), LINE,
-                tangential=jc.TangentialLoad(np.array([[0.0, 0.0], [0.1, 0.0], [0.15, 0.0]])), friction=0.4),
+                tangential=jc.TangentialLoad(np.array([[0.03, 0.0], [0.1, 0.0], [0.15, 0.0]])), friction=0.4),
         ACCURATE,
     ),
     # ---- roll_steady

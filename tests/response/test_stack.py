@@ -16,6 +16,7 @@ from jaxcontact.response.body import response_of
 from jaxcontact.response.layered import Stack
 from jaxcontact.response.stack import mean_step, step, surface_compliance
 from jaxcontact.response.time.rational import separate
+from jaxcontact.response.time.separable import products
 
 
 def closed_form(body, wavenumber, start, end):
@@ -392,3 +393,45 @@ def test_derivatives_of_the_expansion_at_small_steps(body):
     for small in (1e-4, 1e-5):
         central = [float(value(small * e) - value(-small * e)) / (2.0 * small) for e in np.eye(len(leaves))]
         np.testing.assert_allclose(reverse, central, atol=3e-8)
+
+
+CREEPING = {
+    "standard solids": jc.LayeredHalfSpace(
+        (jc.Layer(jc.StandardLinearSolid(1e9, 0.5e9, 10e9, 0.4), 6e-6),),
+        jc.StandardLinearSolid(2e9, 1e9, 40e9, 0.35),
+    ),
+    "softer base": jc.LayeredHalfSpace(
+        (jc.Layer(jc.StandardLinearSolid(1e9, 1e8, 2e9, 0.45), 6e-6),),
+        jc.StandardLinearSolid(2e8, 1e8, 4e10, 0.35),
+    ),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CREEPING)
+def test_images_of_creeping_bodies_have_the_derivatives_of_the_response(name):
+    """By every leaf of film and base, at first and later, from waves of a thousand thicknesses on: first of the sum of
+    products, then of its images, against those of the exact response."""
+    leaves, structure = jax.tree.flatten(CREEPING[name])
+    k, times = jnp.geomspace(1e2, 3e6, 16), jnp.array([0.0, 3.0, 110.0])[:, None]
+    zero = jnp.zeros(len(leaves))
+
+    def moved(logs):
+        return jax.tree.unflatten(structure, [a * jnp.exp(q) for a, q in zip(leaves, logs, strict=True)])
+
+    def sums(logs):
+        response = response_of(moved(logs)).separate(2)
+        return products(response, response.terms[:, ::40], times)
+
+    def steps(logs):
+        response = response_of(moved(logs))
+        return response.step(response.wavenumbers()[None, ::40], times, times)
+
+    def imaged(logs):
+        expansion = gridded.expansion(moved(logs), 2)
+        return products(expansion.separable, expansion.images.at(k), times)
+
+    exact = lambda logs: jax.vmap(lambda t: k * jc.normal_response(moved(logs), k, t))(times[:, 0])
+    for ours, theirs, bound in ((sums, steps, 1e-6), (imaged, exact, 5e-6)):
+        value, slopes = theirs(zero), [jax.jit(jax.jacfwd(f))(zero) for f in (ours, theirs)]
+        np.testing.assert_allclose(slopes[0] / value[..., None], slopes[1] / value[..., None], atol=bound)

@@ -22,7 +22,8 @@ a closed form over a rectangular cell: 1/(2 pi) times the difference over its co
     1: atan(x y/(z r))      x: ln(y + r)      xx: atan(y z/(x r)) - atan(y/x)      xy: -ln(r + z)
     xxx: y/(r + z) - ln(y + r)      xxy: -x/(r + z)
 
-and the same functions with x and y exchanged, r^2 = x^2 + y^2 + z^2; alpha exp(-z alpha) is minus the derivative in z. For displacements there is one more factor 1/alpha: ``response.influence.tangential_coefficients``.
+and the same functions with x and y exchanged, r^2 = x^2 + y^2 + z^2; alpha exp(-z alpha) is minus the derivative in z. For
+displacements there is one more factor 1/alpha: ``response.influence.tangential_coefficients``.
 """
 
 from collections.abc import Callable
@@ -92,8 +93,8 @@ class SubsurfaceImages(NamedTuple):
     """Images of ``KernelsAtLags.kernels`` at one depth.
 
     depths (J,) [m], z first; weights (13, M, J); slope_weights (13, M): w' of the module's formula, in m times the unit of
-    the weights; shares (nt, M), as in ``KernelsAtLags``; deviations and sizes (nt, groups, s): largest deviation of the images and of the shares from the
-    response at each lag, and the quantity that it is relative to, at some wavenumbers.
+    the weights; shares (nt, M), as in ``KernelsAtLags``; deviations and sizes (nt, groups, s): largest deviation of the
+    images and of the shares from the response at each lag, and the quantity that it is relative to, at some wavenumbers.
     """
 
     depths: Array

@@ -1,0 +1,27 @@
+"""Every verb by every leaf of its arguments, each field of the result apart: both modes and central differences."""
+
+import pytest
+
+from tests.benchmarks.derivatives import SCENARIOS, faults, measured
+
+AT_ONCE = ("flash_temperature, oblique",)
+SLOW = (
+    "indent, plane strain",
+    "slide, half-space",
+    "slide_steady, half-space",
+    "shear, elastic and coupled",
+    "roll_steady, creeping half-space",
+    "rub, worn film that creeps",
+    "subsurface, half-space",
+    "heat_partition",
+)
+
+
+def marked(name):
+    marks = () if name in AT_ONCE else pytest.mark.slow if name in SLOW else pytest.mark.long
+    return pytest.param(name, marks=marks)
+
+
+@pytest.mark.parametrize("name", map(marked, SCENARIOS))
+def test_both_modes_and_central_differences_agree(name):
+    assert not faults(SCENARIOS[name], measured(SCENARIOS[name]))
