@@ -6,7 +6,7 @@ import pytest
 import jaxcontact as jc
 from jaxcontact.files.advice import foretold_step_error
 from jaxcontact.response.volume import surface_creep
-from tests.support.time_steps import BALL, GRID, cases, half_space, reference, solid, true_error
+from tests.support.time_steps import BALL, cases, half_space, reference, solid, true_error
 
 TEN = half_space(solid(10.0))
 SMALL = jc.Grid.square(n=16, width=300e-6)
