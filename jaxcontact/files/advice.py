@@ -8,14 +8,15 @@ from pathlib import Path
 import jax
 import numpy as np
 
+from jaxcontact._support.pytree import replace
 from jaxcontact.files.adhesion_advice import COARSE, WIDER, adhesion_advice
 from jaxcontact.files.case_file import Case
 from jaxcontact.files.case_schema import KINDS
 from jaxcontact.files.case_tables import CaseError, tables_named
 from jaxcontact.files.footprint import disk_room, footprint_of, machine_memory
 from jaxcontact.history.step_error import FAINT
-from jaxcontact.indenters.predicted_contact import predicted
-from jaxcontact.indenters.shapes import Sphere
+from jaxcontact.indenters.predicted_contact import predicted, softening
+from jaxcontact.indenters.shapes import HeightField, Sphere
 from jaxcontact.inputs.controls import Load
 from jaxcontact.inputs.layers import checked_body, thickest
 from jaxcontact.inputs.materials import Material
@@ -214,8 +215,9 @@ def _time_advice(case: Case) -> Iterator[str]:
     if KINDS[case.kind].times is None or times.size < 2 or not creeping:
         return
     values = np.broadcast_to(np.asarray(case.control.value, float), times.shape)
+    creep = _as_soft_as_all(case, surface_creep(creeping[0]))
     error = lambda substeps: foretold_step_error(
-        surface_creep(creeping[0]), times, values, isinstance(case.control, Load), substeps
+        creep, times, values, isinstance(case.control, Load), substeps
     )
     found = error(given)
     if found <= STEP_ERROR:
@@ -227,6 +229,26 @@ def _time_advice(case: Case) -> Iterator[str]:
         f" {100.0 * found:.2g} % (shortest relaxation time {fastest_time(case):.3g} s); accepted: shorter steps, logarithmic"
         f" spacing{remedy}"
     )
+
+
+def _as_soft_as_all(case: Case, creep: Spectrum) -> Spectrum:
+    """Return the creep of a material of the body in series with all that is elastic under the contact, the indenter
+    included: it then grows at first as the compliance of all does. That of the material by itself for a rough indenter.
+    """
+    radius = 0.0 if isinstance(case.indenter, HeightField) else _predicted_radius(case, case.times)
+    if not radius > 0.0:
+        return creep
+    soon = (
+        0.1 * float(1.0 / np.max(np.asarray(creep.rates))) if np.max(creep.rates, initial=0.0) > 0.0 else None
+    )
+    soon = 1e-2 * float(case.times[-1] - case.times[0]) if soon is None else soon
+    alone = float(creep.creep(soon)) / float(creep.instantaneous) - 1.0
+    share = (
+        softening(case.body_for_estimates, case.indenter.outline(), radius, soon) / alone
+        if alone > 0.0
+        else 1.0
+    )
+    return replace(creep, instantaneous=creep.instantaneous / max(share, 1e-9))
 
 
 def _creeps(solid: Material) -> bool:

@@ -83,7 +83,10 @@ class PressStepper(Stepper):
             "pressure": numbers.pop("pressure"),
             "displacement": earlier - raised + solution.displacement,
         }
-        judged = self._judged(carry, fields, pressure, self._lapse(step, numbers["contact_area"]))
+        lapse = self._lapse(step, numbers["contact_area"])
+        if adhering is not None:
+            lapse = lapse._replace(touches=numbers["contact_area"] > 0.0)
+        judged = self._judged(carry, fields, pressure, lapse)
         numbers["time_step_error"] = jnp.zeros(()) if judged is None else judged.estimate
         return PressCarry(fields, pressure, rate, adhering, judged), Outcome(shown, numbers)
 

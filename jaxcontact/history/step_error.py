@@ -74,13 +74,15 @@ class Delayed(NamedTuple):
 
 class Lapse(NamedTuple):
     """The time in a step [s], in which the pressure is linear; its reduced time, as it was extrapolated and as it turned
-    out, both None where the body's time is that of the clock; drift: the way of the contact over the body, in its radii.
+    out, both None where the body's time is that of the clock; drift: the way of the contact over the body, in its radii;
+    touches: false where surfaces attract each other without contact, so that the gap gives the pressure.
     """
 
     dt: Array
     assumed: Array | None = None
     found: Array | None = None
     drift: Array | float = 0.0
+    touches: Array | bool = True
 
 
 def present(before: Array, after: Array) -> Array:
@@ -134,7 +136,7 @@ def after_step(
         decay_, old_, new_ = ramps(rates * lapse.assumed + lapse.drift)
         defect = defect + remembered - decay_ * h - lapse.assumed * (old_ * pressed + new_ * size)
     free = decay * x + own * old * y + defect
-    touching = size + error.size > 0.0
+    touching = (size + error.size > 0.0) & lapse.touches
     found = jnp.where(touching, -(shares @ free) / (1.0 + shares @ (own * new)), 0.0)
     largest = jnp.maximum(size, error.largest * left)
     scale = jnp.maximum(size + jnp.abs(found), FAINT * largest)

@@ -100,6 +100,14 @@ def predicted(body: LayeredHalfSpace, outline: Outline, control: Control, times:
     return Predicted(max(one.radius for one in each), max(one.film_strain for one in each))
 
 
+def softening(body: LayeredHalfSpace, outline: Outline, radius: float, t: float) -> float:
+    """Return by how much body and indenter together soften in a time t [s] under a contact of a radius [m], relative to
+    their instantaneous compliance; the compliance is that at the wavenumber 1.5/radius."""
+    alpha, response = jnp.asarray([1.5 / radius]), response_of(checked_body(body)[0])
+    at_first, later = (float(_step(response, alpha, time)[0]) + outline.compliance for time in (0.0, t))
+    return later / at_first - 1.0
+
+
 def _at(
     response: Response, limits: BodyLimits, outline: Outline, loaded: bool, value: float, t: float
 ) -> Predicted:

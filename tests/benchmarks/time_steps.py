@@ -1,0 +1,47 @@
+"""The estimate of the error of the time steps against runs with 64 steps in the place of each.
+
+    python -m tests.benchmarks.time_steps
+
+A row has the true error of approach, load and peak pressure, the largest estimate, their ratio, whether a time has status
+12, and what ``jaxcontact check`` foretells from the rates of the top material and the times. The reference shares the march
+with the run that it judges, but not the estimate; the foretold error shares nothing with either.
+"""
+
+import warnings
+
+import numpy as np
+
+import jaxcontact as jc
+from jaxcontact.files.advice import foretold_step_error
+from jaxcontact.response.volume import surface_creep
+from tests.support.time_steps import cases, reference, true_error
+
+
+def foretold(case):
+    """Return the error that is foretold for the top material that creeps."""
+    solids = [*(layer.material for layer in case.body.layers), case.body.substrate]
+    material = next(solid for solid in solids if not isinstance(solid, jc.Elastic))
+    loaded = case.approach is None
+    times = np.asarray(case.times, float)
+    values = np.broadcast_to(np.asarray(case.load if loaded else case.approach, float), times.shape)
+    return foretold_step_error(surface_creep(material), times, values, loaded)
+
+
+def main():
+    """Print the table."""
+    warnings.simplefilter("ignore")
+    print(f"{'case':42s} {'true':>8s} {'estimate':>8s} {'ratio':>6s} {'status':>6s} {'foretold':>8s}")
+    for case in cases():
+        coarse, fine = case.run(), reference(case)
+        true, found = true_error(coarse, fine), float(np.max(coarse.time_step_error))
+        others = np.setdiff1d(np.unique(np.concatenate([coarse.status, fine.status])), [0, 3, 9, 12])
+        failed = "  status " + ", ".join(map(str, others)) if others.size else ""
+        status = "12" if np.any(coarse.status == jc.Status.STEP_TOO_LONG) else "0"
+        row = (
+            f"{case.name:42s} {true:8.1e} {found:8.1e} {found / true:6.2f} {status:>6s} {foretold(case):8.1e}"
+        )
+        print(row + failed, flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""Contacts whose time steps are too long, good, or in between: the cases of the benchmark and the tests of the estimate.
+
+The reference of a case is the same contact with ``FINER`` steps in the place of each.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import jaxcontact as jc
+
+FINER = 64
+FAINT = 0.1  # of the largest value: an error is relative to this where the value itself is smaller
+GRID = jc.Grid.square(n=24, width=300e-6)
+BALL = jc.Sphere(5e-3)
+DEPTH = 1e-6
+
+
+@dataclass(frozen=True)
+class Case:
+    """A contact over time; load or approach: the control, at the times [s]."""
+
+    name: str
+    body: Any
+    times: Any
+    load: Any = None
+    approach: Any = None
+
+    def run(self, **more):
+        """Return its history."""
+        control = jc.Load(self.load) if self.approach is None else jc.Approach(self.approach)
+        return jc.indent(self.body, BALL, control, self.times, grid=GRID, **more)
+
+
+def solid(ratio, retardation=1.0, modulus=1e9):
+    """A standard solid of a ratio E0/Einf."""
+    return jc.StandardLinearSolid(
+        modulus, modulus / (ratio - 1.0), modulus / (ratio - 1.0) * retardation, 0.3
+    )
+
+
+def half_space(material):
+    return jc.LayeredHalfSpace([], substrate=material)
+
+
+def film(material, thickness=20e-6):
+    return jc.LayeredHalfSpace([jc.Layer(material, thickness=thickness)], jc.Elastic(80e9, 0.3))
+
+
+def spaced(first, last, n):
+    return np.concatenate([[0.0], np.geomspace(first, last, n)])
+
+
+def cases():
+    """Yield the cases."""
+    maxwell, slow = jc.Maxwell(5e8, 1e9, 0.4), jc.Maxwell(5e8, 1e10, 0.4)
+    burgers = jc.Burgers(1e9, 2.5e8, 5e10, 2.5e8, 0.3)
+    prony = jc.Prony(1e-9, np.array([1e-9, 2e-9, 4e-9]), np.array([0.1, 3.0, 100.0]), 0.4)
+    stiff = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(5e9, 0.3), thickness=5e-6)], substrate=solid(5.0))
+    ten, two, three, hundred = (half_space(solid(ratio)) for ratio in (10.0, 2.0, 3.0, 100.0))
+    even = lambda last, n: np.linspace(0.0, last, n)
+    ramp = even(2.0, 11)
+    triangle = np.where(ramp < 1.0, ramp, 2.0 - ramp)
+    fine, wave = even(2.0, 41), even(20.0, 41)
+    hold = np.array([0.0, 0.5, 1.0, 2.0, 5.0, 10.0])
+    yield Case("solid 10, 0 and 10 s, approach", ten, [0.0, 10.0], approach=DEPTH)
+    yield Case("solid 10, 0 and 100 s, approach", ten, [0.0, 100.0], approach=DEPTH)
+    yield Case("solid 10, 0, 3, 10, 100 s, approach", ten, [0.0, 3.0, 10.0, 100.0], approach=DEPTH)
+    yield Case("solid 10, 7 geometric, approach", ten, spaced(0.01, 10.0, 7), approach=DEPTH)
+    yield Case("solid 10, 16 geometric, approach", ten, spaced(0.01, 10.0, 16), approach=DEPTH)
+    yield Case("solid 10, 41 geometric, approach", ten, spaced(0.01, 10.0, 40), approach=DEPTH)
+    yield Case("solid 10, 11 even, approach", ten, even(10.0, 11), approach=DEPTH)
+    yield Case("solid 100, 16 geometric, approach", hundred, spaced(1e-3, 10.0, 16), approach=DEPTH)
+    yield Case("solid 2, 0 and 1 s, approach", two, [0.0, 1.0], approach=DEPTH)
+    yield Case("solid 2, 5 even, approach", two, even(3.0, 5), approach=DEPTH)
+    yield Case("solid 2, 11 even, approach", two, even(3.0, 11), approach=DEPTH)
+    yield Case("solid 10, 0 and 10 s, load", ten, [0.0, 10.0], load=0.2)
+    yield Case("solid 10, 0 and 1 s, load", ten, [0.0, 1.0], load=0.2)
+    yield Case("solid 10, 16 geometric, load", ten, spaced(0.01, 10.0, 16), load=0.2)
+    yield Case("solid 10, 11 even, load", ten, even(10.0, 11), load=0.2)
+    yield Case("solid 2, 11 even, load", two, even(3.0, 11), load=0.5)
+    yield Case("solid 10, ramp of approach", ten, ramp, approach=DEPTH * ramp / 2.0)
+    yield Case("solid 10, fine ramp of approach", ten, fine, approach=DEPTH * fine / 2.0)
+    yield Case("solid 10, ramp of load", ten, ramp, load=0.1 * ramp)
+    yield Case("solid 2, triangle of approach", two, ramp, approach=DEPTH * triangle)
+    yield Case("solid 2, triangle of load", two, ramp, load=0.5 * triangle + 0.01)
+    yield Case("solid 10, ramp and hold, load", ten, hold, load=0.2 * np.minimum(hold, 1.0))
+    yield Case("solid 10, ramp and hold, approach", ten, wave, approach=DEPTH * np.minimum(wave / 10.0, 1.0))
+    yield Case("solid 10, oscillation of load", ten, wave, load=0.15 + 0.05 * np.sin(wave))
+    yield Case("solid 3, oscillation of approach", three, wave, approach=DEPTH * (1.0 + 0.3 * np.sin(wave)))
+    yield Case("Maxwell film, 0 and 1 s, approach", film(maxwell), [0.0, 1.0], approach=DEPTH / 3.0)
+    yield Case("Maxwell film, 0 and 1 s, load", film(maxwell), [0.0, 1.0], load=1.0)
+    yield Case(
+        "Maxwell film, 10 geometric, approach", film(maxwell), spaced(0.03, 30.0, 10), approach=DEPTH / 3.0
+    )
+    yield Case("film of solid 10, 0 and 3 s, load", film(solid(10.0)), [0.0, 3.0], load=1.0)
+    yield Case("film of solid 10, 5 even, approach", film(solid(10.0)), even(3.0, 5), approach=DEPTH / 3.0)
+    yield Case("Maxwell, 9 even, load", half_space(slow), even(40.0, 9), load=0.2)
+    yield Case("Maxwell, 9 even, approach", half_space(slow), even(60.0, 9), approach=DEPTH)
+    yield Case("Burgers, 11 even, approach", half_space(burgers), even(50.0, 11), approach=DEPTH)
+    yield Case("Burgers, 11 even, load", half_space(burgers), even(50.0, 11), load=0.1)
+    yield Case("Prony, 6 geometric, approach", half_space(prony), spaced(0.1, 300.0, 6), approach=DEPTH)
+    yield Case("Prony, 12 geometric, approach", half_space(prony), spaced(0.1, 300.0, 12), approach=DEPTH)
+    yield Case("stiff film on solid 5, 6 even, approach", stiff, even(5.0, 6), approach=DEPTH)
+    yield Case("stiff film on solid 5, 3 even, load", stiff, even(5.0, 3), load=0.5)
+
+
+def true_error(coarse, fine):
+    """Return the largest relative error of approach, load and peak pressure; fine: with its peaks as ``saved``."""
+    pairs = (
+        (coarse.approach, fine.approach),
+        (coarse.load, fine.load),
+        (coarse.peak_pressure, fine.saved),
+    )
+    off = lambda a, b: np.max(np.abs(a - b) / np.maximum(np.abs(b), FAINT * np.max(np.abs(b))))
+    return max(off(np.asarray(a), np.asarray(b)) for a, b in pairs)
+
+
+def reference(case):
+    """Return the history with short steps, and its peaks of pressure as ``saved``."""
+    return case.run(substeps=FINER, save=lambda step: step.pressure.max())
