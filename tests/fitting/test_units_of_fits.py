@@ -9,7 +9,9 @@ import pytest
 import fitting
 import jaxcontact as jc
 
-QUANTITY = re.compile(r"-?\d[\d.]*(e[+-]?\d+)?( to -?\d[\d.]*(e[+-]?\d+)?)? ?[pnµmkMGT]?(1/\(?Pa( s\))?|Pa s|Pa|m/s|N/s|m|N|s)\b")
+QUANTITY = re.compile(
+    r"-?\d[\d.]*(e[+-]?\d+)?( to -?\d[\d.]*(e[+-]?\d+)?)? ?[pnµmkMGT]?(1/\(?Pa( s\))?|Pa s|Pa|m/s|N/s|m|N|s)\b"
+)
 UNITS = [(1e-3, 1e-6, 1e-2), (30.0, 1e4, 1e3)]  # of length, force and time, in those of the first data
 
 
