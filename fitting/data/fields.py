@@ -66,7 +66,8 @@ class ContactData:
 
     def _field(self, name: str, value: Any) -> np.ndarray:
         """Return a field (nt, nx, ny)."""
-        shape, array = (self.times.size, *self.grid.shape), np.ma.array(value, dtype=float).filled(np.nan)
+        shape = (self.times.size, *self.grid.shape)
+        array: np.ndarray = np.ma.array(value, dtype=float).filled(np.nan)
         array = array[None] if array.ndim == 2 else array
         if array.shape != shape:
             raise ValueError(f"fields[{name!r}]: expected shape {shape}, got {np.shape(value)}")

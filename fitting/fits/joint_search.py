@@ -208,7 +208,9 @@ def _residual(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: 
     for (x, y, weight), kind, size in zip(arrays, kinds, sizes, strict=True):
         if kind == "creep":
             c = point.compliances()
-            parts = jnp.concatenate([jnp.stack([c.instantaneous]), c.amplitudes, jnp.stack([c.fluidity])])
+            parts = jnp.concatenate(
+                [jnp.stack([c.instantaneous]), c.amplitudes, jnp.stack([jnp.asarray(c.fluidity)])]
+            )
             one = weight * (columns(x, c.rates) @ parts - y)
         else:
             one = modulus.residual(point, x, y, weight, kind)

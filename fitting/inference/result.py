@@ -14,9 +14,9 @@ from fitting.inference import student
 from fitting.inference.evidence import Curve, Evidence
 from fitting.models.search_space import Landscape
 from fitting.models.structure import Structure
-from jaxcontact.inputs.spectrum import Spectrum
 from fitting.search.uncertainty import LogCovariance
 from fitting.views import fit_picture, report
+from jaxcontact.inputs.spectrum import Spectrum
 
 
 class Estimate(NamedTuple):

@@ -139,7 +139,8 @@ def sticky_load_residual(point: Coordinates, curve: Curve) -> Array:
 
 def _hereditary(c: Spectrum, curve: Curve) -> Array:
     """Return int (J + extra) dP at the samples, (n,)."""
-    x = jnp.concatenate([jnp.stack([c.instantaneous + curve.extra]), c.amplitudes, jnp.stack([c.fluidity])])
+    flow = jnp.asarray(c.fluidity)
+    x = jnp.concatenate([jnp.stack([c.instantaneous + curve.extra]), c.amplitudes, jnp.stack([flow])])
     return columns(curve.basis, c.rates) @ x
 
 

@@ -72,4 +72,6 @@ class MaxwellSeries(ParameterList):
     def material(self, values: dict[str, Any], volume: Any) -> jc.Prony:
         """Return the equivalent series of retardation times."""
         c = self.compliances(jnp.stack([jnp.asarray(values[name], dtype=float) for name in self.where]))
-        return jc.Prony(J0=c.instantaneous, J=c.amplitudes, tau=1.0 / c.rates, fluidity=c.fluidity, **volume.keyword)
+        return jc.Prony(
+            J0=c.instantaneous, J=c.amplitudes, tau=1.0 / c.rates, fluidity=c.fluidity, **volume.keyword
+        )

@@ -159,9 +159,12 @@ def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array, Ar
     the march times (m,)."""
     c = point.compliances()
     material = jc.Prony(
-        J0=c.instantaneous * film.units.compliance, J=c.amplitudes * film.units.compliance, tau=film.units.duration / c.rates,
-        fluidity=c.fluidity * film.units.compliance / film.units.duration, **film.volume,
-    )  # fmt: skip
+        J0=c.instantaneous * film.units.compliance,
+        J=c.amplitudes * film.units.compliance,
+        tau=film.units.duration / c.rates,
+        fluidity=jnp.asarray(c.fluidity) * film.units.compliance / film.units.duration,
+        **film.volume,
+    )
     body = film.coating.body(material)
     offset, drive = point.offset(film.t, film.load), film.drive
     by_load = isinstance(drive, jc.Load)

@@ -100,14 +100,14 @@ class Material(abc.ABC):
         """Return the shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape."""
         spectrum = self.spectrum()
         rho, weights = relaxation_modes(spectrum)
-        decay = jnp.exp(-as_float64(t)[..., None] * rho)
+        decay = jnp.exp(-jnp.asarray(as_float64(t))[..., None] * rho)
         return self._elastic_part(spectrum) + decay @ weights
 
     def complex_modulus(self, omega: Array | float) -> Array:
         """Return the complex modulus G*(omega) = i omega G(i omega) [Pa], omega [rad/s] of any shape; omega > 0 for a
         fluid.
         """
-        s = 1j * as_float64(omega)
+        s = 1j * jnp.asarray(as_float64(omega))
         spectrum = self.spectrum()
         if spectrum.fluidity is not None:
             return s / spectrum.transform(s)

@@ -52,7 +52,7 @@ class Spectrum:
 
     def creep(self, t: Array | float) -> Array:
         """Return J(t) [1/Pa] for t of any shape."""
-        t = as_float64(t)
+        t = jnp.asarray(as_float64(t))
         delayed = -jnp.expm1(-t[..., None] * self.rates) @ self.amplitudes
         flow = 0.0 if self.fluidity is None else self.fluidity * t
         return self.instantaneous + delayed + flow
@@ -71,7 +71,9 @@ class Spectrum:
         return self.instantaneous + jnp.sum(self.amplitudes * (1.0 - decay), -1) + flow
 
 
-LEAST_GAP = 300.0  # logarithm of the interval between two rates over the smallest distance of a zero from its ends
+LEAST_GAP = (
+    300.0  # logarithm of the interval between two rates over the smallest distance of a zero from its ends
+)
 LEAST_PART = 1e-100  # of the instantaneous modulus, that replaces moduli of zero so that every zero lies between two rates
 
 
@@ -107,7 +109,9 @@ def from_relaxation(equilibrium: Array | float, moduli: Array, rates: Array) -> 
 
     constants = jax.lax.stop_gradient((weights, apart))
     high = jax.lax.stop_gradient(jnp.log(gap / 2.0))
-    low, high = jax.lax.fori_loop(0, BISECTIONS, lambda i, e: halve(i, e, *constants), (high - LEAST_GAP, high))
+    low, high = jax.lax.fori_loop(
+        0, BISECTIONS, lambda i, e: halve(i, e, *constants), (high - LEAST_GAP, high)
+    )
     d = jnp.exp((low + high) / 2.0)
 
     # Newton steps carry the first and second derivatives; F'(rho) = sum_i weights_i/(r_i - rho)^2 > 0

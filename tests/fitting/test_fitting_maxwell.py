@@ -159,7 +159,9 @@ def creep_of_modes(Ge, G, tau, t):
     """J(t) at times (n,) by mpmath's inversion of its Laplace transform 1/(s^2 G(s)), of 60 digits."""
     with mpmath.workdps(60):
         G, tau = [mpmath.mpf(float(g)) for g in G], [mpmath.mpf(float(a)) for a in tau]
-        moving = lambda s: mpmath.mpf(float(Ge)) + sum(g * s * a / (1 + s * a) for g, a in zip(G, tau, strict=True))
+        moving = lambda s: (
+            mpmath.mpf(float(Ge)) + sum(g * s * a / (1 + s * a) for g, a in zip(G, tau, strict=True))
+        )
         found = [mpmath.invertlaplace(lambda s: 1 / (s * moving(s)), float(x), method="talbot") for x in t]
         return np.array([float(each) for each in found])
 
@@ -185,5 +187,7 @@ def test_spectra_over_tens_of_decades_give_the_creep_of_mpmath(decades, solid):
     omega = 1.0 / t
     s = 1j * omega[:, None] * tau
     np.testing.assert_allclose(
-        np.asarray(fit.material.complex_modulus(omega)), fit.values.get("Ge", 0.0) + (s / (1.0 + s)) @ found, rtol=1e-9
+        np.asarray(fit.material.complex_modulus(omega)),
+        fit.values.get("Ge", 0.0) + (s / (1.0 + s)) @ found,
+        rtol=1e-9,
     )

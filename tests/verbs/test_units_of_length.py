@@ -65,15 +65,16 @@ def mapped(L, q):
 
 
 def slide(L, q):
-    run = jc.slide(
-        body(L, q), ball(L), load(L, q), TIMES, velocity=0.5 * L, grid=grid(L), friction=0.2
-    )
+    run = jc.slide(body(L, q), ball(L), load(L, q), TIMES, velocity=0.5 * L, grid=grid(L), friction=0.2)
     return run, pressed(run, L) | {"force": run.tangential_force / (E * L**2)}
 
 
 def slide_steady(L, q):
     run = jc.slide_steady(solid(), ball(L), load(L, q), velocity=2.0 * L, grid=grid(L))
-    return run, pressed(run, L) | {"force": run.tangential_force / (E * L**2), "power": run.power / (E * L**3)}
+    return run, pressed(run, L) | {
+        "force": run.tangential_force / (E * L**2),
+        "power": run.power / (E * L**3),
+    }
 
 
 def shear(L, q):
@@ -86,22 +87,32 @@ def shear(L, q):
 def roll_steady(L, q):
     steel = jc.Elastic(G=20.0 * E, nu=0.3)
     run = jc.roll_steady(
-        body(L, q), ball(L, steel), load(L, q), velocity=2.0 * L, creepage=(1e-3, 0.0), friction=0.3, grid=grid(L)
+        body(L, q),
+        ball(L, steel),
+        load(L, q),
+        velocity=2.0 * L,
+        creepage=(1e-3, 0.0),
+        friction=0.3,
+        grid=grid(L),
     )
     return run, pressed(run, L) | {"traction": run.traction / E}
 
 
 def rub(L, q):
-    run = jc.rub(
-        body(L, q), ball(L), load(L, q), TIMES, velocity=L, law=jc.Archard(0.05 / E), grid=grid(L)
-    )
+    run = jc.rub(body(L, q), ball(L), load(L, q), TIMES, velocity=L, law=jc.Archard(0.05 / E), grid=grid(L))
     return run, pressed(run, L) | {"thickness": run.thickness / L}
 
 
 def subsurface(L, q):
     x, y = grid(L).coordinates()
     pressure = E * q["load"] * jnp.exp(-(x**2 + y**2) / (8.0 * L**2))
-    run = jc.subsurface(body(L, q), grid(L), pressure[None] * jnp.ones((3, 1, 1)), depths=L * np.array([0.0, 1.0, 3.0]), times=TIMES)
+    run = jc.subsurface(
+        body(L, q),
+        grid(L),
+        pressure[None] * jnp.ones((3, 1, 1)),
+        depths=L * np.array([0.0, 1.0, 3.0]),
+        times=TIMES,
+    )
     return run, {"stress": run.stress / E, "displacement": run.displacement / L}
 
 
@@ -115,7 +126,18 @@ def flash_temperature(L, q):
 
 VERBS = {
     each.__name__: each
-    for each in (indent, adhesive, mapped, slide, slide_steady, shear, roll_steady, rub, subsurface, flash_temperature)
+    for each in (
+        indent,
+        adhesive,
+        mapped,
+        slide,
+        slide_steady,
+        shear,
+        roll_steady,
+        rub,
+        subsurface,
+        flash_temperature,
+    )
 }
 
 
@@ -125,7 +147,9 @@ def numbers_of(verb, L):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         run, values = verb(L, q)
-        slopes = jax.grad(lambda q: sum(jnp.sum(jnp.where(v > 0.0, v, 0.0)) for v in verb(L, q)[1].values()))(q)
+        slopes = jax.grad(lambda q: sum(jnp.sum(jnp.where(v > 0.0, v, 0.0)) for v in verb(L, q)[1].values()))(
+            q
+        )
     said = {name: np.asarray(getattr(run, name)) for name in ("status", "iterations") if hasattr(run, name)}
     notes = [QUANTITY.sub("#", note) for note in getattr(run, "notes", ())]
     return values, slopes, said, notes
