@@ -193,13 +193,24 @@ def _turns(space: Space, tests: Tests, best: Best) -> tuple[Tests, Solved]:
 
 def _objective(space: Space, tests: Tests) -> Objective:
     """Return the least-squares objective of all tests, each divided by its error scale."""
-    at, arrays = space.point, tuple(part.arrays for part in tests.parts)
+    arrays = tuple(part.arrays for part in tests.parts)
     kinds, sizes = zip(*((part.kind, part.sample.t.size) for part in tests.parts), strict=True)
+    given = space, arrays, kinds, sizes
     return Objective(
-        lambda theta: _evaluate(at(theta), arrays, kinds, sizes),
-        lambda theta, free: _slopes(at(theta), free, arrays, kinds, sizes),
+        functools.partial(_residual_at, *given),
+        functools.partial(_slopes_at, *given),
         *space.bounds, floor=1e-26 * sum(float(np.sum((y * w) ** 2)) for _, y, w in arrays),
     )  # fmt: skip
+
+
+def _residual_at(space: Space, arrays: tuple, kinds: tuple, sizes: tuple, theta: Any) -> Array:
+    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
+    return _evaluate(space.point(theta), arrays, kinds, sizes)
+
+
+def _slopes_at(space: Space, arrays: tuple, kinds: tuple, sizes: tuple, theta: Any, free: Any) -> Array:
+    """Return the Jacobian (n, k) of these residuals."""
+    return _slopes(space.point(theta), free, arrays, kinds, sizes)
 
 
 def _residual(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]) -> Array:

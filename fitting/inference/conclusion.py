@@ -9,6 +9,7 @@ own that returns a ``Solved``), and hands both to ``conclude``:
 """
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeVar
@@ -140,8 +141,13 @@ def _estimate(
         space.values(theta) * unit, space.opened(theta) * unit, space.spans(theta, ends[: theta.size]),
         _with_systematic(covariance(J, varied)[np.ix_(own, own)], left / quantile) * np.outer(slope, slope),
         log_covariance(_projected(by_log, (J * inside)[:, ~own]), inside[own]),
-        lambda name: moves(name)[own] * slope if moves else np.zeros(slope.size), solved.landscape,
+        functools.partial(_moved, moves, own, slope), solved.landscape,
     )  # fmt: skip
+
+
+def _moved(moves: Callable[[str], np.ndarray] | None, own: np.ndarray, slope: np.ndarray, name: str) -> np.ndarray:
+    """Return the derivative of the compliances [SI] with respect to a held quantity, zero where there is none."""
+    return moves(name)[own] * slope if moves else np.zeros(slope.size)
 
 
 def _with_systematic(noise: np.ndarray, more: np.ndarray) -> np.ndarray:

@@ -170,7 +170,9 @@ def noise_model(
     )  # fmt: skip
 
 
-def variation(residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int) -> np.ndarray | None:
+def variation(
+    residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int, whole: bool = False
+) -> np.ndarray | None:
     """Return the standard deviations (n,) of noise that changes along the abscissa t (n,), relative to their quadratic
     mean; None where they do not change significantly.
 
@@ -180,10 +182,16 @@ def variation(residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int) -> np.
     by the variance of its score where the tails are heavy, has a chi-square distribution with two degrees of freedom for
     the polynomial, and about that with three for a step whose place is sought (D. W. K. Andrews, Econometrica 61 (1993)
     821). A change is accepted at the level ``CHANGES`` for each of the two; with fewer than ``ENOUGH`` degrees of freedom
-    of the residuals none is sought.
+    of the residuals none is sought. whole: whether the largest residual counts as any other; otherwise the change must be
+    significant without it as well.
     """
     n = residual.size
     if n - p < ENOUGH or np.unique(t).size < ENOUGH:
+        return None
+    # a single large residual is an outlier and no change: what is found must be there without it
+    most = int(np.argmax(np.abs(residual)))
+    others = np.arange(n) != most
+    if not whole and variation(residual[others], Q[others], t[others], p, whole=True) is None:
         return None
     left = np.maximum(1.0 - np.sum(Q * Q, 1), 1e-3)
     square = residual**2 / left
