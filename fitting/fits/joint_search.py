@@ -90,8 +90,19 @@ class Tests(NamedTuple):
         return "response", "-", np.concatenate([part.sample.t for part in self.parts]), np.concatenate(values)
 
     def error(self, solved: Solved, assessment: Assessment) -> tuple[str, ...]:
-        """Return no notes: the error scales are fields of the fit."""
-        return ()
+        """Return notes on standard deviations that were stated for a test and are contradicted by its error scale, the
+        square of which is chi2 per degree of freedom."""
+        n, p, notes = solved.residual.size, assessment.evidence.p, []
+        for part, s in zip(self.parts, self.errors, strict=True):
+            dof = part.sample.t.size * (1.0 - p / n)
+            side = evidence.contradicted(float(s) ** 2 * dof, dof) if part.sample.known else 0
+            if side:
+                size = "too small for" if side > 0 else "larger than"
+                notes.append(
+                    f"the stated sigma of {part.sample.name} is {size} the scatter of its points: chi2 per degree of freedom"
+                    f" is {float(s) ** 2:.3g}; the intervals follow from the scatter"
+                )
+        return tuple(notes)
 
     def each(self, solved: Solved) -> list[tuple[Sample, Solved]]:
         """Return the sample and the residuals of each test."""

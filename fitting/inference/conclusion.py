@@ -17,8 +17,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from fitting.inference import evidence, student
-from fitting.inference.evidence import Assessment, Evidence, Solved
+from fitting.inference.evidence import Assessment, Evidence, Sample, Solved
 from fitting.inference.result import Estimate, Fit, Parameters
+from fitting.inference.verdict import explains
 from fitting.models.search_space import SearchSpace
 from fitting.models.structure import Sought
 from fitting.search import nonlinear, profiles
@@ -111,9 +112,15 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     if solved.left is not None:
         widened = ends + np.outer(solved.left, (-1.0, 1.0))
         ends = np.clip(widened, *(bound[:, None] for bound in problem.space.bounds))
-    quality = dataclasses.replace(
-        assessment.evidence, refused=(*assessment.evidence.refused, *solved.against)
-    )
+    # samples that leave the judgement of trends to the fit still have the rule for R2 and scatter
+    quality, low = assessment.evidence, ()
+    if isinstance(problem.sample, Sample):
+        some, left = problem.sample.of_solution(solved)
+        if some.real(left.residual, problem.p):
+            white = assessment.noise.white
+            low = explains(quality.fitted, some.measured, some.weights, problem.p, quality.r2, white)
+    why = dict.fromkeys([*low, *quality.refused, *solved.against])
+    quality = dataclasses.replace(quality, refused=tuple(why))
     found = _estimate(problem.space, solved, ends, assessment.slopes, student.two_sided(problem.level))
     assessment = assessment._replace(evidence=quality)
     return Conclusion(_fields(problem, solved, assessment, found), ends, assessment)

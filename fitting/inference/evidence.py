@@ -36,6 +36,7 @@ CONSTANT = 1e-3  # the same of weights in proportion to the fitted values
 PROPORTIONAL = 1e-6  # largest relative deviation of weights from the reciprocals of measured values
 BIASED = 0.5  # bias over standard error of a common factor above which a note is given
 STATED = 0.005  # probability, on each side, of an RSS with which a right standard deviation is found to be wrong
+ALIKE = 2.0  # standard errors of a correlation of neighbours above which noise is not said to change along the curve
 NOISELESS = 1e-4  # RSS per degree of freedom, with a stated sigma, below which data are taken as free of noise
 APART = 0.01  # probability of a difference between runs that have nothing but noise, below which it is called significant
 LEAST = 0.1, 1e-9  # smallest fitted value in a weight, over the measured one and over the largest one
@@ -149,8 +150,11 @@ class Sample(NamedTuple):
                 shape = np.hypot(found.floor, fitted) * self.weights
             own = basis(slopes[:, solved.inside] / shape[:, None])
             sizes = noise.variation(residual / shape, own, self.t, p)
-            # where neighbours stay alike, it is the model that changes along the curve, not the noise
-            if sizes is not None and lag_one((residual / sizes)[order], blocks[order]) <= correlated:
+            if sizes is not None:
+                # where neighbours are alike, it is the model that changes along the curve, not the noise
+                raw, even = (lag_one((residual / one)[order], blocks[order]) for one in (shape, shape * sizes))
+                sizes = sizes if raw <= correlated and even <= ALIKE / math.sqrt(residual.size) else None
+            if sizes is not None:
                 found = noise.noise_model(*given, False, real, sizes[order])._replace(sizes=sizes)
         if runs is not None:
             found = noise.between_runs(found, runs, basis(slopes[order]), self.weights * fitted, order)
@@ -440,7 +444,7 @@ def _weigh(
     )  # fmt: skip
 
 
-def contradicted(rss: float, dof: int) -> int:
+def contradicted(rss: float, dof: float) -> int:
     """Return 1 where stated standard deviations are too small for a RSS of weighted residuals with ``dof`` degrees of
     freedom, -1 where they are too large, 0 where they agree.
 
