@@ -53,7 +53,9 @@ def probe_of(indenter: Any) -> Probe:
         raise ValueError(f"indenter: expected a radius > 0, got {indenter.radius}")
     key = {"indenter_radius_m": radius}
     if isinstance(indenter, jc.FlatPunch):
-        return Probe(1.0, 4.0 * radius, functools.partial(_constant, radius), f"flat punch of R = {radius:.4g} m", key)
+        return Probe(
+            1.0, 4.0 * radius, functools.partial(_constant, radius), f"flat punch of R = {radius:.4g} m", key
+        )
     widest = functools.partial(_ball, radius)
     return Probe(1.5, 8.0 * math.sqrt(radius) / 3.0, widest, f"ball of R = {radius:.4g} m", key)
 

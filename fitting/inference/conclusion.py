@@ -113,7 +113,7 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
         widened = ends + np.outer(solved.left, (-1.0, 1.0))
         ends = np.clip(widened, *(bound[:, None] for bound in problem.space.bounds))
     # samples that leave the judgement of trends to the fit still have the rule for R2 and scatter
-    quality, low = assessment.evidence, ()
+    quality, low = assessment.evidence, tuple[str, ...]()
     if isinstance(problem.sample, Sample):
         some, left = problem.sample.of_solution(solved)
         if some.real(left.residual, problem.p):
@@ -152,7 +152,9 @@ def _estimate(
     )  # fmt: skip
 
 
-def _moved(moves: Callable[[str], np.ndarray] | None, own: np.ndarray, slope: np.ndarray, name: str) -> np.ndarray:
+def _moved(
+    moves: Callable[[str], np.ndarray] | None, own: np.ndarray, slope: np.ndarray, name: str
+) -> np.ndarray:
     """Return the derivative of the compliances [SI] with respect to a held quantity, zero where there is none."""
     return moves(name)[own] * slope if moves else np.zeros(slope.size)
 
@@ -170,9 +172,7 @@ def _projected(J: np.ndarray, others: np.ndarray) -> np.ndarray:
     return J - Q @ (Q.T @ J)
 
 
-def _fields(
-    problem: FitProblem, solved: Solved, assessment: Assessment, found: Estimate
-) -> dict[str, Any]:
+def _fields(problem: FitProblem, solved: Solved, assessment: Assessment, found: Estimate) -> dict[str, Any]:
     """Return the fields of a ``Fit``."""
     sample, sought, data, quality = problem.sample, problem.sought, problem.data, assessment.evidence
     names = [problem.space.names[i] for i in problem.space.free]

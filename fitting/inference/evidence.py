@@ -35,9 +35,13 @@ SAME = 0.05  # relative change of estimated weights at convergence
 CONSTANT = 1e-3  # the same of weights in proportion to the fitted values
 PROPORTIONAL = 1e-6  # largest relative deviation of weights from the reciprocals of measured values
 BIASED = 0.5  # bias over standard error of a common factor above which a note is given
-STATED = 0.005  # probability, on each side, of an RSS with which a right standard deviation is found to be wrong
+STATED = (
+    0.005  # probability, on each side, of an RSS with which a right standard deviation is found to be wrong
+)
 ALIKE = 2.0  # standard errors of a correlation of neighbours above which noise is not said to change along the curve
-NOISELESS = 1e-4  # RSS per degree of freedom, with a stated sigma, below which data are taken as free of noise
+NOISELESS = (
+    1e-4  # RSS per degree of freedom, with a stated sigma, below which data are taken as free of noise
+)
 APART = 0.01  # probability of a difference between runs that have nothing but noise, below which it is called significant
 LEAST = 0.1, 1e-9  # smallest fitted value in a weight, over the measured one and over the largest one
 
@@ -152,7 +156,9 @@ class Sample(NamedTuple):
             sizes = noise.variation(residual / shape, own, self.t, p)
             if sizes is not None:
                 # where neighbours are alike, it is the model that changes along the curve, not the noise
-                raw, even = (lag_one((residual / one)[order], blocks[order]) for one in (shape, shape * sizes))
+                raw, even = (
+                    lag_one((residual / one)[order], blocks[order]) for one in (shape, shape * sizes)
+                )
                 sizes = sizes if raw <= correlated and even <= ALIKE / math.sqrt(residual.size) else None
             if sizes is not None:
                 found = noise.noise_model(*given, False, real, sizes[order])._replace(sizes=sizes)
@@ -265,7 +271,8 @@ class Evidence:
     residuals; misfit: whether lag1 is significant; widening: factor on the intervals due to possible correlation of the
     noise; refused: the reasons why the fit is rejected, () if it is accepted. r2 (unweighted), nan for constant data;
     aic, bic; p: number of free parameters. chi2: RSS per degree of freedom where standard deviations were stated, near
-    1 if they are right, nan otherwise; stated: whether the intervals follow from stated standard deviations; doubts: what the noise of the data does otherwise than assumed, as notes.
+    1 if they are right, nan otherwise; stated: whether the intervals follow from stated standard deviations; doubts: what
+    the noise of the data does otherwise than assumed, as notes.
     """
 
     fitted: np.ndarray

@@ -40,7 +40,10 @@ ENOUGH = 15  # degrees of freedom below which no change of the variance along th
 SIDE = 0.1  # smallest share of the points on one side of a step of the variance
 CHANGES = 0.0025  # probability of finding a change of either kind in noise of constant variance
 STEPS, REACH = 60, 1.0  # Fisher scoring steps for this polynomial at most, and the longest
-FEW, RAGGED = 5, 0.1  # fewest abscissae of repeated runs, and share of them that may have another number of points
+FEW, RAGGED = (
+    5,
+    0.1,
+)  # fewest abscissae of repeated runs, and share of them that may have another number of points
 TINY = 1e-300
 ALIKE = 0.1  # prior probability that repeated runs do not differ beyond their noise
 APART = np.geomspace(0.3, 300.0, 40)  # trial standard deviations between runs, over the error of one of them
@@ -289,16 +292,11 @@ def compared(
     dof = n - p - (m - 1)
     scale = 1.0 if known or dof < 1 else float(rest @ rest) / dof
     score = between / max(scale, TINY)
-    if known or dof < 1:
-        chance = float(special.chdtrc(m - 1, score))
-    else:
-        chance = float(special.fdtrc(m - 1, dof, score / (m - 1)))
-    return Runs(labels, factors, math.sqrt(scale / max(float(size.mean()), TINY)), chance, offset)
+    above = special.chdtrc(m - 1, score) if known or dof < 1 else special.fdtrc(m - 1, dof, score / (m - 1))
+    return Runs(labels, factors, math.sqrt(scale / max(float(size.mean()), TINY)), float(above), offset)
 
 
-def between_runs(
-    found: Noise, runs: Runs, Q: np.ndarray, weighted: np.ndarray, order: np.ndarray
-) -> Noise:
+def between_runs(found: Noise, runs: Runs, Q: np.ndarray, weighted: np.ndarray, order: np.ndarray) -> Noise:
     """Return the noise with a common factor of each run as a further random error.
 
     The standard deviation of the factors is unknown, and m runs determine it with m - 1 degrees of freedom only. The

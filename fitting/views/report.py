@@ -78,7 +78,9 @@ def quality(fit: Any) -> list[str]:
     r2 = "R2 not defined for constant data" if math.isnan(fit.r2) else f"R2 = {fit.r2:.6f}"
     lines = [f"  {r2}, AIC {fit.aic:.1f}, BIC {fit.bic:.1f}, lag-1 residual correlation {fit.lag1:.2f}"]
     if not math.isnan(fit.chi2):
-        lines.append(f"  chi2 per degree of freedom {fit.chi2:.3g} with the stated sigma ({fit.fitted.size - fit.p} degrees)")
+        lines.append(
+            f"  chi2 per degree of freedom {fit.chi2:.3g} with the stated sigma ({fit.fitted.size - fit.p} degrees)"
+        )
     if not fit.misfit and fit.widening > WIDER:
         why = "its size or correlation is uncertain" if fit.weights == "estimated" else "it may be correlated"
         lines.append(f"  intervals were widened by a factor of {fit.widening:.2g} for the noise: {why}")

@@ -292,7 +292,11 @@ def test_short_clean_curves_of_the_right_model_stand(n, when):
 def test_a_wrong_model_of_few_points_is_still_rejected():
     """A Maxwell fluid to a solid that bends, 12 points, noise of 0.1 %."""
     t = np.linspace(1.0, 40.0, 12)
-    J = 1e-6 * (1.0 + 5.0 * (1.0 - np.exp(-t / 8.0))) * (1.0 + 1e-3 * np.random.default_rng(2).standard_normal(12))
+    J = (
+        1e-6
+        * (1.0 + 5.0 * (1.0 - np.exp(-t / 8.0)))
+        * (1.0 + 1e-3 * np.random.default_rng(2).standard_normal(12))
+    )
     found = fit(t, J, model="Maxwell", weights="relative", bounds={"G": (1e3, 1e9)})
     assert found.verdict == "rejected" and any("trend" in why for why in found.refused)
 
@@ -321,7 +325,9 @@ def test_what_explains_less_than_a_constant_is_rejected_in_every_kind_of_fit():
     )
     assert stiff.r2 < 0.0 and stiff.verdict == "rejected"
     assert any("no better than a constant" in why for why in stiff.refused) and not stiff.identified["G"]
-    flat = fit(TIMES, 1e-5 * (1 + 0.05 * rng.standard_normal(40)), model="FractionalMaxwell", weights="relative")
+    flat = fit(
+        TIMES, 1e-5 * (1 + 0.05 * rng.standard_normal(40)), model="FractionalMaxwell", weights="relative"
+    )
     assert flat.r2 > 0.0 or flat.verdict == "rejected"
     omega = np.geomspace(0.1, 10.0, 30)
     G = 1e5 * 1j * omega / (1 + 1j * omega) + 3e5 * (rng.standard_normal(30) + 1j * rng.standard_normal(30))
@@ -329,7 +335,9 @@ def test_what_explains_less_than_a_constant_is_rejected_in_every_kind_of_fit():
         fitting.OscillationData(omega=omega, storage=G.real, loss=G.imag), "Maxwell", weights="absolute"
     )
     assert noise_only.verdict == "rejected"
-    assert any("exceeds the signal" in why or "no better than a constant" in why for why in noise_only.refused)
+    assert any(
+        "exceeds the signal" in why or "no better than a constant" in why for why in noise_only.refused
+    )
 
 
 def test_standard_deviations_of_the_data_are_taken():
