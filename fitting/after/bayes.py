@@ -150,7 +150,7 @@ def posterior(
     free = np.flatnonzero(land.box[:, 1] > land.box[:, 0])
     logs = free < fit.structure.size
     box = _prior(land, free, logs, decades)
-    noise = (fit.rss, fit.widening**2, float(fit.residuals.size), fit.weights == "sigma")
+    noise = (fit.rss, fit.widening**2, float(fit.residuals.size), fit.stated)
     of_data = land.residual, land.best, free, logs, *box.T, *noise
     density = sampling.Density(*(jax.tree.map(jnp.asarray, part) for part in of_data))
     z = sampling.starts(density, chains, seed)

@@ -8,7 +8,9 @@ Source: I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47. A pyramid is replaced by t
 (``jc.Cone.berkovich``). For a viscoelastic half-space J is replaced by the hereditary integral of Lee and Radok.
 """
 
+import functools
 import math
+import operator
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -41,8 +43,9 @@ def probe_of(indenter: Any) -> Probe:
         slope = math.tan(angle)
         words = f"cone of half-angle {math.degrees(angle):.4g} degrees"
         return Probe(
-            2.0, 4.0 * slope / math.pi, lambda d: d * slope, words, {"indenter_half_angle_rad": angle}
-        )
+            2.0, 4.0 * slope / math.pi, functools.partial(operator.mul, slope), words,
+            {"indenter_half_angle_rad": angle},
+        )  # fmt: skip
     if not isinstance(indenter, jc.Sphere | jc.FlatPunch):
         raise ValueError(f"indenter: expected a Sphere, a Cone or a FlatPunch, got {type(indenter).__name__}")
     radius = float(indenter.radius)
@@ -50,9 +53,21 @@ def probe_of(indenter: Any) -> Probe:
         raise ValueError(f"indenter: expected a radius > 0, got {indenter.radius}")
     key = {"indenter_radius_m": radius}
     if isinstance(indenter, jc.FlatPunch):
-        return Probe(1.0, 4.0 * radius, lambda d: radius, f"flat punch of R = {radius:.4g} m", key)
-    widest = lambda d: math.sqrt(1.5 * radius * d)
+        return Probe(
+            1.0, 4.0 * radius, functools.partial(_constant, radius), f"flat punch of R = {radius:.4g} m", key
+        )
+    widest = functools.partial(_ball, radius)
     return Probe(1.5, 8.0 * math.sqrt(radius) / 3.0, widest, f"ball of R = {radius:.4g} m", key)
+
+
+def _constant(radius: float, depth: float) -> float:
+    """Return the contact radius [m] of a punch, which does not depend on the depth [m]."""
+    return radius
+
+
+def _ball(radius: float, depth: float) -> float:
+    """Return the largest contact radius [m] of a ball at a depth [m]."""
+    return math.sqrt(1.5 * radius * depth)
 
 
 def paraboloid_note(

@@ -179,7 +179,7 @@ def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> 
     band = functools.partial(linear_band, law, found.fields["estimate"], options["level"])
     return found.fit(
         CreepFit, options=options, kept=solved.kept, point_weights=solved.weights, combinations={},
-        profile=lambda t: np.stack(band(t)),
+        profile=band,
     )  # fmt: skip
 
 

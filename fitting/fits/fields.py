@@ -8,6 +8,7 @@ intervals are widened by what the correction may leave of it.
 """
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -187,8 +188,11 @@ def _concluded(search: FieldSearch, level: float) -> FieldFit:
         view_intervals={n: (float(a), float(b)) for n, (a, b) in zip(search.nuisances, ends, strict=True)},
         blocks={name: blocks.size for name, blocks in search.blocks.items()},
         grid_error=dict(zip(search.sought.structure.where, left[:k].tolist(), strict=True)),
-        images=lambda slopes: (
-            search.images(best.theta),
-            search.pressing.image_slopes(best.theta[:k], search.view(best.theta), ())[0] if slopes else None,
-        ),
+        images=functools.partial(_images, search, best.theta),
     )
+
+
+def _images(search: FieldSearch, theta: np.ndarray, slopes: Any) -> tuple[Any, Any]:
+    """Return the images of the model, and with ``slopes`` their derivatives by the parameters of the body."""
+    own = search.pressing.image_slopes(theta[: search.k], search.view(theta), ())[0] if slopes else None
+    return search.images(theta), own

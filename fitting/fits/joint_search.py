@@ -90,8 +90,19 @@ class Tests(NamedTuple):
         return "response", "-", np.concatenate([part.sample.t for part in self.parts]), np.concatenate(values)
 
     def error(self, solved: Solved, assessment: Assessment) -> tuple[str, ...]:
-        """Return no notes: the error scales are fields of the fit."""
-        return ()
+        """Return notes on standard deviations that were stated for a test and are contradicted by its error scale, the
+        square of which is chi2 per degree of freedom."""
+        n, p, notes = solved.residual.size, assessment.evidence.p, []
+        for part, s in zip(self.parts, self.errors, strict=True):
+            dof = part.sample.t.size * (1.0 - p / n)
+            side = evidence.contradicted(float(s) ** 2 * dof, dof) if part.sample.known else 0
+            if side:
+                size = "too small for" if side > 0 else "larger than"
+                notes.append(
+                    f"the stated sigma of {part.sample.name} is {size} the scatter of its points: chi2 per degree of freedom"
+                    f" is {float(s) ** 2:.3g}; the intervals follow from the scatter"
+                )
+        return tuple(notes)
 
     def each(self, solved: Solved) -> list[tuple[Sample, Solved]]:
         """Return the sample and the residuals of each test."""
@@ -193,13 +204,24 @@ def _turns(space: Space, tests: Tests, best: Best) -> tuple[Tests, Solved]:
 
 def _objective(space: Space, tests: Tests) -> Objective:
     """Return the least-squares objective of all tests, each divided by its error scale."""
-    at, arrays = space.point, tuple(part.arrays for part in tests.parts)
+    arrays = tuple(part.arrays for part in tests.parts)
     kinds, sizes = zip(*((part.kind, part.sample.t.size) for part in tests.parts), strict=True)
+    given = space, arrays, kinds, sizes
     return Objective(
-        lambda theta: _evaluate(at(theta), arrays, kinds, sizes),
-        lambda theta, free: _slopes(at(theta), free, arrays, kinds, sizes),
+        functools.partial(_residual_at, *given),
+        functools.partial(_slopes_at, *given),
         *space.bounds, floor=1e-26 * sum(float(np.sum((y * w) ** 2)) for _, y, w in arrays),
     )  # fmt: skip
+
+
+def _residual_at(space: Space, arrays: tuple, kinds: tuple, sizes: tuple, theta: Any) -> Array:
+    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
+    return _evaluate(space.point(theta), arrays, kinds, sizes)
+
+
+def _slopes_at(space: Space, arrays: tuple, kinds: tuple, sizes: tuple, theta: Any, free: Any) -> Array:
+    """Return the Jacobian (n, k) of these residuals."""
+    return _slopes(space.point(theta), free, arrays, kinds, sizes)
 
 
 def _residual(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]) -> Array:

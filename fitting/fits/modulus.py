@@ -355,14 +355,24 @@ def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarra
 
 def _objective(kind: str, space: Space, x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Objective:
     """Return the least-squares objective of scaled data, which are padded internally."""
-    arrays = [padding.repeated(x), padding.repeated(y), padding.without_weight(weight)]
-    at, n = space.point, x.size
+    arrays = padding.repeated(x), padding.repeated(y), padding.without_weight(weight)
+    given = space, arrays, kind, x.size
     return Objective(
-        lambda theta: _evaluate(at(theta), *arrays, kind)[:n],
-        lambda theta, free: _slopes(at(theta), free, *arrays, kind)[:n],
+        functools.partial(_residual_at, *given),
+        functools.partial(_slopes_at, *given),
         *space.bounds,
         floor=1e-26 * float(np.sum((weight * y) ** 2)),
     )
+
+
+def _residual_at(space: Space, arrays: tuple, kind: str, n: int, theta: Any) -> Array:
+    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
+    return _evaluate(space.point(theta), *arrays, kind)[:n]
+
+
+def _slopes_at(space: Space, arrays: tuple, kind: str, n: int, theta: Any, free: Any) -> Array:
+    """Return the Jacobian (n, k) of these residuals."""
+    return _slopes(space.point(theta), free, *arrays, kind)[:n]
 
 
 def residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:

@@ -9,6 +9,7 @@ own that returns a ``Solved``), and hands both to ``conclude``:
 """
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeVar
@@ -16,8 +17,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from fitting.inference import evidence, student
-from fitting.inference.evidence import Assessment, Evidence, Solved
+from fitting.inference.evidence import Assessment, Evidence, Sample, Solved
 from fitting.inference.result import Estimate, Fit, Parameters
+from fitting.inference.verdict import explains
 from fitting.models.search_space import SearchSpace
 from fitting.models.structure import Sought
 from fitting.search import nonlinear, profiles
@@ -115,9 +117,15 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     if solved.left is not None:
         widened = ends + np.outer(solved.left, (-1.0, 1.0))
         ends = np.clip(widened, *(bound[:, None] for bound in problem.space.bounds))
-    quality = dataclasses.replace(
-        assessment.evidence, refused=(*assessment.evidence.refused, *solved.against)
-    )
+    # samples that leave the judgement of trends to the fit still have the rule for R2 and scatter
+    quality, low = assessment.evidence, tuple[str, ...]()
+    if isinstance(problem.sample, Sample):
+        some, left = problem.sample.of_solution(solved)
+        if some.real(left.residual, problem.p):
+            white = assessment.noise.white
+            low = explains(quality.fitted, some.measured, some.weights, problem.p, quality.r2, white)
+    why = dict.fromkeys([*low, *quality.refused, *solved.against])
+    quality = dataclasses.replace(quality, refused=tuple(why))
     found = _estimate(problem.space, solved, ends, assessment.slopes, student.two_sided(problem.level))
     assessment = assessment._replace(evidence=quality)
     return Conclusion(_fields(problem, solved, assessment, found), ends, assessment)
@@ -169,8 +177,15 @@ def _estimate(
         space.values(theta) * unit, space.opened(theta) * unit, space.spans(theta, ends[: theta.size]),
         _with_systematic(covariance(J, varied)[np.ix_(own, own)], left / quantile) * np.outer(slope, slope),
         log_covariance(_projected(by_log, (J * inside)[:, ~own]), inside[own]),
-        lambda name: moves(name)[own] * slope if moves else np.zeros(slope.size), solved.landscape,
+        functools.partial(_moved, moves, own, slope), solved.landscape,
     )  # fmt: skip
+
+
+def _moved(
+    moves: Callable[[str], np.ndarray] | None, own: np.ndarray, slope: np.ndarray, name: str
+) -> np.ndarray:
+    """Return the derivative of the compliances [SI] with respect to a held quantity, zero where there is none."""
+    return moves(name)[own] * slope if moves else np.zeros(slope.size)
 
 
 def _with_systematic(noise: np.ndarray, more: np.ndarray) -> np.ndarray:
@@ -186,9 +201,7 @@ def _projected(J: np.ndarray, others: np.ndarray) -> np.ndarray:
     return J - Q @ (Q.T @ J)
 
 
-def _fields(
-    problem: FitProblem, solved: Solved, assessment: Assessment, found: Estimate
-) -> dict[str, Any]:
+def _fields(problem: FitProblem, solved: Solved, assessment: Assessment, found: Estimate) -> dict[str, Any]:
     """Return the fields of a ``Fit``."""
     sample, sought, data, quality = problem.sample, problem.sought, problem.data, assessment.evidence
     names = [problem.space.names[i] for i in problem.space.free]

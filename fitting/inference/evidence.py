@@ -20,7 +20,7 @@ import numpy as np
 from scipy import special
 
 from fitting.inference import noise, student
-from fitting.inference.correlation import BEYOND_CHANCE, basis
+from fitting.inference.correlation import BEYOND_CHANCE, basis, lag_one
 from fitting.inference.noise import Noise
 from fitting.inference.verdict import Places, explains, reasons
 from fitting.models.search_space import Landscape
@@ -35,7 +35,13 @@ SAME = 0.05  # relative change of estimated weights at convergence
 CONSTANT = 1e-3  # the same of weights in proportion to the fitted values
 PROPORTIONAL = 1e-6  # largest relative deviation of weights from the reciprocals of measured values
 BIASED = 0.5  # bias over standard error of a common factor above which a note is given
-STATED = 0.005  # probability, on each side, of an RSS with which a right standard deviation is found to be wrong
+STATED = (
+    0.005  # probability, on each side, of an RSS with which a right standard deviation is found to be wrong
+)
+ALIKE = 2.0  # standard errors of a correlation of neighbours above which noise is not said to change along the curve
+NOISELESS = (
+    1e-4  # RSS per degree of freedom, with a stated sigma, below which data are taken as free of noise
+)
 APART = 0.01  # probability of a difference between runs that have nothing but noise, below which it is called significant
 LEAST = 0.1, 1e-9  # smallest fitted value in a weight, over the measured one and over the largest one
 
@@ -136,8 +142,9 @@ class Sample(NamedTuple):
         tried = noise.ErrorModels(shapes[:, order], floors)
         given = residual[order], slopes[order], solved.inside, blocks[order], tried, p
         found = noise.noise_model(*given, self.known and not side, real)
-        if side < 0 and not found.white:
-            # smaller than stated, but no white noise: nothing better is known than what was stated
+        correlated = BEYOND_CHANCE / math.sqrt(residual.size)
+        if side < 0 and (found.lag1 > correlated or rss < NOISELESS * dof):
+            # smaller than stated, but no noise of its own: nothing better is known than what was stated
             real = rss > 0.5 * dof
             found = noise.noise_model(*given, True, real)
         if real and not self.final:
@@ -147,6 +154,12 @@ class Sample(NamedTuple):
                 shape = np.hypot(found.floor, fitted) * self.weights
             own = basis(slopes[:, solved.inside] / shape[:, None])
             sizes = noise.variation(residual / shape, own, self.t, p)
+            if sizes is not None:
+                # where neighbours are alike, it is the model that changes along the curve, not the noise
+                raw, even = (
+                    lag_one((residual / one)[order], blocks[order]) for one in (shape, shape * sizes)
+                )
+                sizes = sizes if raw <= correlated and even <= ALIKE / math.sqrt(residual.size) else None
             if sizes is not None:
                 found = noise.noise_model(*given, False, real, sizes[order])._replace(sizes=sizes)
         if runs is not None:
@@ -258,7 +271,8 @@ class Evidence:
     residuals; misfit: whether lag1 is significant; widening: factor on the intervals due to possible correlation of the
     noise; refused: the reasons why the fit is rejected, () if it is accepted. r2 (unweighted), nan for constant data;
     aic, bic; p: number of free parameters. chi2: RSS per degree of freedom where standard deviations were stated, near
-    1 if they are right, nan otherwise; doubts: what the noise of the data does otherwise than assumed, as notes.
+    1 if they are right, nan otherwise; stated: whether the intervals follow from stated standard deviations; doubts: what
+    the noise of the data does otherwise than assumed, as notes.
     """
 
     fitted: np.ndarray
@@ -274,7 +288,13 @@ class Evidence:
     bic: float
     p: int
     chi2: float = math.nan
+    stated: bool = False
     doubts: tuple[str, ...] = ()
+
+    @property
+    def agrees(self) -> bool:
+        """True unless the residuals contradict stated standard deviations."""
+        return not any("the stated sigma is" in doubt for doubt in self.doubts)
 
 
 class Assessment(NamedTuple):
@@ -426,11 +446,12 @@ def _weigh(
         )
     return Evidence(
         fitted=fitted, residuals=residuals, rss=rss, noise=scale, lag1=found.lag1, misfit=misfit, widening=widening,
-        refused=tuple(why), r2=r2, aic=aic, bic=bic, p=p, chi2=rss / dof if stated else math.nan, doubts=tuple(doubts),
+        refused=tuple(why), r2=r2, aic=aic, bic=bic, p=p, chi2=rss / dof if stated else math.nan, stated=found.known,
+        doubts=tuple(doubts),
     )  # fmt: skip
 
 
-def contradicted(rss: float, dof: int) -> int:
+def contradicted(rss: float, dof: float) -> int:
     """Return 1 where stated standard deviations are too small for a RSS of weighted residuals with ``dof`` degrees of
     freedom, -1 where they are too large, 0 where they agree.
 

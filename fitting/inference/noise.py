@@ -40,7 +40,10 @@ ENOUGH = 15  # degrees of freedom below which no change of the variance along th
 SIDE = 0.1  # smallest share of the points on one side of a step of the variance
 CHANGES = 0.0025  # probability of finding a change of either kind in noise of constant variance
 STEPS, REACH = 60, 1.0  # Fisher scoring steps for this polynomial at most, and the longest
-FEW, RAGGED = 5, 0.1  # fewest abscissae of repeated runs, and share of them that may have another number of points
+FEW, RAGGED = (
+    5,
+    0.1,
+)  # fewest abscissae of repeated runs, and share of them that may have another number of points
 TINY = 1e-300
 ALIKE = 0.1  # prior probability that repeated runs do not differ beyond their noise
 APART = np.geomspace(0.3, 300.0, 40)  # trial standard deviations between runs, over the error of one of them
@@ -170,7 +173,9 @@ def noise_model(
     )  # fmt: skip
 
 
-def variation(residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int) -> np.ndarray | None:
+def variation(
+    residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int, whole: bool = False
+) -> np.ndarray | None:
     """Return the standard deviations (n,) of noise that changes along the abscissa t (n,), relative to their quadratic
     mean; None where they do not change significantly.
 
@@ -180,10 +185,16 @@ def variation(residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int) -> np.
     by the variance of its score where the tails are heavy, has a chi-square distribution with two degrees of freedom for
     the polynomial, and about that with three for a step whose place is sought (D. W. K. Andrews, Econometrica 61 (1993)
     821). A change is accepted at the level ``CHANGES`` for each of the two; with fewer than ``ENOUGH`` degrees of freedom
-    of the residuals none is sought.
+    of the residuals none is sought. whole: whether the largest residual counts as any other; otherwise the change must be
+    significant without it as well.
     """
     n = residual.size
     if n - p < ENOUGH or np.unique(t).size < ENOUGH:
+        return None
+    # a single large residual is an outlier and no change: what is found must be there without it
+    most = int(np.argmax(np.abs(residual)))
+    others = np.arange(n) != most
+    if not whole and variation(residual[others], Q[others], t[others], p, whole=True) is None:
         return None
     left = np.maximum(1.0 - np.sum(Q * Q, 1), 1e-3)
     square = residual**2 / left
@@ -281,16 +292,11 @@ def compared(
     dof = n - p - (m - 1)
     scale = 1.0 if known or dof < 1 else float(rest @ rest) / dof
     score = between / max(scale, TINY)
-    if known or dof < 1:
-        chance = float(special.chdtrc(m - 1, score))
-    else:
-        chance = float(special.fdtrc(m - 1, dof, score / (m - 1)))
-    return Runs(labels, factors, math.sqrt(scale / max(float(size.mean()), TINY)), chance, offset)
+    above = special.chdtrc(m - 1, score) if known or dof < 1 else special.fdtrc(m - 1, dof, score / (m - 1))
+    return Runs(labels, factors, math.sqrt(scale / max(float(size.mean()), TINY)), float(above), offset)
 
 
-def between_runs(
-    found: Noise, runs: Runs, Q: np.ndarray, weighted: np.ndarray, order: np.ndarray
-) -> Noise:
+def between_runs(found: Noise, runs: Runs, Q: np.ndarray, weighted: np.ndarray, order: np.ndarray) -> Noise:
     """Return the noise with a common factor of each run as a further random error.
 
     The standard deviation of the factors is unknown, and m runs determine it with m - 1 degrees of freedom only. The

@@ -181,6 +181,7 @@ class Fit(Evidence, Parameters):
             "condition_log_parameters": plain(self.condition), "weakest_direction": dict(self.weakest),
             "r2": plain(self.r2), "aic": plain(self.aic), "bic": plain(self.bic), "noise": self.noise,
             "verdict": self.verdict, "verdict_in_words": report.in_words(self), "reasons": list(self.refused),
+            "chi2_per_degree_of_freedom": plain(self.chi2),
             "lag1_residual_correlation": self.lag1, "misfit": self.misfit, "interval_widening": self.widening,
             "notes": list(self.notes),
         }  # fmt: skip

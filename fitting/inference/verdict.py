@@ -21,7 +21,9 @@ CHANCE = 1e-3  # probability of an outlier in a series of Gaussian noise
 MATTERS = 1.0  # standard errors by which a relevant outlier moves the fit
 ISOLATED = 0.5  # largest residual of a neighbour over that of an isolated outlier
 FLAT = 1e-9
-CURVED = 0.02  # fraction of a variance that the curvature of a model may change, relative to its linearisation
+CURVED = (
+    0.02  # fraction of a variance that the curvature of a model may change, relative to its linearisation
+)
 
 
 class Places(NamedTuple):
@@ -53,14 +55,18 @@ def explains(
     scatter, signal = math.sqrt(rss / max(n - p, 1)), math.sqrt(float(np.mean((weights * fitted) ** 2)))
     if scatter > signal:
         found.append(
-            f"the scatter of the points exceeds the signal: its standard deviation is {100 * scatter / max(signal, 1e-300):.3g} %"
-            " of the fitted values"
+            "the scatter of the points exceeds the signal: its standard deviation is"
+            f" {100 * scatter / max(signal, 1e-300):.3g} % of the fitted values"
         )
     return tuple(found)
 
 
 def reasons(
-    residuals: np.ndarray, Q: np.ndarray, noise: Noise, at: Places, sizes: np.ndarray | None = None,
+    residuals: np.ndarray,
+    Q: np.ndarray,
+    noise: Noise,
+    at: Places,
+    sizes: np.ndarray | None = None,
     whole: np.ndarray | None = None,
 ) -> tuple[str, ...]:
     """Return the reasons for rejecting a fit by its residuals, () if there are none.
@@ -162,8 +168,8 @@ def by_chance(residuals: np.ndarray, Q: np.ndarray, blocks: np.ndarray) -> float
 def outlying(residuals: np.ndarray, Q: np.ndarray, blocks: np.ndarray | None = None) -> list[int]:
     """Return the isolated points whose externally studentised residual is significant after Bonferroni correction.
 
-    The score of a point has Student's t distribution with n - k - 1 degrees of freedom in a linear model, and some point of a
-    series of normal noise is found with probability ``CHANCE`` at most. Where leverage leaves a residual less than
+    The score of a point has Student's t distribution with n - k - 1 degrees of freedom in a linear model, and some point
+    of a series of normal noise is found with probability ``CHANCE`` at most. Where leverage leaves a residual less than
     ``CURVED`` of the variance of its error, or where the other points deviate by less than this fraction of what the point
     does, the curvature of the model makes up what is left; both are limited from below. So no point is found with fewer
     than four degrees of freedom. Q (n, k): as of ``reasons``; blocks (n,) of neighbours, None for a single block.

@@ -133,8 +133,8 @@ class Space(SearchSpace):
     def landscape(self, theta: np.ndarray, residual: Callable[[Any], Any]) -> Landscape:
         """Return the landscape about the optimum theta (m,) from the residuals (n,) as a function of the coordinates."""
         best = np.append(self.values(theta), theta[~self.material])
-        run = Partial(lambda values: residual(self.vector(values)))
-        return Landscape(run, best, self.box, self.unit, tuple(NUISANCES))
+        run = functools.partial(_of_values, self, residual)
+        return Landscape(Partial(run), best, self.box, self.unit, tuple(NUISANCES))
 
     def near(self, compliances: np.ndarray, least: float) -> np.ndarray:
         """Return a vector (m,) in the box with these compliances (size,), none below ``least``; nuisances at mid-range."""
@@ -142,6 +142,11 @@ class Space(SearchSpace):
         vector, logs = 0.5 * (low + high), self.logarithmic[self.material]
         vector[self.material] = np.where(logs, np.log(np.maximum(compliances, least)), compliances)
         return np.clip(vector, low, high)
+
+
+def _of_values(space: Space, residual: Callable[[Any], Any], values: Array) -> Any:
+    """Return the residuals (n,) at scaled values (m,)."""
+    return residual(space.vector(values))
 
 
 def _bounds(

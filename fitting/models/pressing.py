@@ -46,8 +46,20 @@ class PressedImages:
         self.given = (setting, grid, tolerance)
         needed = tuple(sorted({own for name in seen for own in NEEDED.get(name, (name,))}))
         self.static = {"body": body, "names": names, "needed": needed}
+        self._store()
+
+    def _store(self) -> None:
+        """Keep the last solution and its derivatives."""
         self.history = functools.lru_cache(maxsize=2)(self._history)
         self.slopes = functools.lru_cache(maxsize=1)(self._slopes)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the state without the stored solutions, which cannot be pickled and are computed again."""
+        return {name: value for name, value in vars(self).items() if name not in ("history", "slopes")}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._store()
 
     def _history(self, logs: tuple[float, ...]) -> tuple[dict[str, Array], jc.ContactHistory]:
         """Return the fields, and the whole history."""

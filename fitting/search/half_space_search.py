@@ -11,6 +11,7 @@ import jax
 import numpy as np
 
 from fitting.models import adhesion, halfspace
+from fitting.models.coordinates import Space
 from fitting.models.halfspace import Curve
 from fitting.models.history import merge
 from fitting.models.thin_layer import ThinLayer
@@ -39,12 +40,17 @@ def search(press: IndentationProblem) -> Found:
     best = best._replace(starts=low.starts, agreed=low.agreed, others=low.others)
     curve = _curve(press, whole, knots, values)
     notes, moves = _notes(best, press, kind), functools.partial(_moves, press, best, curve, kind)
-    residual = lambda theta: halfspace.evaluate(press.space.point(theta), curve, kind=kind)[: whole.size]
+    residual = functools.partial(_residual_at, press.space, curve, kind, whole.size)
     found = Found(press, best, objective, notes, moves, Medium(press.pressing.thickness), residual)
     if not press.pressing.adhesion:
         return found
     slow = nonlinear.minimise(_objective(press, whole, knots, values, kind, edge=1.0), best.theta)
     return _stuck(found._replace(slow=slow), curve, kind)
+
+
+def _residual_at(space: Space, curve: Curve, kind: str, n: int, theta: Any) -> Any:
+    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
+    return halfspace.evaluate(space.point(theta), curve, kind=kind)[:n]
 
 
 def _stuck(found: Found, curve: Curve, kind: str) -> Found:

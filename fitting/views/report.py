@@ -32,7 +32,9 @@ def parameter(fit: Any, name: str) -> str:
         return f"  {name:5s} = {value:11.5g} {unit:5s} fixed"
     if fit.identified[name]:
         return f"  {name:5s} = {value:11.5g} {unit:5s} {percent} interval {_apart(low, high)}"
-    return f"  {name:5s} not determined: {span(low, high)} {unit} ({percent}); best {value:.5g}"
+    # a parameter of a rejected model is something else than one that the data leave open
+    word = "rejected" if fit.refused else "not identifiable"
+    return f"  {name:5s} {word}: {span(low, high, unit)} ({percent}); best {value:.5g} {unit}".rstrip()
 
 
 def _apart(low: float, high: float) -> str:
@@ -41,13 +43,17 @@ def _apart(low: float, high: float) -> str:
     return " to ".join(next((pair for pair in texts if pair[0] != pair[1]), (f"{low:.5g}", f"{high:.5g}")))
 
 
-def span(low: float, high: float) -> str:
-    """Return an interval as text without its open sides."""
+def span(low: float, high: float, unit: str = "") -> str:
+    """Return an interval as text with its unit and without its open sides; "any value" has no unit."""
+    if low == 0 and math.isinf(high):
+        return "any value"
     if low > 0 and math.isinf(high):
-        return f"> {low:.4g}"
-    if low == 0 and math.isfinite(high):
-        return f"< {high:.4g}"
-    return "any value" if low == 0 else f"{low:.4g} to {high:.4g}"
+        text = f"> {low:.4g}"
+    elif low == 0 and math.isfinite(high):
+        text = f"< {high:.4g}"
+    else:
+        text = f"{low:.4g} to {high:.4g}"
+    return f"{text} {unit}".rstrip()
 
 
 def separation(fit: Any) -> list[str]:
@@ -71,12 +77,11 @@ def quality(fit: Any) -> list[str]:
     """Return lines on how well the model describes the data."""
     r2 = "R2 not defined for constant data" if math.isnan(fit.r2) else f"R2 = {fit.r2:.6f}"
     lines = [f"  {r2}, AIC {fit.aic:.1f}, BIC {fit.bic:.1f}, lag-1 residual correlation {fit.lag1:.2f}"]
-    if fit.misfit:
+    if not math.isnan(fit.chi2):
         lines.append(
-            f"  MISFIT: the residuals are significantly correlated; intervals were widened "
-            f"by a factor of {fit.widening:.2g} and hold only if the model does"
+            f"  chi2 per degree of freedom {fit.chi2:.3g} with the stated sigma ({fit.fitted.size - fit.p} degrees)"
         )
-    elif fit.widening > WIDER:
+    if not fit.misfit and fit.widening > WIDER:
         why = "its size or correlation is uncertain" if fit.weights == "estimated" else "it may be correlated"
         lines.append(f"  intervals were widened by a factor of {fit.widening:.2g} for the noise: {why}")
     return lines
@@ -88,7 +93,7 @@ def verdict(fit: Any) -> list[str]:
     if not fit.refused:
         return [line]
     reasons = (f"  REJECTED: {reason}" for reason in fit.refused)
-    return [line, *reasons, "  no parameter is determined, since the fit is rejected"]
+    return [line, *reasons, "  no parameter is identified, since the fit is rejected"]
 
 
 def in_words(fit: Any) -> str:
@@ -97,7 +102,8 @@ def in_words(fit: Any) -> str:
     The place of a trend is the third of the points, in the order of the abscissa, whose weighted residuals are largest.
     """
     if not fit.refused:
-        return "describes the data, with correlated residuals" if fit.misfit else "describes the data"
+        words = "describes the data, with correlated residuals" if fit.misfit else "describes the data"
+        return words if math.isnan(fit.chi2) or fit.agrees else f"{words}, but contradicts the stated sigma"
     if not fit.misfit:
         return "describes the data only in part" if fit.r2 > 0.0 else "does not describe the data"
     name, _, x, _ = fit.curve

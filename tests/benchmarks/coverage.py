@@ -161,7 +161,11 @@ def fit(row: Row, t: np.ndarray, y: np.ndarray, *others: np.ndarray) -> Fit:
         tests = fitting.CreepData(t=t, J=y), fitting.RelaxationData(t=t, modulus=others[0])
         return fitting.fit_together(tests, row.model)
     if row.experiment == "creep":
-        sigma = None if row.stated is None else row.stated * deviation(row.noise, response("creep", t, truth(row)))
+        sigma = (
+            None
+            if row.stated is None
+            else row.stated * deviation(row.noise, response("creep", t, truth(row)))
+        )
         return fitting.fit_creep(fitting.CreepData(t=t, J=y, start=0.0), row.model, sigma=sigma)
     if row.experiment == "relaxation":
         return fitting.fit_relaxation(fitting.RelaxationData(t=t, modulus=y), row.model)

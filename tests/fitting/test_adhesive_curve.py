@@ -72,7 +72,7 @@ def test_a_range_that_the_curve_does_not_tell_is_named_and_the_work_allows_for_i
     assert short.verdict == "accepted" and short.values["work"] > 1.15 * WORK
     assert not free.identified["strength"] and free.intervals["work"][0] < WORK < free.intervals["work"][1]
     assert any(note.startswith("the range of the attraction is not identified") for note in free.notes)
-    assert "strength not determined" in free.summary()
+    assert "strength not identifiable" in free.summary()
 
 
 @pytest.mark.parametrize("shift", [-20e-6, 20e-6])

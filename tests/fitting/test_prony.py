@@ -27,7 +27,7 @@ def test_prony_series_is_the_nonnegative_least_squares():
     rest = np.delete(A / scale, 3, axis=1)
     height = optimize.nnls(rest, 1 - A[:, 3] * high)[1] ** 2 / cost**2 - 1
     np.testing.assert_allclose(height * 194 / stats.f.ppf(0.95, 1, 194), 1.0, rtol=1e-2)
-    assert fit.intervals["J1"][0] == 0.0 and "J1    not determined: <" in fit.summary() and not fit.misfit
+    assert fit.intervals["J1"][0] == 0.0 and "J1    not identifiable: <" in fit.summary() and not fit.misfit
     with pytest.raises(ValueError, match="tau"):
         fitting.fit_prony(fitting.CreepData(t=t, J=J), [-1.0], weights="relative")
 

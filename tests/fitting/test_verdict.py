@@ -257,6 +257,89 @@ def test_default_intervals_allow_for_the_estimated_noise():
     assert 0.90 <= np.mean(list(found.held.values())) <= 0.98, found.held
 
 
+@pytest.mark.parametrize(("n", "k", "seam"), [(6, 3, None), (9, 4, None), (24, 3, 12), (260, 3, None)])
+def test_the_probability_of_a_trend_is_that_of_simulated_noise(n, k, seam):
+    """Against the share of 20,000 series of white noise whose Durbin-Watson statistic about a polynomial is lower; also
+    for the points of one of two tests, whose residuals have the covariance 1 - Q Q^T of part of the columns."""
+    rng = np.random.default_rng(1)
+    whole = n if k == 4 or seam is None else n + 10
+    Q = np.linalg.qr(np.polynomial.legendre.legvander(np.linspace(-1.0, 1.0, whole), k - 1))[0]
+    blocks = (np.arange(n) >= (seam or n)).astype(int)
+    e = rng.standard_normal((20000, whole))
+    r = (e - e @ Q @ Q.T)[:, :n]
+    d = np.sum(np.diff(r, axis=1)[:, blocks[1:] == blocks[:-1]] ** 2, 1) / np.sum(r**2, 1)
+    for share in (0.01, 0.1, 0.6):
+        at = int(np.argsort(d)[int(share * d.size)])
+        found = verdict.by_chance(r[at], Q[:n], blocks)
+        assert found == pytest.approx(share, abs=4.0 * np.sqrt(share / d.size) + (0.01 if n > 200 else 0.0))
+
+
+@pytest.mark.parametrize("n", [6, pytest.param(8, marks=pytest.mark.slow), 10])
+@pytest.mark.parametrize("when", ["even", "log"])
+def test_short_clean_curves_of_the_right_model_stand(n, when):
+    """10 to 27 % of 6 points were rejected for a trend, 2 to 11 % of 10, and 2 % of 6 for outliers. The noise is 1 %; of
+    600 fits at most 2 % are rejected, and 92 to 98 % of the intervals hold the truth."""
+    row = coverage.Row("StandardLinearSolid", 6, "relative", when, case=f"{n} points")
+    t, truth = coverage.times(row), coverage.truth(row)
+    J = coverage.creep(t, **truth) * (1.0 + 0.01 * np.random.default_rng(n).standard_normal((600, n)))
+    found = fitting.fit_creep_batch(t, J, row.model, weights="relative", intervals=True, start=0.0)
+    assert found.refused.mean() <= 0.02
+    for name, value in truth.items():
+        low, high = found.intervals[name][~found.refused].T
+        assert 0.92 <= np.mean((low <= value) & (value <= high)) <= 0.98, name
+
+
+def test_a_wrong_model_of_few_points_is_still_rejected():
+    """A Maxwell fluid to a solid that bends, 12 points, noise of 0.1 %."""
+    t = np.linspace(1.0, 40.0, 12)
+    J = (
+        1e-6
+        * (1.0 + 5.0 * (1.0 - np.exp(-t / 8.0)))
+        * (1.0 + 1e-3 * np.random.default_rng(2).standard_normal(12))
+    )
+    found = fit(t, J, model="Maxwell", weights="relative", bounds={"G": (1e3, 1e9)})
+    assert found.verdict == "rejected" and any("trend" in why for why in found.refused)
+
+
+def test_a_point_that_decides_a_parameter_alone_is_no_outlier():
+    """The last point has almost all leverage on a curved model: what is left of its residual is the curvature of the model,
+    and not its error. The same deviation of a point among others is an outlier."""
+    x = np.append(np.linspace(0.0, 1.0, 30), 60.0)
+    Q = np.linalg.qr(np.stack([np.ones(31), x], -1))[0]
+    assert 0.999 < Q[-1] @ Q[-1] < 1.0
+    residual = np.append(np.random.default_rng(0).standard_normal(30), 0.0)
+    residual[-1] = 0.3  # 30 % of a standard deviation, where the linear model leaves less than 3 %
+    assert verdict.outlying(residual, Q) == []
+    residual[15] = 8.0
+    assert verdict.outlying(residual, Q) == [15]
+
+
+def test_what_explains_less_than_a_constant_is_rejected_in_every_kind_of_fit():
+    """R2 of -1.3 was accepted where residuals were judged by another module; likewise a law at its bound, and errors that
+    exceed the signal."""
+    rng = np.random.default_rng(3)
+    depth = np.linspace(2e-8, 4e-7, 40)
+    falling = 1e5 * (1.0 - 0.8 * depth / depth[-1]) * (1.0 + 0.3 * rng.standard_normal(40))
+    stiff = fitting.fit_stiffness(
+        fitting.StiffnessData(depth=depth, stiffness=np.abs(falling)), indenter=jc.Sphere(5e-6)
+    )
+    assert stiff.r2 < 0.0 and stiff.verdict == "rejected"
+    assert any("no better than a constant" in why for why in stiff.refused) and not stiff.identified["G"]
+    flat = fit(
+        TIMES, 1e-5 * (1 + 0.05 * rng.standard_normal(40)), model="FractionalMaxwell", weights="relative"
+    )
+    assert flat.r2 > 0.0 or flat.verdict == "rejected"
+    omega = np.geomspace(0.1, 10.0, 30)
+    G = 1e5 * 1j * omega / (1 + 1j * omega) + 3e5 * (rng.standard_normal(30) + 1j * rng.standard_normal(30))
+    noise_only = fitting.fit_oscillation(
+        fitting.OscillationData(omega=omega, storage=G.real, loss=G.imag), "Maxwell", weights="absolute"
+    )
+    assert noise_only.verdict == "rejected"
+    assert any(
+        "exceeds the signal" in why or "no better than a constant" in why for why in noise_only.refused
+    )
+
+
 def test_standard_deviations_of_the_data_are_taken():
     """Those in the data are those given as sigma, and in tension both belong to strain over stress."""
     sd = 0.01 * burgers(TIMES) * (1 + TIMES / 40)
