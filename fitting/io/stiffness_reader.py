@@ -1,6 +1,7 @@
 """Reader of continuous stiffness measurements, in the steps of ``curves.py``."""
 
 import os
+from typing import Any
 
 import numpy as np
 
@@ -70,7 +71,7 @@ def read_stiffness(
         if name in taken.values and not np.all(np.isfinite(taken.values[name])):
             taken = taken._replace(values={key: one for key, one in taken.values.items() if key != name})
     values = mending.complete(table.path, taken).values
-    fields = {name: values.get(name) for name in ("load", "sigma", "area")}
+    fields: dict[str, Any] = {name: values.get(name) for name in ("load", "sigma", "area")}
     fields["stated"] = {name: values[name] for name in MODULI if name in values}
     return build(
         table.path, StiffnessData, depth=values["depth"], stiffness=values["stiffness"], notes=once(taken.notes), **fields
