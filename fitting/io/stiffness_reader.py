@@ -66,6 +66,10 @@ def read_stiffness(
     wanted += [one for one in (AREA, *MODULI.values()) if _told(table, one, wanted, columns, units)]
     parts = curves_of(table, tuple(wanted), columns, units, "read_stiffness", curve)
     taken = mending.choose(table.path, "curve", parts, curve)
+    if AREA.key not in taken.values and any(has(block, AREA, columns) for block in table.blocks):
+        taken = taken.say(
+            "the contact area of the file is not used: it has no unit, which units={'area': 'um2'} gives, say"
+        )
     taken = _in_contact(table.path, mending.window(taken, window))
     for name in MODULI:  # missing where the instrument found none
         if name in taken.values and not np.all(np.isfinite(taken.values[name])):
