@@ -156,7 +156,9 @@ def _place(
             if not hits and read_heading(cell).kind is None:
                 _check_plain(table.path, block.header.line, cell, wanted.key, {})
         shown = ", ".join(repr(cell) for cell in cells[:12])
-        what = f"expected one column for {choice or key!r} in {shown}; got {found}; give columns={{{key!r}: ...}}"
+        alike = len({cells[i] for i in hits}) < len(hits)  # then the header does not tell them apart
+        give = f"columns={{{key!r}: {hits[0]}}} for instance" if alike else f"columns={{{key!r}: ...}}"
+        what = f"expected one column for {choice or key!r} in {shown}; got {found}; give {give}"
         fail(table.path, block.header.line, key, what)
     return hits[0], name or read_heading(cells[hits[0]]).kind, _others(cells, hits[0], wanted)
 

@@ -20,6 +20,7 @@ from fitting.io.curves import (
     check_holdings,
     checked_options,
     curves_of,
+    heated,
     once,
     stated_number,
 )
@@ -93,6 +94,7 @@ def read_creep(
     parts = flow.sorted_out(table, parts, segment is not None)
     taken = mending.choose(table.path, "segment", parts, segment)
     flow.check(table, taken)
+    taken = heated(table, taken, None)
     return creep_of(table, taken, convention, nu, stress, start, window)
 
 
@@ -160,9 +162,10 @@ def wanted_of(table: Table, columns: dict, units: dict, stress: float | None) ->
 def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ...]:
     """Return the wanted columns: compliance where a block has it, otherwise strain and stress."""
     some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
+    others = {"J", "strain", "stress"} & set(columns)
     if CREEP_MODULUS.key in columns or (
-        some(CREEP_MODULUS) and not some(COMPLIANCE) and not some(STRAIN, STRESS)
-    ):
+        some(CREEP_MODULUS) and not others
+    ):  # then a compliance beside it is 1/D too
         return TIME, CREEP_MODULUS
     if some(COMPLIANCE) or not some(STRAIN):
         if not some(COMPLIANCE) and "J" not in columns:

@@ -40,6 +40,7 @@ HOLDINGS = (
     (((*LOAD.names,), (*DEPTH.names,)), "load and depth", "read_indentation"),
     ((("time", "step time"), ("thickness",)), "a thickness over time", "read_growth"),
 )
+DRIFT = 5.0  # largest range of the temperatures [K] of a curve
 # what an instrument finds itself and states above a curve, with the kinds of the units
 FOUND = {
     "modulus": "stress", "tensile modulus": "stress", "reduced modulus": "stress", "contact area": "area",
@@ -127,6 +128,31 @@ def curves_of(
     ]
 
 
+def heated(table: Table, taken: Series, most: float | None) -> Series:
+    """Return a curve with a note where its column of temperatures changes by more than ``DRIFT``; ValueError where it
+    changes by more than ``most`` [K], as in a temperature ramp, which is no test of a material at one temperature."""
+    lines = set(taken.lines.tolist())
+    for block in table.blocks:
+        kinds = [read_heading(cell).kind for cell in block.header.cells] if block.header else []
+        rows = [row for line, row in block.rows if line in lines]
+        if "temperature" not in kinds or len(rows) != taken.lines.size:
+            continue
+        place = kinds.index("temperature")
+        found = [number(row[place], table.dialect.decimal) for row in rows if place < len(row)]
+        T = np.array([one for one in found if one is not None])
+        if T.size < 2 or np.ptp(T) <= DRIFT:
+            continue
+        label = block.header.cells[place] if block.header else ""
+        ends = f"{T.min():g} to {T.max():g}"
+        if most is not None:
+            raise ValueError(
+                f"{table.path}: column {label!r}: expected one temperature within a curve, got {ends}: window= or segment="
+                " selects one, and fit_master superposes sweeps at several"
+            )
+        taken = taken.say(f"{label} changes from {ends}: the material is taken to be the same")
+    return taken
+
+
 def check_holdings(table: Table, expected: str, own: str) -> None:
     """Raise ValueError where a file, none of whose blocks has what a reader expects, holds what another one reads."""
     kinds = [
@@ -153,7 +179,8 @@ def stated_facts(text: str) -> tuple[str, ...]:
     found it: "Reduced modulus (GPa): 3.1", "E[eff] (Pa)\t1234", "S = 12.1 uN/nm"."""
     notes = []
     for line in text.splitlines():
-        name, mark, rest = (part.strip() for part in re.match(r"([^:=\t;]*)([:=\t;]?)(.*)", line).groups())  # type: ignore[union-attr]
+        name, mark, rest = re.match(r"((?:\[[^\]]*\]|[^:=\t;])*)([:=\t;]?)(.*)", line.strip()).groups()  # type: ignore[union-attr]
+        name = name.strip()
         cells = rest.strip(" :=\t;").replace(";", " ").split()
         heading = read_heading(name)
         kind = "tensile modulus" if re.match(r"E\[(?:eff|v=)", name) else heading.kind

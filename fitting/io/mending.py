@@ -9,6 +9,7 @@ from fitting.data.curves import window_note
 from fitting.io.columns import SI, Series, fail
 
 LOSS = 0.1  # largest fraction of rows that may be left out
+SAME = 5e-3  # relative difference of measured frequencies that are one
 STILL = 3  # least number of rows at one frequency beside a sweep
 LEAST = 5  # least number of rows of a run of increasing times, and of the overlap of two runs
 Segment = int | str | Sequence[int | str] | None
@@ -54,13 +55,20 @@ def sweeps(series: Series) -> tuple[list[Series], list[Series]]:
     frequency, and more than twice as many as at most other frequencies, which a sweep may repeat.
     """
     omega = series.clock
-    pieces = np.split(
-        np.arange(omega.size), np.flatnonzero(~np.isclose(omega[1:], omega[:-1], rtol=1e-6, atol=0.0)) + 1
-    )
+    moved = ~(
+        np.abs(np.diff(omega)) <= SAME * np.abs(omega[:-1])
+    )  # measured frequencies are never quite the same
+    pieces = np.split(np.arange(omega.size), np.flatnonzero(moved) + 1)
     usual = float(np.median([piece.size for piece in pieces]))
-    long = [piece.size >= STILL and piece.size > 2.0 * usual for piece in pieces]
+    narrow = [
+        np.ptp(omega[piece]) <= 2.0 * SAME * np.abs(omega[piece[0]]) for piece in pieces
+    ]  # not a dense sweep
+    long = [
+        piece.size >= STILL and piece.size > 2.0 * usual and one
+        for piece, one in zip(pieces, narrow, strict=True)
+    ]
     if not any(long):
-        still = len(pieces) == 1 and omega.size >= STILL
+        still = len(pieces) == 1 and omega.size >= STILL and narrow[0]
         return ([], [series]) if still else ([series], [])
     groups: list[tuple[bool, list[np.ndarray]]] = []
     for piece, stands in zip(pieces, long, strict=True):
@@ -73,6 +81,20 @@ def sweeps(series: Series) -> tuple[list[Series], list[Series]]:
         (stands, one._replace(name=f"{one.name} from line {one.lines[0]}".strip())) for stands, one in parts
     ]
     return [one for stands, one in named if not stands], [one for stands, one in named if stands]
+
+
+def turned(series: Series) -> list[Series]:
+    """Return the parts of a sweep that goes up and down again, each of at least ``LEAST`` rows in one direction."""
+    way = np.sign(np.diff(series.clock))
+    steps = np.flatnonzero(way)  # the frequency at which it turns may be measured twice
+    cuts = steps[1:][way[steps[1:]] != way[steps[:-1]]]
+    pieces = np.split(np.arange(series.clock.size), cuts)
+    if not cuts.size or min(piece.size for piece in pieces) < LEAST:
+        return [series]
+    return [
+        series.pick(one)._replace(name=f"{series.name} from line {series.lines[one[0]]}".strip())
+        for one in pieces
+    ]
 
 
 def _overlap(first: np.ndarray, second: np.ndarray) -> bool:

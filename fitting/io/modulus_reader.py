@@ -9,7 +9,7 @@ import numpy as np
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.io import mending, onset
 from fitting.io.columns import Series, Wanted, has
-from fitting.io.curves import MODULUS, STORAGE, TIME, build, checked_options, curves_of, once
+from fitting.io.curves import DRIFT, MODULUS, STORAGE, TIME, build, checked_options, curves_of, heated, once
 from fitting.io.names import says_shear
 from fitting.io.table import Table, read_table
 
@@ -65,7 +65,7 @@ def read_relaxation(
     table = read_table(path, decimal, columns)
     columns, units = checked_options(table, columns, units, ("t", "modulus"))
     parts = curves_of(table, (TIME, MODULUS), columns, units, "read_relaxation", segment, True)
-    taken = mending.choose(table.path, "segment", parts, segment)
+    taken = heated(table, mending.choose(table.path, "segment", parts, segment), None)
     return relaxation_of(table.path, taken, convention, nu, start, window)
 
 
@@ -135,7 +135,7 @@ def read_oscillation(
         table, (OMEGA, *pair_of(table, columns)), columns, units, "read_oscillation", segment, True
     )
     parts = swept(parts, 1 if segment is None else 0)
-    taken = mending.choose(table.path, "segment", parts, segment)
+    taken = heated(table, mending.choose(table.path, "segment", parts, segment), DRIFT)
     return oscillation_of(table.path, taken, units, convention, nu, window)
 
 
@@ -147,7 +147,8 @@ def swept(parts: list[Series], most: float) -> list[Series]:
     divided = [mending.sweeps(part) if not part.error else ([part], []) for part in parts]
     moving = [one for some, _ in divided for one in some]
     still = [one for _, some in divided for one in some]
-    moving = [run for part in moving for run in ([part] if part.error else mending.runs(part))]
+    parted = lambda part: [run for one in mending.runs(part) for run in mending.turned(one)]
+    moving = [run for part in moving for run in ([part] if part.error else parted(part))]
     if not still or not 0 < len(moving) <= most:
         return sorted(moving + still, key=lambda part: int(part.lines[0]))
     lines = ", ".join(f"{part.lines[0]} to {part.lines[-1]}" for part in still)

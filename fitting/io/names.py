@@ -64,6 +64,7 @@ NAMES = {
     " fz verticaldeflection vdeflection kraft standardforce standardkraft normalkraft prüfkraft last eindringkraft"
     " forcenormale fuerza fuerzanormal carga 荷重 力 押込み荷重",
     "depth": "h d pd disp position(z) depth indentation indentationdepth penetration penetrationdepth displacement"
+    " standardweg standardtravel"
     " displacementintosurface indentdisp indentdisplacement eindringtiefe eindringung tiefe verschiebung profondeur"
     " enfoncement déplacement pénétration profundidad desplazamiento penetración 深さ 押込み深さ 変位",
     "contact stiffness": "contactstiffness harmoniccontactstiffness storagestiffness storagestiff kontaktsteifigkeit"

@@ -1,6 +1,7 @@
 """Reader of continuous stiffness measurements, in the steps of ``curves.py``."""
 
 import os
+from typing import Any
 
 import numpy as np
 
@@ -65,12 +66,16 @@ def read_stiffness(
     wanted += [one for one in (AREA, *MODULI.values()) if _told(table, one, wanted, columns, units)]
     parts = curves_of(table, tuple(wanted), columns, units, "read_stiffness", curve)
     taken = mending.choose(table.path, "curve", parts, curve)
+    if AREA.key not in taken.values and any(has(block, AREA, columns) for block in table.blocks):
+        taken = taken.say(
+            "the contact area of the file is not used: it has no unit, which units={'area': 'um2'} gives, say"
+        )
     taken = _in_contact(table.path, mending.window(taken, window))
     for name in MODULI:  # missing where the instrument found none
         if name in taken.values and not np.all(np.isfinite(taken.values[name])):
             taken = taken._replace(values={key: one for key, one in taken.values.items() if key != name})
     values = mending.complete(table.path, taken).values
-    fields = {name: values.get(name) for name in ("load", "sigma", "area")}
+    fields: dict[str, Any] = {name: values.get(name) for name in ("load", "sigma", "area")}
     fields["stated"] = {name: values[name] for name in MODULI if name in values}
     return build(
         table.path, StiffnessData, depth=values["depth"], stiffness=values["stiffness"], notes=once(taken.notes), **fields

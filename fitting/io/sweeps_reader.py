@@ -11,7 +11,16 @@ from fitting.data.clock import since_load
 from fitting.data.units import CELSIUS
 from fitting.io.columns import Series, Wanted, has
 from fitting.io.creep_reader import creep_of, wanted_of
-from fitting.io.curves import COMPLIANCE, CREEP_MODULUS, MODULUS, STORAGE, TIME, checked_options, curves_of
+from fitting.io.curves import (
+    COMPLIANCE,
+    CREEP_MODULUS,
+    DRIFT,
+    MODULUS,
+    STORAGE,
+    TIME,
+    checked_options,
+    curves_of,
+)
 from fitting.io.modulus_reader import (
     ANGLE,
     COMPLEX,
@@ -29,7 +38,6 @@ from fitting.io.table import Block, Table, read_table
 TEMPERATURE = Wanted("temperature", ("temperature",))
 ZERO = 273.15  # K, of the Celsius scale
 STEP = 1.5  # change [K] between neighbouring rows that begins a test at another temperature
-DRIFT = 5.0  # largest range of the temperatures [K] of a curve
 LEAST = 5  # fewest points of a curve
 DEGREES = "|".join(map(re.escape, sorted((*CELSIUS, "K"), key=len, reverse=True)))
 STATED = (

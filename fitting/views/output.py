@@ -69,8 +69,11 @@ def write_table(path: Path, names: Sequence[str], rows: Iterable[Sequence[Any]])
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(names)
-    plain = lambda v: "" if v is None or v != v else f"{v:.12g}" if isinstance(v, float) else v
-    table.writerows([plain(v.item() if isinstance(v, np.generic) else v) for v in row] for row in rows)
+    for row in rows:
+        cells = [v.item() if isinstance(v, np.generic) else v for v in row]
+        table.writerow(
+            ["" if v is None or v != v else f"{v:.12g}" if isinstance(v, float) else v for v in cells]
+        )
     write_text(path, text.getvalue())
 
 
@@ -89,7 +92,7 @@ def _curve(fit: Any, path: Path) -> None:
             for part, at, one in _stacked(own, t, np.column_stack([y, best]))
         ]
         count = np.cumsum([0, *(at.size for at, *_ in tests)])
-        rows = [
+        joint = [
             (part, own_unit, at[k], over_unit, one[k, 0], one[k, 1], fit.residuals[count[j] + k])
             for j, (at, one, part, _, own_unit, over_unit) in enumerate(tests)
             for k in range(at.size)
@@ -103,29 +106,23 @@ def _curve(fit: Any, path: Path) -> None:
             "fitted",
             "weighted residual",
         ]
-        write_table(path, names, rows)
+        write_table(path, names, joint)
         return
     values = np.column_stack([measured, fit.fitted, fit.residuals])
-    if isinstance(fit.data, tuple | list) and hasattr(
-        fit.data[0], "temperature"
-    ):  # the curves of a master curve
-        held, part = (
-            np.repeat([one.temperature for one in fit.data], [_points(one) for one in fit.data]),
-            [name] * x.size,
-        )
-        if "," in name:
-            both = [[own] * one.omega.size for one in fit.data for own in name.split(", ")]
-            part = [own for some in both for own in some]
-        own_unit = "-" if "," in name else unit
-        names = [
-            "temperature [K]",
-            "quantity",
-            over,
-            f"measured [{own_unit}]",
-            f"fitted [{own_unit}]",
-            "weighted residual",
-        ]
-        write_table(path, names, [(*row[:3], *row[3]) for row in zip(held, part, x, values, strict=True)])
+    sizes = [_points(one) for one in fit.data] if isinstance(fit.data, tuple | list) else []
+    if sum(sizes) == x.size:  # several curves, of a master curve or of the growth of films
+        curve = np.repeat(np.arange(len(sizes)), sizes)
+        held = np.repeat([one.temperature for one in fit.data], sizes)
+        quantity = [own for n in sizes for own in np.repeat(name.split(", "), n // len(name.split(", ")))]
+        if over.startswith(
+            "ln("
+        ):  # the measured frequencies or times of a master curve, which are not shifted
+            swept = hasattr(fit.data[0], "omega")
+            over, x = ("omega [rad/s]", np.exp(x)) if swept else ("t [s]", np.exp(-x))
+        shown = "-" if "," in name else unit
+        names = ["curve", "temperature [K]", "quantity", over, f"measured [{shown}]", f"fitted [{shown}]"]
+        rows = [(*row[:4], *row[4]) for row in zip(curve, held, quantity, x, values, strict=True)]
+        write_table(path, [*names, "weighted residual"], rows)
         return
     parts = _stacked(name, x, values)
     at = np.unique(np.concatenate([t for _, t, _ in parts])) if len(parts) > 1 else x
@@ -133,12 +130,8 @@ def _curve(fit: Any, path: Path) -> None:
     for column, what in enumerate(("", "fitted ", "weighted residual ")):
         for part, t, one in parts:
             own = f" {part}" if len(parts) > 1 else ""
-            label = (
-                f"{part} [{unit}]"
-                if not what
-                else f"fitted{own} [{unit}]"
-                if what == "fitted "
-                else f"weighted residual{own}"
+            label = {"": f"{part} [{unit}]", "fitted ": f"fitted{own} [{unit}]"}.get(
+                what, f"weighted residual{own}"
             )
             names.append(label)
             if len(parts) == 1:
@@ -161,8 +154,10 @@ def _stacked(name: str, x: np.ndarray, values: np.ndarray) -> list[tuple[str, np
 
 
 def _points(one: Any) -> int:
-    """Return the number of values of a curve in a master curve."""
+    """Return the number of fitted values of one of several curves: those of a master curve are logarithms."""
     if hasattr(one, "omega"):
-        return 2 * one.omega.size
+        return int(2 * one.omega.size)
+    if hasattr(one, "thickness"):
+        return int(one.t.size)
     values = one.modulus if hasattr(one, "modulus") else one.J
     return int(np.sum((one.t > 0) & (values > 0)))

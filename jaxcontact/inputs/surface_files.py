@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.sparse.linalg
 
 from jaxcontact._support import checks
 from jaxcontact._support.pytree import value_in_words
@@ -160,14 +159,15 @@ def _filled(heights: np.ndarray, mask: np.ndarray, periodic: tuple[bool, bool]) 
         columns.append(other[other >= 0])
         entries.append(np.full(int(np.sum(other >= 0)), -1.0))
     every = np.arange(count.size)
-    matrix = scipy.sparse.csr_matrix(
+    sparse = importlib.import_module("scipy.sparse.linalg")  # takes a while, and is needed here alone
+    matrix = importlib.import_module("scipy.sparse").csr_matrix(
         (
             np.concatenate([*entries, count]),
             (np.concatenate([*rows, every]), np.concatenate([*columns, every])),
         )
     )
     whole = heights.copy()
-    whole[mask] = scipy.sparse.linalg.spsolve(matrix, right)
+    whole[mask] = sparse.spsolve(matrix, right)
     return whole
 
 

@@ -276,3 +276,102 @@ def test_the_wrong_command_names_the_right_one(tmp_path, capsys, kind):
     if kind not in ("stiffness", "growth", "creep"):
         assert main(["fit", "compare", str(path), "-o", str(tmp_path / "out")]) == 2
         assert f"--of {kind} reads it" in capsys.readouterr().err
+
+
+OMEGA = np.geomspace(0.1, 100.0, 16)
+MODULUS = 1e5 * 1j * OMEGA / (1j * OMEGA + 0.5)
+NAMES = "omega [rad/s],G' [Pa],G'' [Pa]"
+
+
+def swept(omega, G, header=NAMES, *more):
+    return table(header, *more, omega, G.real, G.imag, **FULL)
+
+
+def with_rows_at_one_frequency(scatter):
+    """The sweep, and twelve rows of another state at 6.28 rad/s, whose measured value scatters."""
+    still = 6.28 * (1.0 + scatter * np.random.default_rng(0).standard_normal(12))
+    return np.append(OMEGA, still), np.append(MODULUS, np.full(12, 3e4 + 1e3j))
+
+
+@pytest.mark.parametrize("scatter", [0.0, 1e-5, 1e-3])
+def test_rows_at_one_frequency_are_no_part_of_a_sweep(tmp_path, scatter):
+    data = fitting.read_oscillation(save(tmp_path, swept(*with_rows_at_one_frequency(scatter))))
+    np.testing.assert_allclose(data.omega, OMEGA, rtol=1e-8)
+    np.testing.assert_allclose(data.shear, MODULUS, rtol=1e-8)
+    assert any("at one frequency, beside the sweep, left out: lines 18 to 29" in note for note in data.notes)
+
+
+def test_a_sweep_that_repeats_each_frequency_is_whole(tmp_path):
+    data = fitting.read_oscillation(save(tmp_path, swept(np.repeat(OMEGA, 3), np.repeat(MODULUS, 3))))
+    assert data.omega.size == 48
+
+
+def test_an_index_column_and_a_turn_divide_a_table(tmp_path):
+    """Two sweeps of different states, told apart by the index of a segment, or by the way back."""
+    both = np.append(OMEGA, OMEGA), np.append(MODULUS, 2.0 * MODULUS)
+    index = table(
+        "SegIndex;omega [rad/s];G' [Pa];G'' [Pa]", both[0], both[1].real, both[1].imag, sep=";", **FULL
+    )
+    lines = index.splitlines()
+    marked = [lines[0], *(f"{1 + k // 16}|{k % 16};{line}" for k, line in enumerate(lines[1:]))]
+    back = swept(np.append(OMEGA, OMEGA[::-1]), np.append(MODULUS, 2.0 * MODULUS[::-1]))
+    for text in ("\n".join(marked) + "\n", back):
+        path = save(tmp_path, text)
+        with pytest.raises(ValueError, match="expected one curve, got 2: choose with segment="):
+            fitting.read_oscillation(path)
+        for place, factor in ((0, 1.0), (1, 2.0)):
+            data = fitting.read_oscillation(path, segment=place)
+            np.testing.assert_allclose(data.shear, factor * MODULUS, rtol=1e-8)
+
+
+def test_a_temperature_ramp_is_no_frequency_sweep(tmp_path):
+    T = np.repeat(np.linspace(20.0, 100.0, 20), 4)
+    text = table("T [°C],f [Hz],E' [MPa],E'' [MPa]", T, np.tile([1, 2, 5, 10], 20), 3e3 - 10 * T, 100 + T)
+    with pytest.raises(ValueError, match="expected one temperature within a curve, got 20 to 100"):
+        fitting.read_oscillation(save(tmp_path, text), convention="E", nu=0.3)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "t [s],Creep modulus [MPa]",
+        "t [s],Kriechmodul [MPa]",
+        "t [s],Creep compliance [1/Pa],Creep modulus [MPa]",
+    ],
+)
+def test_a_creep_modulus_is_the_inverse_of_a_tensile_compliance(tmp_path, head):
+    """ISO 899-1: stress over strain at constant stress, 1/D(t), with J = 2 (1 + nu) D."""
+    nu, D = 0.3, J / 2.6
+    text = table(head, *([T, D, 1e-6 / D] if "compliance" in head else [T, 1e-6 / D]), **FULL)
+    np.testing.assert_allclose(
+        fitting.read_creep(save(tmp_path, text), nu=nu, convention="D").compliance, J, rtol=1e-7
+    )
+    with pytest.raises(ValueError, match="needs nu="):
+        fitting.read_creep(save(tmp_path, text))
+    name = head.rpartition(",")[2]
+    with pytest.raises(ValueError, match=r"got a creep (modulus|compliance).*read_creep"):
+        fitting.read_relaxation(save(tmp_path, text), columns={"modulus": name})
+    with pytest.raises(ValueError, match=r"read_creep reads it"):
+        fitting.read_relaxation(save(tmp_path, text))
+
+
+def test_a_modulus_under_a_plain_name(tmp_path):
+    for head, given, factor in (
+        ("t [s],G [Pa]", {}, 1.0),
+        ("t [s],modulus [Pa]", {}, 1.0),
+        ("t [s],E [Pa]", {"nu": 0.5}, 3.0),
+    ):
+        data = fitting.read_relaxation(save(tmp_path, table(head, T, 1.0 / J, **FULL)), start=0.0, **given)
+        np.testing.assert_allclose(data.shear, 1.0 / J / factor, rtol=1e-7)
+    with pytest.raises(ValueError, match="expected a modulus of this test, got a stress"):
+        path = save(tmp_path, table("t [s],stress [Pa]", T, 1.0 / J, **FULL))
+        fitting.read_relaxation(path, columns={"modulus": "stress [Pa]"})
+
+
+def test_what_an_instrument_states_is_said(tmp_path):
+    facts = "k (N/m)\t0.5\nE[eff] (Pa)\t1234\nReduced modulus (GPa): 3.1\nS0\t4\n"
+    depth = np.linspace(0.0, 1e-6, 40)
+    text = facts + table("Time (s)\tLoad (uN)\tDepth (nm)", 1e7 * depth, 1e6 * depth, 1e9 * depth, sep="\t")
+    said = fitting.read_indentation(save(tmp_path, text)).notes
+    assert "the instrument states E[eff] (Pa): 1234 Pa" in said
+    assert "the instrument states Reduced modulus (GPa): 3.1e+09 Pa" in said

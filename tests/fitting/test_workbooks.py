@@ -149,3 +149,19 @@ def test_without_the_library_it_says_what_to_install(tmp_path, monkeypatch):
     (tmp_path / "a.xlsx").write_bytes(b"PK\x03\x04 nothing")
     with pytest.raises(ValueError, match=r"pip install 'jaxcontact\[workbooks\]'"):
         fitting.read_creep(tmp_path / "a.xlsx")
+
+
+def test_a_sheet_is_chosen_before_the_others_are_read(tmp_path):
+    """Columns under equal names, one of which cannot be read: the chosen one is, by name and by position."""
+    t, J = np.arange(1.0, 9.0), np.arange(2.0, 10.0)
+    good = "t [s],J [1/MPa]\n" + "".join(f"{x},{y}\n" for x, y in zip(t, J, strict=True))
+    bad = "t [furlong],J [1/MPa]\n" + "".join(f"{x},{y}\n" for x, y in zip(t, J, strict=True))
+    path = tmp_path / "book.csv"
+    path.write_text("[step]\nfirst\n" + bad + "[step]\nsecond\n" + good)
+    for choice in ("second", 1):
+        data = fitting.read_creep(path, segment=choice)
+        np.testing.assert_allclose(data.J, 1e-6 * J)
+    with pytest.raises(ValueError, match=r"choose with segment= among 0 \(first\), 1 \(second\)"):
+        fitting.read_creep(path)
+    with pytest.raises(ValueError, match="furlong"):
+        fitting.read_creep(path, segment="first")
