@@ -131,11 +131,12 @@ def sweep(
     process dies, is reported and does not affect the others; the next call repeats it. Warnings issued by f are stored
     with the case instead of being shown (``study.notes``).
 
-    The folder belongs to one f and one state of this package. f is compared by content: its code, its defaults and the
-    variables that it closes over; the functions, classes and constants of your own modules that it uses, and what those
-    use; installed packages by their versions, this one by a digest of its sources. A comment or another place in the
-    file changes nothing. Files and environment variables that f reads are not compared; put their content, or a digest
-    of it, into the cases.
+    The folder belongs to one f and one state of this package. f is compared by content: its code as it runs, its
+    defaults and the variables that it closes over; the functions, classes and constants that it names, and what those
+    use; all members of your own modules that it uses; installed packages by their versions and by what you replaced in
+    them, this one by a digest of its sources. A comment or another place in the file changes nothing. A use of
+    ``importlib``, ``eval`` or ``sys.modules`` is refused without a ``version``, since it may read anything. Files and
+    environment variables that f reads are not compared; put their content, or a digest of it, into the cases.
 
     Args:
         f: a function of a dict that returns a dict of arrays or numbers. It may be defined in a module or in a notebook.
@@ -153,7 +154,7 @@ def sweep(
 
     Raises:
         ValueError: cases that are not such dicts; f that is not a function, or that uses a value whose content cannot be
-            compared, such as an open file or the result of ``eval``, if no ``version`` is given; a folder of another f
+            compared, such as an open file, or ``importlib`` or ``eval``, if no ``version`` is given; a folder of another f
             or of another state of this package, or one in use; or both processes and an executor.
 
     Example:
@@ -282,6 +283,7 @@ def _fill(f: Callable, missing: dict[str, Case], folder: Path, workers: Executor
     if not missing:
         return {}
     own = workers if isinstance(workers, int) else _cores()
+    failures: dict[str, Failure] = {}
     with tqdm(total=len(missing), unit="case", disable=None, delay=1.0) as bar:
         keep = lambda cases, by: _keep(_outcomes(f, cases, by), missing, folder, bar)
         dead = lambda: {name: missing[name] for name, failure in failures.items() if failure.died}
@@ -354,7 +356,7 @@ def _outcomes(
 
 def _has_no_worker(workers: Executor | int) -> bool:
     """Return whether the workers are those of a Dask cluster that has none at present; other executors cannot say."""
-    client = getattr(workers, "_client", None)
+    client: Any = getattr(workers, "_client", None)
     return hasattr(client, "nthreads") and not client.nthreads()
 
 

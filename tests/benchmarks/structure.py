@@ -1,152 +1,208 @@
-"""The structure of a checkout in numbers, to compare two commits.
+"""The structure of a checkout in numbers, to compare two commits: sizes, and what one call enters.
 
     python tests/benchmarks/structure.py [CHECKOUT]
 
-Knowing a verb is taken to be naming steady sliding (its function, its result or its kind of case) in code, outside the
-modules that define it, the package's list of public names and the reproduction of the paper. Declaring fields is taken to
-be giving the units of at least three of ``FIELDS``, in a dictionary or in calls. Both count modules; docstrings and
-comments do not count.
+Each figure is that of jaxcontact / fitting. What a call enters is the first call in a fresh process without caches: every
+code object of both packages that runs, lambdas, nested functions, comprehensions and class bodies included, but nothing
+that an import runs, at any time. Its depth is the largest number of such frames on the stack. Arguments are made before.
+
+Lines are those of files. A comment counts if it stands on a line of its own inside a function. A private function (its name
+begins with one underscore) counts as called once if one place of its module outside of it, and no other module, names it.
+A class counts as one without a method if no function stands in its body; fields and inherited methods are none.
 """
 
 import ast
-import re
+import io
+import json
+import os
+import statistics
+import subprocess
 import sys
-from collections.abc import Iterator
-from graphlib import CycleError, TopologicalSorter
+import tempfile
+import threading
+import tokenize
+from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 PACKAGES = ("jaxcontact", "fitting")
-VERB = {"slide_steady", "SteadySliding", "steady-sliding"}
-FIELDS = {"approach", "load", "contact_area", "contact_radius", "film_strain", "peak_pressure", "power"}
-UNITS = {"m", "N", "m2", "Pa", "m/m", "1", "W"}
-NO_SENTENCE = re.compile(r"(What|Of|Where|How|Whether|Why) ")
 
 
-def modules(folder: Path) -> dict[str, ast.Module]:
-    """Return the modules of a folder by their dotted names."""
-    name = lambda path: ".".join(path.relative_to(folder.parent).with_suffix("").parts).removesuffix(
-        ".__init__"
-    )
-    return {name(path): ast.parse(path.read_text()) for path in sorted(folder.rglob("*.py"))}
-
-
-def functions(tree: ast.AST) -> Iterator[ast.FunctionDef]:
-    return (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
-
-
-def length(function: ast.FunctionDef) -> int:
-    """Return the number of lines without the docstring."""
-    doc = ast.get_docstring(function, clean=False)
-    return function.end_lineno - function.lineno + 1 - (len(doc.splitlines()) if doc else 0)
-
-
-def arguments(function: ast.FunctionDef) -> int:
-    given = function.args
-    return len([*given.posonlyargs, *given.args, *given.kwonlyargs])
-
-
-def words(tree: ast.Module) -> set[str]:
-    """Return the names and strings in the code of a module."""
-    found = set()
-    docs = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docs:
-            found.add(node.value)
-        named = {ast.Name: "id", ast.Attribute: "attr", ast.alias: "name"}.get(type(node))
-        found |= {getattr(node, named)} if named else set()
-    return found
-
-
-def declared(tree: ast.Module) -> set[str]:
-    """Return the fields that stand beside a unit, in an item of a dictionary, a tuple or a call."""
-    pairs: list[list[ast.AST]] = []
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Dict):
-            pairs += [[key, value] for key, value in zip(node.keys, node.values, strict=True) if key]
-        elif isinstance(node, ast.Tuple):
-            pairs.append(list(node.elts))
-        elif isinstance(node, ast.Call):
-            pairs.append(list(node.args))
-    found = set()
-    for first, *others in filter(None, pairs):
-        name = (
-            first.value.replace(" ", "_")
-            if isinstance(first, ast.Constant) and isinstance(first.value, str)
-            else ""
+def static(folder: Path) -> dict[str, float]:
+    """Return the figures of the sources of a package, without running them."""
+    paths = sorted(folder.rglob("*.py"))
+    texts = [path.read_text(encoding="utf-8") for path in paths]
+    trees = [ast.parse(text) for text in texts]
+    lines = [len(text.splitlines()) for text in texts]
+    comments, functions, private, once = 0, [], 0, 0
+    imported = {
+        a.name for tree in trees for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) for a in n.names
+    }
+    classes = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    for text, tree in zip(texts, trees, strict=True):
+        own = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+        functions += own
+        inside = {line for node in own for line in range(node.body[0].lineno, node.end_lineno + 1)}
+        for token in tokenize.generate_tokens(io.StringIO(text).readline):
+            alone = token.type == tokenize.COMMENT and token.line.lstrip().startswith("#")
+            comments += alone and token.start[0] in inside
+        hidden = [node for node in own if node.name.startswith("_") and not node.name.startswith("__")]
+        uses = _names(tree)
+        private += len(hidden)
+        once += sum(
+            uses[node.name] - _names(node)[node.name] == 1 and node.name not in imported for node in hidden
         )
-        given = {c.value for one in others for c in ast.walk(one) if isinstance(c, ast.Constant)}
-        found |= {name} & FIELDS if given & UNITS else set()
-    return found
-
-
-def defines(tree: ast.Module) -> set[str]:
-    return {node.name for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
-
-
-def circles(package: str, trees: dict[str, ast.Module]) -> int:
-    """Return 0 if no module imports itself by way of others, in functions too, and else 1."""
-    graph: dict[str, set[str]] = {name: set() for name in trees}
-    for name, tree in trees.items():
-        for node in ast.walk(tree):
-            if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == package:
-                for alias in node.names:
-                    full = f"{node.module}.{alias.name}"
-                    graph[name].add(full if full in trees else node.module)
-            elif isinstance(node, ast.Import):
-                graph[name] |= {alias.name for alias in node.names} & trees.keys()
-    try:
-        TopologicalSorter(graph).prepare()
-    except CycleError:
-        return 1
-    return 0
-
-
-def sentences(trees: dict[str, ast.Module]) -> str:
-    """Return how many public docstrings of modules, classes and functions begin with a sentence or a noun phrase."""
-    nodes = [
-        n for tree in trees.values() for n in ast.walk(tree) if hasattr(n, "body") and hasattr(n, "name")
+    is_function = lambda node: isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    bare = [node for node in classes if not any(map(is_function, node.body))]
+    tuples = [
+        node for node in classes if any(ast.unparse(base).endswith("NamedTuple") for base in node.bases)
     ]
-    public = [
-        n for n in nodes if isinstance(n, ast.FunctionDef | ast.ClassDef) and not n.name.startswith("_")
-    ]
-    docs = [doc for node in (*trees.values(), *public) if (doc := ast.get_docstring(node))]
-    good = sum(not NO_SENTENCE.match(doc) and doc.split("\n\n")[0].rstrip()[-1] in ".:)?" for doc in docs)
-    return f"{good} of {len(docs)}"
-
-
-def report(root: Path, package: str) -> dict[str, object]:
-    """Return the figures of one package."""
-    trees = modules(root / package)
-    own = [one for tree in trees.values() for one in functions(tree)]
-    sizes = {name: tree_lines(root, name) for name, tree in trees.items()}
-    code = (path for path in (root / package).iterdir() if path.suffix == ".py" or list(path.rglob("*.py")))
-    inside = [path.stem for path in code]
-    listed = words(trees[package])
-    long = max(own, key=length)
-    private = [one for one in own if one.name not in listed]
-    other = {name: tree for name, tree in trees.items() if ".paper" not in name and name != package}
-    knowing = [name for name, tree in other.items() if VERB & words(tree) and not VERB & defines(tree)]
+    long = [node.end_lineno - node.body[0].lineno + 1 - _doc_lines(node) for node in functions]
     return {
-        "modules": len(trees),
-        "lines": sum(sizes.values()),
-        "names at the root": sum(not name.startswith("_") for name in inside),
-        "longest module": max((size, name) for name, size in sizes.items()),
-        "longest function": (length(long), long.name),
-        "arguments of a function that is not public": max((arguments(one), one.name) for one in private),
-        "circles": circles(package, trees),
-        "know a verb": knowing,
-        "declare a field": [name for name, tree in other.items() if len(declared(tree)) >= 3],
-        "docstrings that begin with a sentence": sentences(trees),
+        "files": len(paths),
+        "lines": sum(lines),
+        "median lines a file": statistics.median(lines),
+        "functions": len(functions),
+        "lines of a function without docstring, mean": round(statistics.mean(long), 1),
+        "lines of a function without docstring, longest": max(long),
+        "classes": len(classes),
+        "classes without a method": len(bare),
+        "named tuples": len(tuples),
+        "named tuples without a method": sum(node in bare for node in tuples),
+        "private functions": private,
+        "private functions called once": once,
+        "comments inside code, % of lines": round(100.0 * comments / sum(lines), 2),
     }
 
 
-def tree_lines(root: Path, name: str) -> int:
-    path = root.joinpath(*name.split("."))
-    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
-    return len(path.read_text().splitlines())
+def _names(tree: ast.AST) -> Counter[str]:
+    """Return how often names stand in code, those of variables and of attributes."""
+    nodes = (node for node in ast.walk(tree) if isinstance(node, ast.Name | ast.Attribute))
+    return Counter(node.id if isinstance(node, ast.Name) else node.attr for node in nodes)
+
+
+def _doc_lines(node: ast.FunctionDef) -> int:
+    first = node.body[0]
+    is_doc = (
+        isinstance(first, ast.Expr)
+        and isinstance(first.value, ast.Constant)
+        and isinstance(first.value.value, str)
+    )
+    return first.end_lineno - first.lineno + 1 if is_doc else 0
+
+
+def prepared(name: str) -> Callable[[], object]:
+    """Return a call whose arguments are ready, through public names alone; small, since its path is what counts."""
+    import numpy as np
+
+    import fitting
+    import jaxcontact as jc
+
+    steel = jc.Elastic.from_young(210e9, nu=0.3)
+    film = jc.Burgers(G1=0.75e9, G2=13.89e6, eta1=3.1486e12, eta2=120.9e9, nu=0.3)
+    ball, load, grid = jc.Sphere(9.525e-3, material=steel), jc.Load(60.0), jc.Grid.square(32, 620e-6)
+    elastic, coated = jc.LayeredHalfSpace([], steel), jc.LayeredHalfSpace([jc.Layer(film, 150e-9)], steel)
+    if name == "indent, elastic":
+        return lambda: jc.indent(elastic, ball, load, np.zeros(1), grid=grid)
+    if name == "indent, film, three times":
+        return lambda: jc.indent(coated, ball, load, np.array([0.0, 60.0, 600.0]), grid=grid)
+    if name == "slide_steady":
+        return lambda: jc.slide_steady(coated, ball, load, velocity=1e-6, grid=grid)
+    random = np.random.default_rng(0)
+    if name == "fit_creep":
+        t = np.linspace(10.0, 7200.0, 100)
+        data = fitting.CreepData(
+            t=t, J=np.asarray(film.creep(t)) * (1.0 + 0.01 * random.standard_normal(t.size))
+        )
+        return lambda: fitting.fit_creep(data)
+    depth = np.linspace(-1e-6, 1e-6, 200)
+    force = (
+        16.0 / 3.0 * 1e3 * 2.0 * np.sqrt(5e-6) * np.clip(depth, 0.0, None) ** 1.5
+    )  # Hertz, G = 1 kPa, nu = 0.5
+    noisy = force + 0.01 * force.max() * random.standard_normal(depth.size)
+    curve = fitting.IndentationData(t=np.linspace(0.0, 1.0, depth.size), load=noisy, depth=depth)
+    return lambda: fitting.fit_force(curve, indenter=jc.Sphere(5e-6))
+
+
+CALLS = ("indent, elastic", "indent, film, three times", "slide_steady", "fit_creep", "fit_force")
+
+
+def entered(root: Path, call: Callable[[], object]) -> dict[str, object]:
+    """Run a call and return what it enters: {package: [files, functions]}, and the largest depth."""
+    seen: dict[int, object] = {}  # code objects by their ids, since alike ones are equal
+    folders = tuple(str(root / name) + os.sep for name in PACKAGES)
+    depth = deepest = importing = 0
+
+    def follow(frame, event, argument):
+        nonlocal depth, deepest, importing
+        code = frame.f_code
+        if code.co_name == "_find_and_load" and "importlib" in code.co_filename:
+            importing += {"call": 1, "return": -1}.get(event, 0)
+        elif not importing and code.co_filename.startswith(folders):
+            if event == "call":
+                seen[id(code)] = code
+                depth += 1
+                deepest = max(depth, deepest)
+            elif event == "return":
+                depth -= 1
+
+    threading.setprofile(follow)
+    sys.setprofile(follow)
+    try:
+        call()
+    finally:
+        sys.setprofile(None)
+        threading.setprofile(None)
+    found: dict[str, object] = {"depth": deepest}
+    for name, folder in zip(PACKAGES, folders, strict=True):
+        own = [code for code in seen.values() if code.co_filename.startswith(folder)]
+        found[name] = [
+            len({code.co_filename for code in own}),
+            len(own),
+            len({(c.co_filename, c.co_qualname) for c in own}),
+        ]
+    return found
+
+
+def in_a_fresh_process(root: Path, name: str) -> dict[str, object]:
+    """Return what a call enters, in a process that finds no cache of compiled programs."""
+    with tempfile.TemporaryDirectory() as nowhere:
+        env = {key: value for key, value in os.environ.items() if not key.startswith("JAX_")}
+        env |= {
+            "PYTHONPATH": str(root),
+            "XDG_CACHE_HOME": nowhere,
+            "HOME": nowhere,
+            "PYTHONWARNINGS": "ignore",
+        }
+        command = [sys.executable, str(Path(__file__).resolve()), str(root), name]
+        done = subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise RuntimeError(f"{name}: {done.stderr}")
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def main(root: Path) -> None:
+    """Print every figure of a checkout."""
+    print("jaxcontact / fitting")
+    both = [static(root / name) for name in PACKAGES]
+    for figure in both[0]:
+        print(f"  {figure}: {both[0][figure]} / {both[1][figure]}")
+    tests = sorted((root / "tests").rglob("*.py"))
+    print(f"  files of tests: {len(tests)}, lines: {sum(len(p.read_text().splitlines()) for p in tests)}")
+    for name in CALLS:
+        found = in_a_fresh_process(root, name)
+        (files, functions, names), (more_files, more_functions, more_names) = (
+            found["jaxcontact"],
+            found["fitting"],
+        )
+        total = f"together {files + more_files} files, {functions + more_functions} functions"
+        print(f"  {name}: files {files} / {more_files}, functions {functions} / {more_functions}; {total},")
+        print(f"    of {names + more_names} different names, depth {found['depth']}")
 
 
 if __name__ == "__main__":
-    checkout = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parents[2]
-    for one in PACKAGES:
-        print(one, *(f"  {key}: {value}" for key, value in report(checkout, one).items()), sep="\n")
+    checkout = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parents[2]).resolve()
+    if len(sys.argv) > 2:
+        print(json.dumps(entered(checkout, prepared(sys.argv[2]))))
+    else:
+        main(checkout)

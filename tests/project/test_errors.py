@@ -110,7 +110,7 @@ ELSEWHERE = {  # reached by no row, and why
         )
     },
     **{f"study_figures.py: {name}": "test_studies.py" for name in ("draw_study", "varied_numbers")},
-    **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_reject", "_module")},
+    **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_refuse", "_function")},
     "sources.py: identity": "sources that change: test_fingerprint.py",
     **{
         f"kept_traces.py: {name}": "caught beside it: test_kept_traces.py"

@@ -1,5 +1,6 @@
 """Functions told apart by content: equal in another process, place and file; another by anything that they compute with."""
 
+import builtins
 import importlib
 import json
 import os
@@ -226,8 +227,32 @@ REFUSED = {
     "read from globals": ("K = 1.0\ndef f(case): return globals()['K']", r"a use of globals.*\(globals in f\)"),
     "evaluated": ("K = 1.0\ndef g(x): return eval(x)\ndef f(case): return g('K')", r"a use of eval.*\(eval in g in f\)"),
     "imported by a text": ("def f(case): return __import__('other').helper(1)", r"a use of __import__"),
-    "a whole module": ("import other\ndef f(case): return vars(other)", "the module other, used other than by an"),
-    "a module in a list": ("import other\nM = [other]\ndef f(case): return M", r"the module other.*\(M in f\)"),
+    "imported by a function": (
+        "import importlib\ndef f(case): return importlib.import_module('other')", "a use of importlib",
+    ),
+    "imported by a name": (
+        "from importlib import import_module as load\ndef f(case): return load('other').helper(1)",
+        r"a use of importlib.import_module.*\(load in f\)",
+    ),
+    "imported by what f imports": (
+        "def f(case):\n    from importlib import import_module\n    return import_module('other').K", "a use of importlib",
+    ),
+    "imported by a partial": (
+        "import importlib, functools\nP = functools.partial(importlib.import_module, 'other')\ndef f(case): return P().K",
+        r"a use of importlib.import_module.*\(P in f\)",
+    ),
+    "imported by a lambda in a list": (
+        "import importlib\nL = [lambda name: importlib.import_module(name)]\ndef f(case): return L[0]('other').K",
+        r"a use of importlib.*\(importlib in L in f\)",
+    ),
+    "taken from the loaded modules": ("import sys\ndef f(case): return sys.modules['other'].K", "a use of sys.modules"),
+    "taken from them by a text": (
+        "def f(case):\n    import sys as s\n    return getattr(s, 'modules')['other'].K", "a use of sys.modules",
+    ),
+    "held loaded modules": ("from sys import modules as M\ndef f(case): return M['other'].K", r"got sys.modules \(M in f\)"),
+    "globals of another function": (
+        "import other\ndef f(case): return other.helper.__globals__['K']", "a use of __globals__",
+    ),
 }  # fmt: skip
 
 
@@ -238,6 +263,156 @@ def test_what_has_no_content_to_compare_is_refused_by_its_name(kind, other, tmp_
     with pytest.raises(ValueError, match=f'{told}.*; pass version="'):
         jc.sweep(f, [], tmp_path)
     assert len(jc.sweep(f, [], tmp_path, version="1")) == 0
+
+
+# what f is; and what then changes, in words of Python that f does not see: each time another value of f
+FOOLS = {
+    "constant of a module, by its name in a text": (
+        "import other\ndef f(case): return getattr(other, 'K')", "other.K = 9.0",
+    ),
+    "in the table of a module": ("import other\ndef f(case): return vars(other)['K']", "other.K = 9.0"),
+    "in the dictionary of a module": ("import other\ndef f(case): return other.__dict__['K']", "other.K = 9.0"),
+    "by the getter of an attribute": (
+        "import other, operator\nG = operator.attrgetter('K')\ndef f(case): return G(other)", "other.K = 9.0",
+    ),
+    "module in a list": ("import other\nM = [other]\ndef f(case): return M[0].helper(1)", "other.K = 9.0"),
+    "module in an object": (
+        "import other, types\nO = types.SimpleNamespace(m=other)\ndef f(case): return O.m.helper(1)", "other.K = 9.0",
+    ),
+    "module of a module": ("import package\ndef f(case): return package.inner.value()", "package.inner.K = 9.0"),
+    "module that f imports from a package": (
+        "def f(case):\n    from package import inner\n    return inner.value()", "import package.inner as i; i.K = 9.0",
+    ),
+    "module that f imports by its dotted name": (
+        "def f(case):\n    import package.inner as i\n    return i.value()", "import package.inner as i; i.K = 9.0",
+    ),
+    "module that f imports in a helper of another": (
+        "import package\ndef f(case): return package.late()", "import package.inner as i; i.K = 9.0",
+    ),
+    "function of a module, replaced": ("import other\ndef f(case): return other.helper(1)", "other.helper = other.changed"),
+    "method, replaced": (
+        "class C:\n    def m(self): return 1.0\nO = C()\ndef f(case): return O.m()", "C.m = lambda self: 2.0",
+    ),
+    "inherited method, replaced": (
+        "class A:\n    def m(self): return 1.0\nclass C(A): pass\ndef f(case): return C().m()", "A.m = lambda self: 2.0",
+    ),
+    "method of one object, replaced": (
+        "class C:\n    def m(self): return 1.0\nO = C()\ndef f(case): return O.m()", "O.m = lambda: 2.0",
+    ),
+    "property, replaced": (
+        "class C:\n    k = property(lambda self: 1.0)\nO = C()\ndef f(case): return O.k", "C.k = property(lambda self: 2.0)",
+    ),
+    "code of a helper, replaced": (
+        "def g(): return 1.0\ndef f(case): return g()", "g.__code__ = (lambda: 2.0).__code__",
+    ),
+    "default of a helper, replaced": ("def g(k=1.0): return k\ndef f(case): return g()", "g.__defaults__ = (2.0,)"),
+    "attribute of a helper": ("def g(): return g.k\ng.k = 1.0\ndef f(case): return g()", "g.k = 2.0"),
+    "function of numpy, replaced": (
+        "import numpy as np\ndef f(case): return float(np.mean([1.0, 3.0]))", "np.mean = lambda values: 9.0",
+    ),
+    "number of numpy, replaced": ("import numpy as np\ndef f(case): return np.pi", "np.pi = 3.0"),
+    "method of this package, replaced": (
+        "import jaxcontact as jc\ndef f(case): return float(jc.Elastic(1e9, nu=0.3).creep(0.0))",
+        "jc.Elastic.creep = lambda self, t: 9.0",
+    ),
+    "method of a part of this package that f does not name": (
+        "import jaxcontact as jc\ndef f(case): return jc.LayeredHalfSpace([], jc.Elastic(1e9)).substrate.creep(0.0)",
+        "import jaxcontact.inputs.materials as m; m.Elastic.creep = lambda self, t: 9.0",
+    ),
+    "function of this package, replaced by a compiled one": (
+        "import jax, jaxcontact as jc\ndef f(case): return jc.sweep(1)",
+        "import jaxcontact.verbs.studies as s; jc.sweep = jax.jit(lambda x: 9.0)",
+    ),
+    "built-in function, replaced": ("import builtins as b\ndef f(case): return abs(-1.0)", "b.abs = lambda x: 9.0"),
+    "partial of a method": (
+        "import functools\nclass C:\n    k = 1.0\n    def m(self, x): return self.k * x\nO = C()\n"
+        "P = functools.partial(O.m, 2.0)\ndef f(case): return P()", "O.k = 3.0",
+    ),
+    "partial of a partial": (
+        "import functools as t\ndef g(x, y): return x + y\nP = t.partial(t.partial(g, 1.0), y=2.0)\ndef f(case): return P()",
+        "P.keywords['y'] = 3.0",
+    ),
+    "one of two lambdas on a line": ("a, b = lambda: 1.0, lambda: 2.0\ndef f(case): return a()", "a, b = b, a"),
+    "lambda in a table": ("T = {'a': lambda: 1.0}\ndef f(case): return T['a']()", "T['a'] = lambda: 2.0"),
+    "variable of a closure": (
+        "def made():\n    k = 1.0\n    def put(v):\n        nonlocal k\n        k = v\n    return (lambda: k), put\n"
+        "g, put = made()\ndef f(case): return g()", "put(2.0)",
+    ),
+    "attribute of a class": ("class C:\n    k = 1.0\ndef f(case): return C.k", "C.k = 2.0"),
+    "attribute of a metaclass": (
+        "class M(type):\n    k = 1.0\nclass C(metaclass=M): pass\ndef f(case): return C.k", "M.k = 2.0",
+    ),
+    "list that grows": ("L = [1.0]\ndef f(case): return sum(L)", "L.append(2.0)"),
+    "what a module gives for unknown names": (
+        "import other\nother.__getattr__ = lambda name: 1.0\ndef f(case): return other.unknown",
+        "other.__getattr__ = lambda name: 2.0",
+    ),
+    "helper of a notebook, defined anew in a later cell": (
+        "def g(x): return x\ndef f(case): return g(1.0)", "def g(x): return 2.0 * x",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", FOOLS)
+@pytest.mark.parametrize("name", ["__main__", "study"])
+def test_a_function_that_gives_another_value_is_another(kind, name, tmp_path, monkeypatch):
+    """The value of f itself, before and after, is the judge; a change back restores the identity."""
+    (tmp_path / "other.py").write_text(OTHER)
+    (tmp_path / "package").mkdir()
+    late = "from . import inner\ndef late():\n    from .inner import value\n    return value()\n"
+    (tmp_path / "package" / "__init__.py").write_text(
+        late if kind.startswith("module of") else late.partition("\n")[2]
+    )
+    (tmp_path / "package" / "inner.py").write_text("K = 1.0\ndef value(): return K\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    for module in ("other", "package", "package.inner"):
+        monkeypatch.delitem(sys.modules, module, raising=False)
+    for owner, attribute in (
+        (np, "mean"),
+        (np, "pi"),
+        (jc.Elastic, "creep"),
+        (jc, "sweep"),
+        (builtins, "abs"),
+    ):
+        monkeypatch.setattr(owner, attribute, getattr(owner, attribute))  # restored at the end
+    source, change = FOOLS[kind]
+    made = module_of(source, name)
+    monkeypatch.setitem(sys.modules, name, made)
+    value_of = lambda: None if "sweep" in source and jc.sweep is before[1] else made.f({})
+    before = fingerprint.parts_of(made.f), jc.sweep
+    first = value_of()
+    assert fingerprint.parts_of(made.f) == before[0]
+    exec(compile(change, "a later cell", "exec"), made.__dict__)
+    assert value_of() != first
+    assert fingerprint.differing(before[0], fingerprint.parts_of(made.f)) != []
+    for module in ("other", "package", "package.inner"):
+        sys.modules.pop(module, None)
+
+
+def test_a_file_that_has_changed_since_it_was_imported_is_not_what_runs(tmp_path, monkeypatch):
+    """Edited on the disk: the same function until it is imported anew, then another; a comment makes none."""
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    file = tmp_path / "edited.py"
+    file.write_text("K = 1.0\ndef helper(): return K\n")
+    f = module_of("import edited\ndef f(case): return edited.helper()").f
+    before = fingerprint.parts_of(f)
+    for text, changes in (
+        ("# a comment\n\nK = 1.0\ndef helper(): return K\n", False),
+        ("K = 1.5\ndef helper(): return K\n", True),
+    ):
+        file.write_text(text)
+        value = f({})
+        assert value == 1.0 and fingerprint.parts_of(f) == before
+        importlib.reload(sys.modules["edited"])
+        assert (f({}) != value) == (fingerprint.differing(before, fingerprint.parts_of(f)) != []) == changes
+    del sys.modules["edited"]
+
+
+def test_cases_may_be_added_to_the_script_that_has_f():
+    """Globals that f does not name are not part of it, nor are the attributes of results that share their names."""
+    source = "def f(case): return case.times.load\n"
+    assert parts(source) == parts(source + "cases = [1, 2]\ntimes = [3.0]\ndef load(): pass\n")
 
 
 def test_a_module_that_cannot_be_imported_is_named(tmp_path):
