@@ -63,8 +63,13 @@ def write_text(path: Path, text: str) -> None:
 
 
 def _curve(fit: Any, path: Path) -> None:
-    """Write time or frequency, data, fit and weighted residual of every fitted point."""
+    """Write time or frequency, data, fit and residual of every fitted point, the fit minus the data, in the unit of the data
+    and in standard deviations, those that were given or else estimated with the fit."""
     name, unit, t, measured = fit.curve
-    header = "{} [{}]".format(*fit.abscissa) + f",{name} [{unit}],fitted [{unit}],weighted residual"
-    columns = np.column_stack([t, measured, fit.fitted, fit.residuals])
+    header = (
+        "{} [{}]".format(*fit.abscissa)
+        + f",{name} [{unit}],fitted [{unit}],residual [{unit}],residual [standard deviations]"
+    )
+    deviations = fit.residuals if fit.weights == "sigma" else fit.residuals / max(fit.noise or 0.0, 1e-300)
+    columns = np.column_stack([t, measured, fit.fitted, fit.fitted - measured, deviations])
     np.savetxt(path, columns, delimiter=",", header=header, comments="")
