@@ -30,7 +30,8 @@ class CreepTest(NamedTuple):
         sampling: "even" or "logarithmic" times.
         share: fraction of the duration that is hold; the rest is recovery.
         duration: [s], inf where no duration up to the longest tried is sufficient.
-        sd: {parameter: standard deviation of its logarithm} at this duration.
+        sd: {parameter: standard deviation of its logarithm} at this duration, or at the one with the smallest of the largest
+            standard deviations where none is sufficient.
     """
 
     sampling: str
@@ -169,8 +170,9 @@ def _shortest(
     good = lambda T: all(sd(T)[name] <= target for name in wanted)
     tried = span * np.geomspace(SHORTEST, LONGEST, TRIED)
     k = next((k for k, T in enumerate(tried) if good(T)), None)
-    if k is None:
-        return math.inf, sd(tried[-1])
+    if k is None:  # the best of the durations that were tried
+        largest = lambda found: max(found[name] for name in wanted)
+        return math.inf, min(map(sd, tried), key=largest)
     low, high = tried[max(k - 1, 0)], tried[k]
     for _ in range(HALVINGS if k else 0):
         middle = math.sqrt(low * high)

@@ -61,7 +61,7 @@ def propagate(
             (value, sd)} if the fit has no film.
 
     Returns:
-        Value, standard deviation and band, in the shape and unit of f's result.
+        Value, standard deviation and band, in the shape and unit of f's result; all are nan where the value is not finite.
 
     Raises:
         ValueError: an object that is not a fit, a result with zero derivative, or a spread of an unknown quantity.
@@ -95,6 +95,8 @@ def propagate(
     for name, sd in sds.items():
         shares[name] = np.abs(np.asarray(by_q[name]) + by_p @ fit.moves(name)) * sd
     _check_moves(value, by_p, by_q)
+    # a value that is not known has no standard deviation either
+    shares = {cause: np.where(np.isfinite(value), share, np.nan) for cause, share in shares.items()}
     total = np.sqrt(sum(share**2 for share in shares.values()))
     z = student.two_sided(fit.level)
     return Propagated(value, total, value - z * total, value + z * total, shares)
@@ -105,9 +107,10 @@ def _check_moves(value: np.ndarray, by_p: np.ndarray, by_q: dict[str, Array]) ->
     slopes = np.any(by_p != 0.0, axis=-1) | np.any(
         [np.asarray(slope) != 0.0 for slope in by_q.values()], axis=0
     )
-    without = int(np.sum(~slopes))
+    known = np.isfinite(value)
+    without = int(np.sum(~slopes & known))
     why = "a count of cells (contact_area) has none; smooth_area and contact_radius have one"
-    if without == value.size:
+    if without and without == np.sum(known):
         raise ValueError(f"f: expected a result that depends smoothly on the material, got slope 0: {why}")
     if without:
         warnings.warn(f"f: {without} of {value.size} values have slope 0, and sd 0: {why}", stacklevel=3)

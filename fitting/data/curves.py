@@ -64,11 +64,12 @@ def times(value: object) -> np.ndarray:
 
 
 def evaluation_times(value: Any) -> np.ndarray:
-    """Return times [s] of any shape at which a fitted curve is evaluated; ValueError unless all are finite and >= 0."""
+    """Return times [s], or frequencies, of any shape at which a fitted curve is evaluated; ValueError unless all are finite
+    and >= 0."""
     t = np.asarray(value, dtype=float)
     wrong = t[~(np.isfinite(t) & (t >= 0.0))]
     if wrong.size:
-        raise ValueError(f"t: expected times >= 0 s, since the loading, got {wrong[0]:g}")
+        raise ValueError(f"t: expected finite times (or frequencies) >= 0, got {wrong[0]:g}")
     return t
 
 

@@ -75,6 +75,40 @@ def zeroed(data: IndentationData) -> tuple[IndentationData, float]:
     return dataclasses.replace(data, load=data.load - zero, notes=(*data.notes, note)), MEDIAN * spread
 
 
+def check_signs(data: IndentationData, radius: float) -> None:
+    """Raise ValueError for an adhesive force curve whose load or depth has the wrong sign, or whose depth is larger than
+    the radius of the ball [m], as in other units."""
+    for name, sign, words in (("approach", 1.0, "grows"), ("retract", -1.0, "falls")):
+        depth = data.depth[data.segments == name]
+        if depth.size >= FEWEST and sign * (np.mean(depth[-2:]) - np.mean(depth[:2])) < 0.0:
+            raise ValueError(
+                f"depth: expected one that {words} during the {name}, got {depth[0]:.3g} to {depth[-1]:.3g} m: give the"
+                " depth, and the load, with the other sign"
+            )
+    back = np.flatnonzero(data.segments == "retract")
+    if back.size < FEWEST:
+        return
+    load, depth = data.load[back], data.depth[back]
+    deep = np.argsort(depth)[-max(back.size // TAIL, 2) :]
+    if float(np.mean(load[deep])) < float(np.median(load)):
+        raise ValueError(
+            f"load: expected the largest loads at the largest depths, got {np.mean(load[deep]):.3g} N there and"
+            f" {np.median(load):.3g} N on average over the retraction: give the load with the other sign"
+        )
+    way = float(np.ptp(data.depth[_held_points(data)]))
+    if way > radius:
+        raise ValueError(
+            f"depth: expected a contact less deep than the radius of the ball, {radius:.3g} m, got {way:.3g} m: expected a"
+            " depth in m and not in mm, um or nm"
+        )
+
+
+def _held_points(data: IndentationData) -> np.ndarray:
+    """Return the places of the points of the retraction in contact."""
+    back = np.flatnonzero(data.segments == "retract")
+    return back[_held(data.load[back])]
+
+
 def read_pull_off(data: IndentationData) -> PullOff:
     """Return what an adhesive force curve tells without a model; ValueError for a curve without a pull-off."""
     marks, load = data.segments, data.load

@@ -18,6 +18,7 @@ KINDS = ("estimated", "proportional", "relative", "absolute")
 FLOORS = np.append(0.0, np.geomspace(1e-6, 10.0, 57))  # trial values of a/b over the largest value
 TAILS = 3.0  # degrees of freedom of Student's t
 SCALES = 20  # iterations for its scale
+FAR = 1e30  # ratio of a standard deviation and the largest value, either way, beyond which no number is meant
 FEW = 8  # number of differences below which nothing is estimated
 
 
@@ -41,6 +42,12 @@ def choose_weights(
         spread = np.broadcast_to(np.asarray(sigma, dtype=float), y.shape)
         if not np.all(np.isfinite(spread) & (spread > 0)):
             raise ValueError("sigma: expected finite values > 0")
+        size = float(np.max(np.abs(y)))
+        if size > 0.0 and not np.all((spread > size / FAR) & (spread < size * FAR)):
+            raise ValueError(
+                f"sigma: expected standard deviations in the unit of the data, whose largest value is {size:.3g}, got"
+                f" {spread.min():.3g} to {spread.max():.3g}"
+            )
         return 1.0 / spread, "sigma"
     if weights == "estimated":
         return 1.0 / np.hypot(noise_floor(t, y), y), weights

@@ -10,7 +10,7 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
 from fitting.data.probe import paraboloid_note, probe_of
-from fitting.data.pull_off import read_pull_off, zeroed
+from fitting.data.pull_off import check_signs, read_pull_off, zeroed
 from fitting.fits.adhesion_verdict import AdhesiveSample, deviation
 from fitting.inference import student
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
@@ -202,6 +202,7 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     data, zero_sd = zeroed(data)
+    check_signs(data, float(body.ball.radius))
     seen = read_pull_off(data)
     weights, label = indentation_weights(data, seen.contact, "depth", choices.weights, choices.sigma)
     model = {"jkr": JKR, "fit": MaugisDugdale}[adhesion.lower()]

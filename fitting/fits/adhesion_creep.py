@@ -10,7 +10,7 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData
-from fitting.data.pull_off import read_pull_off, zeroed
+from fitting.data.pull_off import check_signs, read_pull_off, zeroed
 from fitting.fits.adhesion import AdhesiveChoices, AdhesiveFit, body_of, interval_of_tension
 from fitting.inference import student
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
@@ -101,6 +101,7 @@ def fit_creeping_film(
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     body = body_of(*given)
     data, zero_sd = zeroed(data)
+    check_signs(data, float(body.ball.radius))
     seen = read_pull_off(data)
     weights, label = indentation_weights(data, seen.contact, "depth", choices.weights, choices.sigma)
     half_space = AdhesiveTest(data, seen, Body(body.nu, body.ball), JKR, weights, 0.0)

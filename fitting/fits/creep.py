@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData, check_kind
+from fitting.data.curves import CreepData, check_kind, evaluation_times
 from fitting.data.indentation import IndentationData
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
@@ -58,7 +58,7 @@ class CreepFit(Fit):
 
         They come from the profile likelihood, or for a fractional law from linearisation in log J.
         """
-        low, high = self.profile(np.atleast_1d(np.asarray(t, dtype=float)))
+        low, high = self.profile(np.atleast_1d(evaluation_times(t)))
         return low, high
 
     def compare(self, *others: type | str) -> "Comparison":

@@ -45,7 +45,10 @@ STRUCTURE = ParameterList.of(
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
 class GrowthSpace(ParameterSpace):
-    """Coordinates log rate, energy, work, removal and induction time; lost: places of those that the conditions of the curves leave open."""
+    """Coordinates log rate, energy, work, removal and induction time.
+
+    lost: places of those that the conditions of the curves leave open.
+    """
 
     lost: tuple[int, ...] = ()
 

@@ -11,7 +11,16 @@ from fitting.data.curves import CreepData
 from fitting.data.moduli import OscillationData
 from fitting.fits.master_data import SAME, checked, sweeps_of
 from fitting.fits.master_search import LAWS, Shifting, initial_shifts
-from fitting.fits.master_verdict import STRAYED, MasterSample, apart, deviation, exceeds, off_law, strayed
+from fitting.fits.master_verdict import (
+    STRAYED,
+    MasterSample,
+    apart,
+    deviation,
+    exceeds,
+    gaps,
+    off_law,
+    strayed,
+)
 from fitting.inference import student
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
@@ -294,6 +303,8 @@ def _superposed(
         profiles.profile(objective, best, assessment.levels(), traced), best.theta, own, problem
     )
     against, notes = apart(shifting, best.theta) if free is None else _off(free, shifting, best, shifts)
+    if free is None:
+        against = (*gaps(shifting, best.theta), *against)
     if free is not None and np.any(own):
         notes = (*notes, ERRANT.format(deviation(sweeps.temperature, shifts, free.shifts)))
     notes = (*(note for one in curves for note in one.notes), *_cold(sweeps.temperature), *notes)

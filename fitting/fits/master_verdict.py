@@ -58,6 +58,44 @@ def apart(shifting: Shifting, theta: np.ndarray) -> tuple[tuple[str, ...], tuple
     return (f"the curves do not superpose: {text}{hint}",), ()
 
 
+def gaps(shifting: Shifting, theta: np.ndarray) -> tuple[str, ...]:
+    """Return the reasons why shift factors are not determined: temperatures between which no values of the modulus are
+    common, and factors at the end of their search; () if there are none.
+
+    Curves that share no value cannot be brought onto each other. With vertical factors, which change the values, they must
+    share a range of the shifted abscissa.
+    """
+    sweeps, found = shifting.sweeps, []
+    shift = shifting.shifts(theta)[0]
+    first = sweeps.part == 0
+    values = (sweeps.x + shift[sweeps.which]) if shifting.vertical else sweeps.y
+    ends = np.array(
+        [
+            (values[on].min(), values[on].max())
+            for on in (first & (sweeps.which == k) for k in range(shift.size))
+        ]
+    )
+    order = np.argsort(ends[:, 0])
+    reached = np.maximum.accumulate(ends[order, 1])
+    for k in np.flatnonzero(ends[order[1:], 0] > reached[:-1] + SIMILAR):
+        below = order[: k + 1][np.argmax(ends[order[: k + 1], 1])]
+        one, two = sorted((sweeps.temperature[below], sweeps.temperature[order[k + 1]]))
+        found.append(
+            f"the curves at {one:.5g} and {two:.5g} K do not overlap: their shift factors follow from the smoothness of the"
+            " master curve alone; measure at temperatures between them, or over more decades"
+        )
+    low, high = (bound[: shifting.count[0]] for bound in shifting.space().bounds)
+    width = high - low
+    own = theta[: shifting.count[0]]
+    at_end = np.flatnonzero((own - low < 1e-6 * width) | (high - own < 1e-6 * width))
+    if at_end.size:
+        shown = ", ".join(f"{sweeps.temperature[sweeps.others[k]]:.5g} K" for k in at_end)
+        found.append(
+            f"the shift factors at {shown} are at the end of their search: the curves do not determine them"
+        )
+    return tuple(found)
+
+
 def _parabolas(sweeps: Sweeps) -> np.ndarray:
     """Return the columns 1, x and x^2 of every part of every curve, (n, k)."""
     columns = []

@@ -22,7 +22,7 @@ from jax import Array
 from scipy import special
 
 import jaxcontact as jc
-from fitting.data.curves import check_kind
+from fitting.data.curves import check_kind, evaluation_times
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
 from fitting.fits import fractional_modulus
@@ -74,13 +74,13 @@ class ModulusFit(Fit):
 
     def modulus(self, at: Any) -> np.ndarray:
         """Return the shear modulus of the fit: G [Pa] at times [s], or G' + i G'' [Pa] at angular frequencies [rad/s]."""
-        found = self._parts(jnp.asarray(self.estimate.best), jnp.asarray(at, dtype=float))
+        found = self._parts(jnp.asarray(self.estimate.best), jnp.asarray(evaluation_times(at)))
         return np.asarray(found[0] if self.relaxed else found[0] + 1j * found[1])
 
     def modulus_band(self, at: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the limits (low, high) of G (k,), or of G' + i G'' (k,), at times or frequencies (k,), linearised in the
         logarithm of each part, at the fit's level."""
-        at = jnp.asarray(at, dtype=float)
+        at = jnp.asarray(evaluation_times(at))
         start = jnp.asarray(self.structure.off_zero(self.estimate.best, self.duration))
         best = np.asarray(self._parts(start, at))
         slope = np.asarray(jax.jacfwd(lambda values: jnp.log(self._parts(values, at)))(start))

@@ -70,6 +70,6 @@ def reason(
         return ()
     share = float(np.sqrt(np.sum(shape**2) / np.sum(residual**2)))
     return (
-        f"the residuals of the {np.unique(curve).size} curves have a common shape, {100 * share:.2g} % of them in size, which"
-        f" noise has with a probability of {chance:.1g}: the model lacks an effect that all curves show",
+        f"the residuals of the {np.unique(curve).size} curves have a common shape, {100 * share:.2g} % of them in size,"
+        f" which noise has with a probability of {chance:.1g}: the model lacks an effect that all curves show",
     )

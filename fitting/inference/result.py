@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from fitting.data.curves import evaluation_times
 from fitting.inference import student
 from fitting.inference.evidence import Curve, Evidence
 from fitting.models.search_space import Landscape
@@ -119,11 +120,15 @@ class Fit(Evidence, Parameters):
         return self.estimate.moves(name)
 
     def predict(self, t: Any) -> np.ndarray:
-        """Return the shear creep compliance J(t) [1/Pa] at t [s] of any shape; exact for infinite parameters too."""
-        return np.asarray(self.compliances().creep(jnp.asarray(t, dtype=float)))
+        """Return the shear creep compliance J(t) [1/Pa] at t [s] of any shape; exact for infinite parameters too.
+
+        Raises ValueError for times < 0."""
+        return np.asarray(self.compliances().creep(jnp.asarray(evaluation_times(t))))
 
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Return the limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s], linearised in log J."""
+        """Return the limits (low, high) of J(t) [1/Pa] at the fit's level, t (m,) [s], linearised in log J.
+
+        Raises ValueError for times < 0."""
         return linear_band(self.structure, self.estimate, self.level, t)
 
     def __repr__(self) -> str:
@@ -200,7 +205,7 @@ def plain(value: Any) -> Any:
 
 def linear_band(structure: Structure, found: Estimate, level: float, t: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the limits (low, high) of J(t) [1/Pa] at a level, t (m,) [s], linearised in log J."""
-    times = jnp.atleast_1d(jnp.asarray(t, dtype=float))
+    times = jnp.atleast_1d(jnp.asarray(evaluation_times(t)))
     log_creep = lambda values: jnp.log(structure.compliances(values).creep(times))
     slope = np.nan_to_num(np.asarray(jax.jacfwd(log_creep)(jnp.asarray(found.best))))
     spread = np.sqrt(np.einsum("ni,ij,nj->n", slope, found.covariance, slope))

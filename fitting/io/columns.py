@@ -20,6 +20,13 @@ OVERLOAD = (9.9e37, 9.91e37)
 NONE = 1e300  # nanoindenters write the largest number of a computer, or nearly, where there is no value
 # largest numbers in SI, beyond which numbers without a unit are not in SI, and the units that are suggested then
 LARGEST = {"load": (1e7, ("mN", "uN", "nN")), "depth": (1.0, ("um", "nm"))}
+# quantities of which a column named as one is never taken for another
+EXCLUSIVE = (
+    {"time", "step time"}, {"compliance", "tensile compliance"}, {"strain", "tensile strain"},
+    {"stress", "tensile stress"}, {"relaxation modulus"}, {"storage modulus", "tensile storage modulus"},
+    {"loss modulus", "tensile loss modulus"}, {"complex modulus", "tensile complex modulus"}, {"viscosity"},
+    {"angular frequency", "frequency"}, {"shear rate"}, {"temperature"}, {"load"}, {"stiffness", "contact stiffness"},
+)  # fmt: skip
 FOOTER = 3  # lines of text after the numbers that may be left out, or a tenth of the rows
 
 
@@ -110,6 +117,7 @@ def locate(table: Table, block: Block, wanted: Wanted, columns: dict, units: dic
         under = block.header.units[place]
         heading = heading._replace(unit=heading.unit if heading.unit is not None else under or None)
         _check_plain(table.path, line, label, wanted.key, units)
+        _check_kind(table.path, line, wanted, label, heading)
     text = units.get(wanted.key, heading.unit)
     quantity = KINDS[wanted.names[0]]
     if text is None:
@@ -121,6 +129,20 @@ def locate(table: Table, block: Block, wanted: Wanted, columns: dict, units: dic
         accepted = unit_table.accepted(quantity)
         fail(table.path, line, label, f"expected a unit among {accepted}; got {text!r}")
     return Column(place, label, kind, heading.name, factor, notes, str(text))
+
+
+def _check_kind(path: str, line: int, wanted: Wanted, label: str, heading: Heading) -> None:
+    """Raise ValueError for a column chosen by ``columns`` whose heading states another quantity, such as a stress for a
+    modulus, since their units are the same and the numbers do not show it. A symbol of one or two letters states none."""
+    own, stated = (
+        next((k for k, names in enumerate(EXCLUSIVE) if kind in names), None)
+        for kind in (wanted.names[0], heading.kind)
+    )
+    if own is not None and stated is not None and own != stated and len(heading.name) > 2:
+        what = f"expected a {wanted.names[0]}, got a {heading.kind} according to the heading"
+        fail(
+            path, line, label, f"columns[{wanted.key!r}]: {what}: name another column, or correct the heading"
+        )
 
 
 def _check_plain(path: str, line: int, label: str, key: str, units: dict) -> None:

@@ -34,6 +34,10 @@ FIRST = 0.1  # largest norm of the first change of the coordinates
 WINDOW = 10  # steps over which progress is judged
 SAME = 1e-9  # relative tolerance of a loss that is evaluated again
 STUCK = "no step, however short, lowers the loss or has a status of 0"
+AWAY, BESIDE = (
+    1e-2,
+    8,
+)  # distance of the points beside a start with a gradient of zero, and number of their directions
 MEMORY = 10  # number of pairs of changes kept by L-BFGS
 
 
@@ -207,6 +211,8 @@ class _Minimisation:
             self.unit = here.norm
         if self.file is not None and self.file.exists():
             here, memory = self._resumed(here, memory)
+        if here.norm == 0.0:
+            here = self._off_maximum(here)
         best, message = here, self._ended()
         with tqdm(total=steps, initial=len(self.values) - 1, unit="step", disable=None, leave=False) as bar:
             while not message and len(self.values) <= steps:
@@ -227,6 +233,29 @@ class _Minimisation:
         return Minimum(
             self.coordinates.outwards(best.z), best.value, converged, words, *arrays, self.evaluations
         )
+
+    def _off_maximum(self, start: Trial) -> Trial:
+        """Return a point beside a start whose gradient is zero, at which the loss is lower, or the start where it is a
+        minimum.
+
+        A gradient of zero is that of a maximum or a saddle too. The loss is compared at both sides along each of a few
+        random directions and, where there are few coordinates, along each coordinate.
+        """
+        count = int(sum(np.size(z) for z in start.z))
+        random = np.random.default_rng(0).standard_normal((BESIDE, count))
+        rows = np.concatenate([np.eye(count), random]) if count <= BESIDE else random
+        for row in rows:
+            ends = np.cumsum([np.size(z) for z in start.z])[:-1]
+            parts = np.split(row / np.linalg.norm(row), ends)
+            direction = [
+                jnp.reshape(jnp.asarray(part), np.shape(z)) for part, z in zip(parts, start.z, strict=True)
+            ]
+            for sign in (AWAY, -AWAY):
+                trial = self.at(_moved(start.z, direction, sign))
+                if trial.sound and trial.value < start.value:
+                    self._remember(trial)
+                    return trial
+        return start
 
     def _step(self, here: Trial, memory: Any) -> tuple[Trial | None, Any]:
         """Take one step; return None as the trial where none was found."""

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 import scipy
 
+import jaxcontact as jc
 from fitting.data.contact import find_contact
 from fitting.data.indentation import IndentationData
 from fitting.data.preceding import with_earlier
@@ -29,6 +30,7 @@ TIMES = np.geomspace(3e-3, 3.0, 7)  # initial retardation times over the duratio
 SHARED = np.array([0.45, 0.45, 0.1])  # initial shares of the instantaneous, retarded and viscous parts
 VISIBLE = 1e-2  # smallest scaled compliance of a part at these starts
 LEAST = 1e-8  # least scaled fluidity, or branch, of a film: at zero the decay rates are not differentiable
+DEEPEST = 2.0  # depth over the radius of a ball, beyond which it is in other units
 STEPPED = 0.1  # fraction of the largest load from which a first point has a note on when it was applied
 LEAST_LOAD = 0.5  # fraction of the largest load below which the contact certainly shrinks
 
@@ -143,6 +145,7 @@ def prepare(
     """Check and scale a test; ValueError with the expected and the received value."""
     probe, control, model = probe_of(pressing.indenter), pressing.control, sought.structure.model
     _check(data, control, pressing.rise)
+    _check_size(data, pressing)
     selected = np.ones(data.t.size, dtype=bool)
     if pressing.rise is None:
         data, selected = with_earlier(data)
@@ -172,10 +175,16 @@ def prepare(
 
 
 def _stepped(data: IndentationData, sought: Sought, pressing: Pressing) -> tuple[str, ...]:
-    """Return a note where the curve of a body that creeps begins late on its clock, under load."""
+    """Return a note where the curve of a body that creeps begins under load, whose history before is not known."""
     elastic = set(sought.structure.where.values()) == {0}
-    if elastic or pressing.rise is not None or data.t[0] <= 0.0 or data.load[0] < STEPPED * data.load.max():
+    if elastic or pressing.rise is not None or data.load[0] < STEPPED * data.load.max():
         return ()
+    if data.t[0] <= 0.0:
+        return (
+            f"the first point has {100 * data.load[0] / data.load.max():.0f} % of the largest load, taken as applied in a"
+            " step at t = 0: after a ramp, whose time changes the moduli, give the curve with its ramp and take the hold"
+            ' from it, only("hold")',
+        )
     return (
         f"the first point has {100 * data.load[0] / data.load.max():.0f} % of the largest load, taken as applied in"
         f" a step at its time, t = {data.t[0]:g} s: if applied before, the curve should begin there",
@@ -230,6 +239,17 @@ def _check(data: IndentationData, control: str, rise: float | None) -> None:
         raise ValueError(f'control: expected "load" or "depth", got {control!r}')
     if rise is not None and not (control == "load" and 0.0 <= rise < data.t[-1] - data.t[0]):
         raise ValueError(f"rise: expected 0 <= rise < the duration, under load control, got {rise!r} s")
+
+
+def _check_size(data: IndentationData, pressing: Pressing) -> None:
+    """Raise ValueError for depths beyond the diameter of a ball, which are in other units."""
+    if isinstance(pressing.indenter, jc.Sphere):
+        way, radius = float(np.ptp(data.depth)), float(pressing.indenter.radius)
+        if way > DEEPEST * radius:
+            raise ValueError(
+                f"depth: expected less than {DEEPEST:g} times the radius of the ball, {radius:.3g} m, got {way:.3g} m:"
+                " expected a depth in m and not in mm, um or nm, and a radius in m"
+            )
 
 
 def _check_contact(data: IndentationData, kept: np.ndarray, power: float, film: bool) -> None:

@@ -78,13 +78,16 @@ def write_table(path: Path, names: Sequence[str], rows: Iterable[Sequence[Any]])
 
 
 def _curve(fit: Any, path: Path) -> None:
-    """Write time or frequency, data, fit and weighted residual of every fitted point.
+    """Write time or frequency, data, fit and residual of every fitted point; the residual is in standard deviations, those that
+    were given or else estimated with the fit.
 
     Several quantities over one abscissa (G' and G'') have columns of their own; several tests, or temperatures, have their
     names in a column.
     """
     name, unit, x, measured = fit.curve
     over = "{} [{}]".format(*fit.abscissa)
+    deviations = fit.residuals if fit.weights == "sigma" else fit.residuals / max(fit.noise or 0.0, 1e-300)
+    residual = "residual [standard deviations]"
     if hasattr(fit, "curves") and name == "response":  # tests with abscissae of their own
         tests = [
             (at, one, part, own, f"{own_unit}", "rad/s" if "," in own else "s")
@@ -93,7 +96,7 @@ def _curve(fit: Any, path: Path) -> None:
         ]
         count = np.cumsum([0, *(at.size for at, *_ in tests)])
         joint = [
-            (part, own_unit, at[k], over_unit, one[k, 0], one[k, 1], fit.residuals[count[j] + k])
+            (part, own_unit, at[k], over_unit, one[k, 0], one[k, 1], deviations[count[j] + k])
             for j, (at, one, part, _, own_unit, over_unit) in enumerate(tests)
             for k in range(at.size)
         ]
@@ -104,11 +107,11 @@ def _curve(fit: Any, path: Path) -> None:
             "unit of the abscissa",
             "measured",
             "fitted",
-            "weighted residual",
+            residual,
         ]
         write_table(path, names, joint)
         return
-    values = np.column_stack([measured, fit.fitted, fit.residuals])
+    values = np.column_stack([measured, fit.fitted, deviations])
     sizes = [_points(one) for one in fit.data] if isinstance(fit.data, tuple | list) else []
     if sum(sizes) == x.size:  # several curves, of a master curve or of the growth of films
         curve = np.repeat(np.arange(len(sizes)), sizes)
@@ -122,16 +125,16 @@ def _curve(fit: Any, path: Path) -> None:
         shown = "-" if "," in name else unit
         names = ["curve", "temperature [K]", "quantity", over, f"measured [{shown}]", f"fitted [{shown}]"]
         rows = [(*row[:4], *row[4]) for row in zip(curve, held, quantity, x, values, strict=True)]
-        write_table(path, [*names, "weighted residual"], rows)
+        write_table(path, [*names, residual], rows)
         return
     parts = _stacked(name, x, values)
     at = np.unique(np.concatenate([t for _, t, _ in parts])) if len(parts) > 1 else x
     names, columns = [over], [at]
-    for column, what in enumerate(("", "fitted ", "weighted residual ")):
+    for column, what in enumerate(("", "fitted", "residual")):
         for part, t, one in parts:
             own = f" {part}" if len(parts) > 1 else ""
-            label = {"": f"{part} [{unit}]", "fitted ": f"fitted{own} [{unit}]"}.get(
-                what, f"weighted residual{own}"
+            label = {"": f"{part} [{unit}]", "fitted": f"fitted{own} [{unit}]"}.get(
+                what, f"residual{own} [standard deviations]"
             )
             names.append(label)
             if len(parts) == 1:

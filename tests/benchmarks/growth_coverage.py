@@ -25,11 +25,14 @@ CONDITIONS = (
 )  # stress [Pa], temperature [K]
 TRUTH = {"rate": 1e-2, "activation_energy": 1.2e-19, "activation_volume": 4e-30, "removal_rate": 5e-4}
 T = np.linspace(360.0, 7200.0, 20)  # s
-ROWS = {
-    "constant, estimated": ("constant", None),
-    "relative, estimated": ("relative", None),
-    "constant, absolute": ("constant", "absolute"),
-    "relative, relative": ("relative", "relative"),
+ROWS = {  # kind of the errors, weights, true induction time [s], the one of the fit
+    "constant, estimated": ("constant", None, 0.0, None),
+    "relative, estimated": ("relative", None, 0.0, None),
+    "constant, absolute": ("constant", "absolute", 0.0, None),
+    "relative, relative": ("relative", "relative", 0.0, None),
+    "induction 900 s, fitted": ("constant", "absolute", 900.0, "fit"),
+    "induction 900 s, estimated": ("constant", None, 900.0, "fit"),
+    "induction 900 s, left out": ("constant", "absolute", 900.0, None),
 }
 SIZE = {"constant": 0.005, "relative": 0.03}  # of the greatest thickness of all curves, or of each point
 RANGE = 0.92, 0.98
@@ -41,10 +44,10 @@ def growth_rate(stress: float, temperature: float) -> float:
     return TRUTH["rate"] * np.exp(-energy / (1.380649e-23 * temperature))
 
 
-def simulated(kind: str, rng: np.random.Generator) -> list[fitting.GrowthData]:
+def simulated(kind: str, rng: np.random.Generator, induction: float = 0.0) -> list[fitting.GrowthData]:
     """Return five curves with their errors."""
-    removal = TRUTH["removal_rate"]
-    grown = [growth_rate(*one) / removal * -np.expm1(-removal * T) for one in CONDITIONS]
+    removal, since = TRUTH["removal_rate"], np.maximum(T - induction, 0.0)
+    grown = [growth_rate(*one) / removal * -np.expm1(-removal * since) for one in CONDITIONS]
     largest = max(float(h[-1]) for h in grown)
     curves = []
     for (stress, temperature), h in zip(CONDITIONS, grown, strict=True):
@@ -55,20 +58,23 @@ def simulated(kind: str, rng: np.random.Generator) -> list[fitting.GrowthData]:
 
 def covered(row: str, sets: int, seed: int = 0) -> tuple[dict[str, float], float]:
     """Return {quantity: share of the intervals that hold the truth} and the share of fits refused."""
-    kind, weights = ROWS[row]
+    kind, weights, induction, sought = ROWS[row]
     held, refused = [], 0
     for k in range(sets):
         rng = np.random.default_rng([seed, list(ROWS).index(row), k])
-        fit = fitting.fit_growth(simulated(kind, rng), weights=weights)
+        fit = fitting.fit_growth(simulated(kind, rng, induction), weights=weights, induction=sought)
         refused += bool(fit.refused)
         if not fit.refused:
             _, low, high = fit.growth_rate()
             inside = {
                 name: fit.intervals[name][0] <= v <= fit.intervals[name][1] for name, v in TRUTH.items()
             }
-            held.append([*inside.values(), low <= growth_rate(*fit.reference) <= high])
-    shares = np.mean(held, axis=0).tolist()
-    return dict(zip([*TRUTH, "growth rate"], shares, strict=True)), refused / sets
+            inside["growth rate"] = low <= growth_rate(*fit.reference) <= high
+            if sought is not None:
+                inside["induction"] = fit.induction[1] <= induction <= fit.induction[2]
+            held.append(inside)
+    names = held[0] if held else ()
+    return {name: float(np.mean([one[name] for one in held])) for name in names}, refused / sets
 
 
 def main() -> int:

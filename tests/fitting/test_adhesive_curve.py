@@ -220,3 +220,21 @@ def test_a_trend_above_a_twentieth_of_the_largest_force_is_rejected():
     assert fit.verdict == "rejected" and any(
         "with half the contact or a range of the attraction" in why for why in fit.refused
     )
+
+
+@pytest.mark.parametrize(
+    ("load", "depth", "message"),
+    [
+        (1.0, 1e3, r"depth: expected a contact less deep than the radius of the ball, 5e-06 m"),
+        (-1.0, 1.0, r"load: expected the largest loads at the largest depths"),
+        (1.0, -1.0, r"depth: expected one that grows during the approach"),
+        (-1.0, -1.0, r"depth: expected one that grows during the approach"),
+    ],
+)
+@pytest.mark.parametrize("marked", [True, False])
+def test_a_curve_in_other_units_or_with_another_sign_is_refused(load, depth, message, marked):
+    plain = force_curve(None)
+    marks = plain.marks if marked else None
+    wrong = fitting.IndentationData(t=plain.t, load=load * plain.load, depth=depth * plain.depth, marks=marks)
+    with pytest.raises(ValueError, match=message if marked else "expected"):
+        fitted(wrong)

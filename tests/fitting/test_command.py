@@ -66,6 +66,7 @@ def test_creep_writes_what_it_says(tmp_path, capsys):
         assert summary["parameters"][key] == pytest.approx(value, rel=1e-6)
     curve = np.genfromtxt(out / "curve.csv", delimiter=",", skip_header=1)
     np.testing.assert_allclose(curve[:, 2], J, rtol=1e-6)
+    np.testing.assert_array_equal(curve[:, 3], curve[:, 2] - curve[:, 1])
     assert (out / "fit.png").stat().st_size > 10000
     assert "not empty" in refused(["fit", "creep", path, "-o", str(out)], capsys)
 

@@ -1,6 +1,7 @@
 """Time-temperature superposition: simulated polymers with known shift factors, written here again in closed form."""
 
 import dataclasses
+import itertools
 import json
 
 import numpy as np
@@ -305,3 +306,18 @@ def test_a_clock_that_runs_on_over_several_relaxations_is_refused(tmp_path):
     again.write_text("t [s],G(t) [Pa],T [°C]\n" + "\n".join(own))
     for one in fitting.read_sweeps(again):
         np.testing.assert_allclose(one.t, t, atol=1e-3)
+
+
+def test_curves_that_do_not_overlap_are_named():
+    """The sweeps of 0.8 decades at temperatures whose shift factors are more than a decade apart share no modulus."""
+    found = []
+    for T in TEMPERATURES[::2]:
+        omega = np.geomspace(1.0, 6.0, 12)
+        s = 1j * omega[:, None] * shift("WLF", T) * TAU
+        whole = (s / (1.0 + s)) @ G * (1.0 + 0.005 * np.random.default_rng(int(T)).standard_normal(12))
+        found.append(fitting.OscillationData(omega, whole.real, whole.imag, temperature=T))
+    ranges = sorted((np.abs(one.shear).min(), np.abs(one.shear).max()) for one in found)
+    assert any(low > 1.03 * high for (_, high), (low, _) in itertools.pairwise(ranges))
+    fit = fitting.fit_master(found, reference=REFERENCE)
+    assert fit.verdict == "rejected" and any("do not overlap" in why for why in fit.refused)
+    assert not any("do not overlap" in why for why in fitting.fit_master(curves(noise=0.01)).refused)

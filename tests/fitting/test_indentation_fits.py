@@ -1,5 +1,6 @@
 """Half-space indentation fits against Lee and Radok's and Ting's solutions, which share no code with them."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -458,3 +459,22 @@ def test_compared_models_of_an_indentation_rank_the_true_one_first(tmp_path, cap
     assert other["model"] == "Maxwell" and other["bic"] == pytest.approx(alone.bic, rel=1e-6)
     assert best["bic"] < other["bic"] - 10.0
     assert fitting.compare(data, ["Maxwell"], indenter=BALL, nu=NU).fits[0].bic == pytest.approx(alone.bic)
+
+
+def test_a_hold_with_a_clock_of_its_own_has_a_note_on_its_ramp():
+    """A hold cut from its ramp, with the clock set to zero; with the ramp as history there is no note."""
+    t, load = np.linspace(0.0, 3000.0, 61), np.minimum(np.linspace(0.0, 3000.0, 61) / 600.0, 1.0)
+    depth = depth_of(t, np.array([0.0, 600.0, 3000.0]), np.array([0.0, 1.0, 1.0]))
+    whole, on = fitting.IndentationData(t=t, load=load, depth=depth), t >= 600.0
+    alone = fitting.IndentationData(t=t[on] - 600.0, load=load[on], depth=depth[on])
+    run = lambda data: fitting.fit_indentation(data, "StandardLinearSolid", indenter=BALL, nu=NU)
+    notes = run(alone).notes
+    assert any("taken as applied in a step at t = 0" in note and "ramp" in note for note in notes)
+    assert not any("applied in" in note for note in run(whole).notes)
+
+
+def test_depths_in_other_units_are_refused():
+    data = hold()
+    wrong = dataclasses.replace(data, depth=1e3 * data.depth)
+    with pytest.raises(ValueError, match="depth: expected less than 2 times the radius of the ball"):
+        fit(wrong)

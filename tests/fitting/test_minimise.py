@@ -183,3 +183,13 @@ def test_the_unit_of_the_loss_does_not_matter(unit):
     found = fitting.minimise(lambda p: unit * jnp.sum((p - 2.0) ** 2), jnp.array([1.0, 10.0]))
     assert found.converged
     np.testing.assert_allclose(found.point, 2.0, rtol=1e-4)
+
+
+def test_a_start_at_a_maximum_or_a_saddle_is_left():
+    """cos x from 0, whose minimum is at pi, and x^2 - y^2 + y^4, whose minima are at y^2 = 1/2."""
+    found = fitting.minimise(lambda p: jnp.cos(p["x"]), {"x": 0.0}, scale=1.0)
+    assert found.converged and found.value == pytest.approx(-1.0, abs=1e-8)
+    saddle = lambda p: p["x"] ** 2 - p["y"] ** 2 + p["y"] ** 4
+    found = fitting.minimise(saddle, {"x": 0.0, "y": 0.0}, scale=1.0)
+    assert found.converged and found.value == pytest.approx(-0.25, abs=1e-8)
+    assert fitting.minimise(lambda p: p["x"] ** 2, {"x": 0.0}, scale=1.0).value == 0.0

@@ -394,3 +394,28 @@ def test_a_relaxation_over_43_decades_is_found_wherever_it_lies(tau):
     for name, value in {"G1": G1, "G2": G2, "eta2": tau * (G1 + G2)}.items():
         assert fit.intervals[name][0] < value < fit.intervals[name][1], name
         assert fit.values[name] == pytest.approx(value, rel=0.05), name
+
+
+def test_a_curve_is_not_evaluated_before_the_load():
+    fit = fitting.fit_relaxation(relaxed(0), "Burgers", weights="relative")
+    for run in (fit.band, fit.predict, fit.modulus, fit.modulus_band):
+        with pytest.raises(ValueError, match=r"t: expected finite times \(or frequencies\) >= 0, got -1"):
+            run(np.array([1.0, -1.0]))
+        with pytest.raises(ValueError, match=r"t: expected finite times .* got nan"):
+            run(np.array([float("nan")]))
+
+
+@pytest.mark.parametrize("sigma", [1e300, 1e-300])
+def test_a_standard_deviation_far_from_the_data_is_refused(sigma):
+    with pytest.raises(ValueError, match="sigma: expected standard deviations in the unit of the data"):
+        fitting.fit_relaxation(relaxed(0), "Burgers", sigma=sigma)
+
+
+@pytest.mark.parametrize("choice", ["Shear Stress (Pa)", 1])
+def test_a_column_of_stresses_is_not_read_as_a_modulus(tmp_path, choice):
+    rows = "".join(f"{t},{9 - t},{0.01}\n" for t in range(1, 7))
+    (tmp_path / "a.csv").write_text("Time (s),Shear Stress (Pa),Shear Strain (-)\n" + rows)
+    with pytest.raises(
+        ValueError, match="expected a relaxation modulus, got a stress according to the heading"
+    ):
+        fitting.read_relaxation(tmp_path / "a.csv", columns={"modulus": choice})

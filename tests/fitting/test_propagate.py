@@ -202,3 +202,31 @@ def test_what_is_left_in_recovery_is_known_to_the_error_of_the_strain_under_load
     found = bounds(jc.Maxwell(G=G, eta=eta), t, noise=0.01, hold=hold)
     np.testing.assert_allclose(list(found.values()), expected, rtol=1e-9)
     assert found["eta"] > 0.05
+
+
+def test_a_value_that_is_not_known_has_no_standard_deviation():
+    t, J = noisy(0)
+    fit = fitting.fit_creep(fitting.CreepData(t=t, J=J), "Burgers", weights="relative")
+    run = lambda material: jnp.where(jnp.asarray(LATER) < 200.0, jnp.nan, material.creep(jnp.asarray(LATER)))
+    band = fitting.propagate(fit, run)
+    known = np.isfinite(band.value)
+    assert known.tolist() == [False, True, True]
+    for values in (band.sd, band.low, band.high, band.shares["data"]):
+        np.testing.assert_array_equal(np.isfinite(values), known)
+
+
+def test_a_design_that_no_duration_satisfies_shows_the_best_one():
+    """The Cramer-Rao bounds at many durations, from a Jacobian by central differences."""
+    solid = jc.StandardLinearSolid(G1=1e6, G2=2e6, eta2=2e7, nu=0.3)  # tau = 10 s
+    found = fitting.design(solid, target=1e-4, noise=0.01, shares=(1.0,), points=50)
+    test = next(one for one in found.experiments if one.sampling == "even")
+
+    def largest(duration):
+        t, names = np.arange(1, 51) * duration / 50, np.log([1e6, 2e6, 2e7])
+        J = lambda u: np.exp(-u[0]) - np.exp(-u[1]) * np.expm1(-t * np.exp(u[1] - u[2]))
+        columns = [(J(names + 1e-5 * e) - J(names - 1e-5 * e)) / (2e-5 * 0.01 * J(names)) for e in np.eye(3)]
+        return np.sqrt(np.diag(np.linalg.inv(np.array(columns) @ np.array(columns).T))).max()
+
+    best = min(largest(duration) for duration in np.geomspace(0.2, 1000.0, 200))
+    assert test.duration == np.inf and max(test.sd.values()) == pytest.approx(best, rel=0.05)
+    assert largest(1000.0) > 5.0 * best
