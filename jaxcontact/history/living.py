@@ -39,7 +39,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.scale import Scale
-from jaxcontact._support.status import LARGEST_ERROR, Status, first_of
+from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.growing import ThicknessStep
@@ -291,7 +291,7 @@ class RubStepper(PressStepper):
         return Outcome(shown, numbers)
 
     def _status(self, found: SolvedRub, before: Array, estimate: Array, step: Steps) -> Array:
-        """Return the status of the contact, or, where it is fine, that of the step and of the thickness."""
+        """Return the most serious of the statuses of the contact, of the step and of the thickness."""
         own = status_of(found.problem, found.solution, self.tolerance, self.edges)
         thickness = found.state.thickness
         surface = jnp.abs(found.solution.approach) * self.scale.length
@@ -300,11 +300,11 @@ class RubStepper(PressStepper):
         if self.track is not None:
             after = found.solution.pressure
             leaps = self.track.leaps(step.more.move, jnp.where(jnp.any(after > 0.0), after, before) > 0.0)
-        kinetic = first_of(
+        return most_serious(
             ((estimate > largest) | leaps, Status.STEP_TOO_LONG),
             (jnp.asarray(self.of_film) & (jnp.max(thickness) > self.thickest), Status.TOO_THICK),
+            status=own,
         )
-        return jnp.where(own == Status.FINE, kinetic, own)
 
 
 def _second_order(known: Known, first: SolvedRub, dt: Array) -> Array:

@@ -10,7 +10,7 @@ from jax import Array
 
 from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support.pytree import replace
-from jaxcontact._support.status import LARGEST_ERROR, Status
+from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.indenters.shapes import HeightField, Sphere
 from jaxcontact.operators.kernels import Errors
 from jaxcontact.response.limits import limits_of
@@ -123,7 +123,8 @@ def _doubted_until_now(status: Array, times: Array, errors: Errors) -> Array:
 
 
 def doubted(status: Array, elapsed: Array, errors: Errors) -> Array:
-    """Return the status, with ``NOT_RESOLVED`` in place of ``FINE`` where the error of the response exceeds 1 %."""
+    """Return the status, ``NOT_RESOLVED`` where the error of the response exceeds 1 % unless that is more serious."""
     largest = jnp.maximum(jnp.maximum(errors.separation, errors.images), errors.thickness)
-    off = (largest > LARGEST_ERROR) | (elapsed > errors.horizon)
-    return jnp.where(off & (status == Status.FINE), int(Status.NOT_RESOLVED), status)
+    # an infinite error is that of a response which is not finite, and has this status
+    off = ((largest > LARGEST_ERROR) & jnp.isfinite(largest)) | (elapsed > errors.horizon)
+    return most_serious((off, Status.NOT_RESOLVED), status=status)
