@@ -24,6 +24,7 @@ from fitting.search.layered import Coating, FilmTest, Mesh
 from fitting.search.nonlinear import Best, Objective, minimise, moved
 from fitting.search.press import Found, IndentationProblem, Medium, start
 from fitting.search.uncertainty import inverse
+from jaxcontact._support.status import PRECEDENCE
 
 CELLS, MOST_CELLS, START_CELLS = 32, 128, 32
 FINER, STEPS_FINER = 4, 3  # factors on cells and steps of the run that corrects an automatic grid
@@ -146,7 +147,8 @@ def _resolved(
         film = layered.scene(press, coating, mesh)
         best, objective = _minimise(press, film, theta)
         statuses = np.asarray(layered.evaluate(press.space.point(best.theta), film)[1])
-        status = int(np.max(np.where(statuses != jc.Status.TOO_COARSE, statuses, 0)))
+        failed = [code for code in PRECEDENCE[:-1] if code in statuses and code != jc.Status.TOO_COARSE]
+        status = failed[0] if failed else jc.Status.FINE
         if status == jc.Status.AT_EDGE and chosen:
             mesh = mesh._replace(width=WIDER * mesh.width)
             press = _coarse_left_out(press, layered.scene(press, coating, mesh), best.theta, mesh)

@@ -4,6 +4,7 @@ import warnings
 from enum import EnumType, IntEnum
 
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 LARGEST_STEP_ERROR = 0.1
@@ -31,6 +32,11 @@ class Status(IntEnum, metaclass=_WithFormerNames):
 
     A step is converged, and its numbers are valid, only where the status is ``FINE`` (0). ``message`` states the meaning of
     each status and the remedy; ``list(jc.Status)`` lists all of them.
+
+    Where several apply to a step, the most serious one is reported, in this order: OUT_OF_RANGE, NOT_STEADY, NOT_RESOLVED,
+    NOT_FINITE, PULLED_OFF, GROSS_SLIP, NOT_CONVERGED, MOVED_TOO_FAR, AT_EDGE, REENTERED_TRACK, STEP_TOO_LONG, TOO_THICK,
+    INHERITED, TOO_COARSE, FINE. The problem itself comes first (its values, its response, whether it has a solution), then
+    whether this solution was found, then the grid and the time steps, and last a contact on few cells.
 
     Example:
         >>> import jaxcontact as jc
@@ -71,7 +77,7 @@ MESSAGES = {
     Status.OUT_OF_RANGE: "a value is outside its range (nu above 0.5, say) and could not be checked inside jit or vmap",
     Status.GROSS_SLIP: "friction cannot hold the tangential load: use a smaller load, or prescribe the displacement",
     Status.INHERITED: "an earlier step failed (see its own status), and this step starts from its result",
-    Status.NOT_FINITE: "the body's response is not finite: a parameter is too large or too small to compute with",
+    Status.NOT_FINITE: "the result is not finite: a parameter is too large or too small to compute with",
     Status.NOT_RESOLVED: "the error of the body's response exceeds 1 %: use kernels with more nodes, or a shorter time",
     Status.STEP_TOO_LONG: "the time steps are too long: the pressure is off by more than 10 %, growth or wear in a step by"
     " more than 1 %, or the indenter moves along its path by over a quarter of the half-width of contact: use more substeps",
@@ -80,28 +86,48 @@ MESSAGES = {
 }
 
 
-def first_of(*verdicts: tuple[Array, Status]) -> Array:
-    """Return the status of the first condition that holds, ``FINE`` where none does."""
-    status = jnp.asarray(int(Status.FINE))
-    for condition, verdict in reversed(verdicts):
-        status = jnp.where(condition, int(verdict), status)
+PRECEDENCE = (
+    Status.OUT_OF_RANGE,
+    Status.NOT_STEADY,
+    Status.NOT_RESOLVED,
+    Status.NOT_FINITE,
+    Status.PULLED_OFF,
+    Status.GROSS_SLIP,
+    Status.NOT_CONVERGED,
+    Status.MOVED_TOO_FAR,
+    Status.AT_EDGE,
+    Status.REENTERED_TRACK,
+    Status.STEP_TOO_LONG,
+    Status.TOO_THICK,
+    Status.INHERITED,
+    Status.TOO_COARSE,
+    Status.FINE,
+)
+"""All statuses, the most serious first: of those that apply to a step, the first is reported."""
+
+_RANK = np.argsort(PRECEDENCE)  # of each code: its place in PRECEDENCE
+
+
+def more_serious(one: Array, other: Array | int) -> Array:
+    """Return the more serious of two statuses, of any shape."""
+    rank = lambda status: jnp.asarray(_RANK)[status]
+    return jnp.where(rank(one) <= rank(other), one, other)
+
+
+def most_serious(*verdicts: tuple[Array, Status], status: Array | int = Status.FINE) -> Array:
+    """Return the most serious of a status and of those whose condition holds; conditions: bool, of any shape."""
+    status = jnp.asarray(status)
+    for condition, verdict in verdicts:
+        status = jnp.where(condition, more_serious(status, int(verdict)), status)
     return status
 
 
-def inherited(own: Array, earlier: Array) -> Array:
-    """Return the status of a step that depends on earlier ones, from that of the step by itself.
-
-    own: the status of the contact problem of this step; earlier: ``FINE`` if all steps before succeeded, else the status
-    to report in place of a success. A failure of the step itself takes precedence. Contact on too few cells is not passed
-    on as a failure: a load that rises from zero always begins with it, and its effect on the history is small. Separation
-    under a tensile load is not passed on either: the pressure is zero afterwards.
-    """
-    failed = passed_on(own) != Status.FINE
-    return jnp.where(failed | (earlier == Status.FINE), own, earlier)
-
-
 def passed_on(status: Array) -> Array:
-    """Return the status that later inner steps of the same row inherit from a step of this status."""
+    """Return the status that later inner steps of the same row inherit from a step of this status.
+
+    Contact on too few cells is not passed on as a failure: a load that rises from zero always begins with it, and its effect
+    on the history is small. Separation under a tensile load is not passed on either: the pressure is zero afterwards.
+    """
     no_failure = (status == Status.TOO_COARSE) | (status == Status.PULLED_OFF)
     return jnp.where(no_failure, int(Status.FINE), status)
 

@@ -30,6 +30,21 @@ In a body with memory c p is only what the present pressure contributes. Under a
 relaxes, c p would vanish while the gap outside stays, and the level set would retreat to the pressed cells' centres. The
 compliance of a cell therefore includes earlier pressure (``memory_factor``).
 
+On cells that are not square v has the same slope on both sides of the edge only if c follows the direction of the edge.
+Along an edge in y, the rows of pressed cells are strips of width dx, whatever dy is; their compliance is that of a square
+of this width. With e = dy/dx of a half-space, the unit normal (n_x, n_y) of the edge, and c of one cell, pressed values
+are multiplied by
+
+    g = m(e) sqrt(n_x^2/e + n_y^2 e),
+
+where m(e) is the compliance of a square over that of a cell of equal area and of the sides 1 : e. All lengths above are
+then in cells along x and y. Lines in eleven directions on cells of 1.5 to 7 : 1 are again found to 0.01 of the cell's
+extent across the edge, in the mean to 0.005. A layer thinner than a cell responds locally, and c is then that of one cell
+on cells of any sides. In general, e is therefore the ratio of the displacements of the surface under pressures that
+alternate from cell to cell along y and along x (``Operator.cell_ratio``). The correction for a curved edge is of second
+order in the extent of a cell across it, which in cells is g/m: a part STRETCHED of ROUND, from Hertz contacts, is times
+(g/m)^4.
+
 Where contact reaches the side of a grid that is not periodic, it ends with the last cell. A wall, such as the flank of a
 flat punch, has no gap that tells how far it is: there the edge lies close to the centres of the last pressed cells, up to
 half a cell inside the wall.
@@ -57,29 +72,40 @@ HYPOTENUSE = (
     (-0.0753, 0.7192, -0.6206),
 )
 OUTSIDE = 0.1554, 0.0918, -0.0689
-ROUND = 0.5
+ROUND, STRETCHED = 0.5, 0.82  # the second: the part of it that follows g on cells that are not square
+# log m = LONG_CELL[0] L^2/(1 + LONG_CELL[1] L^2), L = log e, to 1e-3 up to e = 7; by summing displacements of rectangles.
+LONG_CELL = 0.2003, 0.0777
+DIRECTIONS = 3  # times that the normal of an edge and g, on which it depends, are found in turn
 ROW = 1.53  # held compliance of a row of cells over that of one cell, on a half-space: the mean |k| on a square and a line
 
 CORNERS = (0, 0), (1, 0), (1, 1), (0, 1)  # of a square, one after the other
-# Corners of the triangles of both ways to halve a square, that at the right angle first.
-TRIANGLES = (1, 0, 2), (3, 0, 2), (0, 1, 3), (2, 1, 3)
+# Corners of the triangles of both ways to halve a square: that at the right angle, that beside it along x, and along y.
+TRIANGLES = (1, 0, 2), (3, 2, 0), (0, 1, 3), (2, 3, 1)
 TILE, BATCH = 8, 32  # squares along a side of a tile; tiles of which the corrections are computed together
 
 
-def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tuple[bool, bool]) -> Array:
+def contact_cells(
+    pressure: Array,
+    gap: Array,
+    compliance: Array,
+    periodic: tuple[bool, bool],
+    cell_ratio: Array | float = 1.0,
+) -> Array:
     """Return the area of contact in cells, (), which is not a whole number.
 
     Args:
         pressure, gap: (nx, ny), scaled; the gap is zero in contact.
         compliance: c of the module, () or (nx, ny).
         periodic: whether the grid is periodic along x and along y.
+        cell_ratio: e of the module, 1 for square cells.
 
     Differentiable, with derivative zero where nothing is in contact.
     """
     if pressure.shape[1] == 1:  # plane strain
         compliance, periodic = compliance / ROW, (periodic[0], True)
-    own = compliance * pressure
-    level = jnp.where(pressure > 0.0, own, -jnp.minimum(gap, jnp.max(own)))
+    own, stretch = compliance * pressure, jnp.log(cell_ratio)
+    largest = jnp.max(own) * _long_cell(stretch) * jnp.exp(0.5 * jnp.abs(stretch))
+    level = jnp.where(pressure > 0.0, own, -jnp.minimum(gap, largest))
     along_x, along_y = (_widths(n, wraps) for n, wraps in zip(pressure.shape, periodic, strict=True))
     for axis, (widths, wraps) in enumerate(zip((along_x, along_y), periodic, strict=True)):
         level = _extended(level, axis, widths.size + 3, wraps)
@@ -96,7 +122,8 @@ def contact_cells(pressure: Array, gap: Array, compliance: Array, periodic: tupl
     @partial(jax.checkpoint, prevent_cse=False)
     def add(sum_: Array, batch: tuple[Array, tuple[Array, Array, Array]]) -> tuple[Array, None]:
         first, tiles = batch
-        return sum_ + jax.lax.cond(first < number, _near_edge, lambda *_: jnp.zeros(()), *tiles), None
+        added = jax.lax.cond(first < number, _near_edge, lambda *_: jnp.zeros(()), *tiles, stretch)
+        return sum_ + added, None
 
     firsts = jnp.arange(len(batches[1])) * batches[1].shape[1]
     return jnp.maximum(jax.lax.scan(add, inside, (firsts, batches))[0], 0.0)
@@ -138,17 +165,17 @@ def _first_those(chosen: Array) -> tuple[Array, Array]:
     return jnp.zeros(count + -count % min(BATCH, count), int).at[place].set(jnp.arange(count)), number
 
 
-def _near_edge(level: Array, along_x: Array, along_y: Array) -> Array:
+def _near_edge(level: Array, along_x: Array, along_y: Array, stretch: Array) -> Array:
     """Return by how much the area in tiles differs from that of the squares whose first corner is in contact, ().
 
     level: (tiles, m + 3, n + 3), with one more square on all sides; along_x, along_y: (tiles, m), (tiles, n), the part of
-    each square that lies in the grid.
+    each square that lies in the grid; stretch: log e of the module.
     """
     _, height, width = level.shape
     corner = lambda offset: jax.lax.dynamic_slice(level, (0, *offset), (len(level), height - 1, width - 1))
     # by vmap, since the transpose of four slices would compute each part many times
     corners = jax.vmap(corner)(jnp.array(CORNERS))
-    share, rim, length = _shares_rims_lengths(corners)
+    share, rim, length = _shares_rims_lengths(corners, stretch)
     # without slices: the gradient of a padded one would compute each operation many times
     near = lambda n: (jnp.abs(jnp.arange(n)[:, None] - jnp.arange(n)) <= 1).astype(float)
     box = jnp.einsum("ik,tkl,jl->tij", near(height - 1), share, near(width - 1))  # sums over 3 x 3 squares
@@ -159,14 +186,16 @@ def _near_edge(level: Array, along_x: Array, along_y: Array) -> Array:
 
 
 @partial(jax.checkpoint, prevent_cse=False)
-def _shares_rims_lengths(corners: Array) -> tuple[Array, ...]:
+def _shares_rims_lengths(corners: Array, stretch: Array) -> tuple[Array, ...]:
     """Return ``_share_rim_length`` of whole squares (tiles, m, n), from the values at their corners (4, tiles, m, n).
 
     All triangles at once, chosen and summed by products: these are not fused with other operations, so that the gradient
     computes each once. It computes them anew, since to store them all takes longer.
     """
     chosen = jnp.eye(len(CORNERS))[jnp.array(TRIANGLES).T]
-    parts = _share_rim_length(*jnp.einsum("stc,cijk->stijk", chosen, corners))
+    *levelled, turned = _levelled(*jnp.einsum("stc,cijk->stijk", chosen, corners), stretch)
+    share, rim, length = _share_rim_length(*levelled)
+    parts = share, rim, length * (1.0 + STRETCHED * (turned**2 - 1.0))
     weights = jnp.array([0.25, 0.5, 0.5])[:, None] * jnp.ones(len(TRIANGLES))
     return tuple(jnp.einsum("t,tijk->ijk", w, part) for w, part in zip(weights, parts, strict=True))
 
@@ -206,6 +235,30 @@ def _beside(field: Array, axis: int, wraps: bool) -> Array:
         return inside + shifted(1 - n) + shifted(n - 1)
     ends = jnp.expand_dims((count == 0).astype(float) + (count == n - 1), 1 - axis)
     return inside + ends * field
+
+
+def _long_cell(stretch: Array) -> Array:
+    """Return m of the module, from log e."""
+    return jnp.exp(LONG_CELL[0] * stretch**2 / (1.0 + LONG_CELL[1] * stretch**2))
+
+
+def _levelled(right: Array, along_x: Array, along_y: Array, stretch: Array) -> tuple[Array, ...]:
+    """Return the values at the corners of triangles with the pressed ones times g of the module, and (g/m)^2; the latter is 1
+    for stretch = 0.
+
+    The normal follows from the differences of the level along both legs; these depend on g.
+    """
+    values = right, along_x, along_y
+    wide = _long_cell(stretch)
+    factor = wide * jnp.ones_like(right)
+    for _ in range(DIRECTIONS):
+        corner, one, other = (jnp.where(value > 0.0, factor * value, value) for value in values)
+        x, y = (one - corner) ** 2, (other - corner) ** 2
+        weighted = x * jnp.exp(stretch) + y * jnp.exp(-stretch)
+        sloping = weighted > 0.0
+        square = jnp.where(sloping, (x + y) / jnp.where(sloping, weighted, 1.0), 1.0)
+        factor = wide * jnp.sqrt(square)
+    return *(jnp.where(value > 0.0, factor * value, value) for value in values), square
 
 
 def _share_rim_length(right: Array, one: Array, other: Array) -> tuple[Array, Array, Array]:

@@ -100,7 +100,7 @@ def solve_step(
         before.energy + jnp.where(left & ~separated, released, 0.0),
         before.work + _body_work(*held, before),
     )
-    modulus = HELD[guess.shape[1] == 1] / even.confined_compliance()
+    modulus = HELD[guess.shape[1] == 1] / even.confined_compliance(guess.shape)
     zone = jnp.minimum(law.law.zone_length(modulus), _cells_of_the_range(*held))
     numbers = {"jumps": after.jumps, "jump_energy": after.energy, "cohesive_cells": zone}
     displacement = solution.displacement + problem.gap - whole.gap

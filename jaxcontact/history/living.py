@@ -41,7 +41,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.scale import Scale
-from jaxcontact._support.status import LARGEST_ERROR, Status, first_of
+from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.growing import ThicknessStep
@@ -324,14 +324,14 @@ class RubStepper(PressStepper):
         return (estimate > largest) | leaps
 
     def _status(self, found: SolvedRub, too_long: Array) -> Array:
-        """Return the status of the contact, or, where it is fine, that of the step and of the thickness."""
+        """Return the most serious of the statuses of the contact, of the step and of the thickness."""
         own = status_of(found.problem, found.solution, self.tolerance, self.edges)
         thickest = jnp.max(found.state.thickness)
-        kinetic = first_of(
+        return most_serious(
             (too_long, Status.STEP_TOO_LONG),
             (jnp.asarray(self.of_film) & (thickest > self.thickest), Status.TOO_THICK),
+            status=own,
         )
-        return jnp.where(own == Status.FINE, kinetic, own)
 
 
 def _second_order(known: Known, first: SolvedRub, dt: Array) -> Array:

@@ -20,7 +20,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._support.status import inherited, passed_on, to_next_row
+from jaxcontact._support.status import more_serious, passed_on, to_next_row
 from jaxcontact.contact.implicit import KEPT
 
 
@@ -57,8 +57,8 @@ class Outcome(NamedTuple):
 class Carry(NamedTuple):
     """The stepper's own carry, and the status that the next inner step inherits of earlier ones.
 
-    failed: ``FINE`` if all steps before succeeded, the status of the last failed inner step of this row, or
-    ``INHERITED`` if the failure lies in an earlier row.
+    failed: ``FINE`` if all steps before succeeded, the most serious status of the inner steps of this row so far, or
+    ``INHERITED`` if only a step of an earlier row failed.
     """
 
     own: Any
@@ -113,9 +113,11 @@ def _advance(stepper: Stepper, carry: Carry, step: Any) -> tuple[Carry, Outcome]
     """Return one inner step with the failures that it inherits; traced once, however often it is called."""
     own, outcome = stepper.advance(carry.own, step)
     status = outcome.numbers["status"]
+    failed = passed_on(status)
     if stepper.inherits:
-        status = inherited(status, carry.failed)
-    return Carry(own, passed_on(status)), outcome._replace(numbers=outcome.numbers | {"status": status})
+        failed = more_serious(failed, carry.failed)
+        status = more_serious(status, carry.failed)
+    return Carry(own, failed), outcome._replace(numbers=outcome.numbers | {"status": status})
 
 
 def march(stepper: Stepper, state: March, rows: Rows, kept: Keep) -> tuple[March, Outcome]:

@@ -12,7 +12,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact._support.reductions import total, totals
-from jaxcontact._support.status import Status, first_of
+from jaxcontact._support.status import Status, most_serious
 from jaxcontact.contact.edge import contact_cells, memory_factor
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution
@@ -114,7 +114,7 @@ def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None 
     """
     p, u, operator = solution.pressure, solution.displacement, problem.operator
     gap = problem.gap + u - solution.approach
-    compliance = operator.confined_compliance()
+    compliance = operator.confined_compliance(p.shape)
     if earlier is not None:
         compliance = compliance * memory_factor(earlier, u, operator.periodic)
     return {
@@ -122,7 +122,9 @@ def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None 
         "approach": solution.approach,
         "load": total(p),
         "contact_area": total(problem.law.touching(solution.carried)),
-        "smooth_area": contact_cells(solution.carried, gap, compliance, operator.periodic),
+        "smooth_area": contact_cells(
+            solution.carried, gap, compliance, operator.periodic, operator.cell_ratio(p.shape)
+        ),
         "iterations": solution.iterations,
         "error": solution.error,
     }
@@ -142,8 +144,8 @@ def plane_strain(field: Array) -> bool:
 def status_of(
     problem: Problem, solution: Solution, tolerance: Array, edges: tuple[bool, bool] = (True, True)
 ) -> Array:
-    """Return the status of a contact by itself, the first that holds of: a response that is not finite, surfaces that a
-    tensile load has separated, no convergence, contact (or attraction) at the grid's edge, too few cells in it.
+    """Return the status of a contact by itself: fine, a response or a result that is not finite, surfaces that a tensile load
+    has separated, no convergence, contact (or attraction) at the grid's edge, or too few cells in it.
 
     edges: whether contact at the sides across x, and across y, goes on where the grid does not, static.
     """
@@ -160,9 +162,9 @@ def status_of(
         least = LOAD_MET if solution.separated is None else jnp.maximum(LOAD_MET, tolerance)
         met = met & (jnp.abs(load - problem.target) <= least * size)
     coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
-    finite = jnp.isfinite(problem.operator.confined_compliance())
     separated = jnp.asarray(False) if solution.separated is None else solution.separated
-    return first_of(
+    finite = jnp.isfinite(problem.operator.confined_compliance(p.shape)) & (jnp.isfinite(moved + size) | separated)
+    return most_serious(
         (~finite, Status.NOT_FINITE),
         (separated, Status.PULLED_OFF),
         (~met, Status.NOT_CONVERGED),

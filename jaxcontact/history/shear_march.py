@@ -19,7 +19,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
-from jaxcontact._support.status import Status
+from jaxcontact._support.status import Status, most_serious
 from jaxcontact.contact.friction import length
 from jaxcontact.contact.implicit import solve_partial_slip
 from jaxcontact.contact.normal import Problem
@@ -166,9 +166,9 @@ class ShearStepper(Stepper):
         status = status_of(under, found.normal, self.tolerance, self.edges)
         tangential = found.tangential
         met = solved(tangential.error, self.tolerance, tangential.traction, tangential.slip, tangential.shift)
-        status = jnp.where(met | (status == Status.NOT_FINITE), status, int(Status.NOT_CONVERGED))
+        status = most_serious((~met, Status.NOT_CONVERGED), status=status)
         if not self.tangential_load_controlled:
             return status
         asked = length(problem.tangential_target[:, None, None])[0, 0]
         room = jnp.sum(problem.coefficient * found.normal.pressure)
-        return jnp.where((asked > 0.0) & (asked >= room), int(Status.GROSS_SLIP), status)
+        return most_serious(((asked > 0.0) & (asked >= room), Status.GROSS_SLIP), status=status)

@@ -50,8 +50,15 @@ class Operator(abc.ABC):
         return unchanged(inverse) if all(self.periodic) else continuing(inverse)
 
     @abc.abstractmethod
-    def confined_compliance(self) -> Array:
-        """Displacement over its own pressure of a cell whose neighbours all stay where they are, ()."""
+    def confined_compliance(self, shape: tuple[int, ...]) -> Array:
+        """Displacement over its own pressure of a cell whose neighbours all stay where they are, (); shape: the grid's."""
+
+    @abc.abstractmethod
+    def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
+        """Displacement under pressures that alternate from cell to cell along y, over that along x, (); shape: the grid's.
+
+        The ratio dy/dx of the sides of a cell on a half-space, 1 on a body that responds locally.
+        """
 
     @abc.abstractmethod
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
@@ -51,8 +52,11 @@ class Convolution(InvertibleOperator):
         inverse = 1.0 / jnp.maximum(circulant, FLOOR * jnp.mean(jnp.abs(circulant)))
         return lambda r: spectral.apply_circulant(inverse, r, shape(r))
 
-    def confined_compliance(self) -> Array:
-        return confined_compliance(self.circulant)
+    def confined_compliance(self, shape: tuple[int, ...]) -> Array:
+        return confined_compliance(self.circulant, shape)
+
+    def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
+        return cell_ratio(self.circulant, shape)
 
     def cell_compliance(self) -> Array:
         """Return the displacement over its own pressure of a cell whose neighbours are free, ()."""
@@ -157,10 +161,35 @@ def _each(stacked: Array) -> list[Array]:
     return [jnp.reshape(part, stacked.shape[1:]) for part in parts]
 
 
-def confined_compliance(circulant: Array) -> Array:
-    """Return ``Operator.confined_compliance`` from the real circulant: its harmonic mean over all waves."""
+def confined_compliance(circulant: Array, shape: tuple[int, ...]) -> Array:
+    """Return ``Operator.confined_compliance`` from the real circulant of a grid (nx, ny): its harmonic mean over all waves."""
     floor = FLOOR * _mean_over_waves(circulant)
-    return 1.0 / _mean_over_waves(1.0 / jnp.maximum(circulant, floor))
+    signs = np.full(circulant.shape[-2], 2.0)  # each row stands for both signs of a wavenumber,
+    signs[[0, -1] if shape[1] % 2 == 0 else [0]] = 1.0  # but not that of zero and of alternating cells
+    inverse = 1.0 / jnp.maximum(circulant, floor)
+    return shape[0] * shape[1] / jnp.sum(signs[:, None] * inverse)
+
+
+def cell_ratio(circulant: Array, shape: tuple[int, ...]) -> Array | float:
+    """Return ``Operator.cell_ratio`` from the real circulant of a grid (nx, ny): the ratio of the shortest waves.
+
+    1 where there is only one cell along an axis.
+    """
+    nx, ny = shape
+    if min(nx, ny) == 1:
+        return 1.0
+    floor = FLOOR * _mean_over_waves(circulant)
+    along_x, along_y = _shortest(circulant[..., 0, : nx // 2 + 1], nx), _shortest(circulant[..., 0], ny)
+    return jnp.maximum(along_y, floor) / jnp.maximum(along_x, floor)
+
+
+def _shortest(eigenvalues: Array, n: int) -> Array:
+    """Return the eigenvalue of the wave that alternates from cell to cell, from those of the waves 0 to n//2 of n cells.
+
+    The kernel of a circulant has a kink at the offset of half the grid, which changes the eigenvalues of successive waves
+    with alternating signs. Of an even number of cells, the mean of the two shortest waves is therefore taken.
+    """
+    return jnp.mean(eigenvalues[-2:]) if n % 2 == 0 and n > 2 else eigenvalues[-1]
 
 
 def _mean_over_waves(circulant: Array) -> Array:

@@ -9,7 +9,7 @@ from jax import Array
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Corner, Linear, SplitOperator
-from jaxcontact.operators.convolution import FLOOR, Convolution, confined_compliance
+from jaxcontact.operators.convolution import FLOOR, Convolution, cell_ratio, confined_compliance
 
 
 @pytree
@@ -35,8 +35,11 @@ class Moving(SplitOperator):
         inverse = 1.0 / jax.lax.complex(jnp.maximum(self.circulant.real, floor), self.circulant.imag)
         return lambda r: spectral.apply_circulant(inverse, r)
 
-    def confined_compliance(self) -> Array:
-        return confined_compliance(self.circulant.real)
+    def confined_compliance(self, shape: tuple[int, ...]) -> Array:
+        return confined_compliance(self.circulant.real, shape)
+
+    def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
+        return cell_ratio(self.circulant.real, shape)
 
     def window_shape(self, shape: tuple[int, ...]) -> None:
         """None: the search runs on the whole grid."""

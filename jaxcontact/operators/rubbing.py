@@ -118,8 +118,11 @@ class Rubbed(Operator):
     def preconditioner(self) -> Linear:
         return self.moving.preconditioner()
 
-    def confined_compliance(self) -> Array:
-        return self.moving.confined_compliance()
+    def confined_compliance(self, shape: tuple[int, ...]) -> Array:
+        return self.moving.confined_compliance(shape)
+
+    def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
+        return self.moving.cell_ratio(shape)
 
     def window_shape(self, shape: tuple[int, ...]) -> None:
         """None, as of ``Moving``."""

@@ -31,7 +31,7 @@ from jax import Array
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.operators import distributed, spectral
 from jaxcontact.operators.base import Corner, Family, Linear, Operator
-from jaxcontact.operators.convolution import FLOOR, confined_compliance
+from jaxcontact.operators.convolution import FLOOR, cell_ratio, confined_compliance
 
 FINENESS = 256.0  # the range of log(1 + h/c) is rounded outwards to multiples of one over this
 
@@ -98,8 +98,11 @@ class Varying(Operator):
         inverse = 1.0 / jnp.maximum(self.circulant, floor)
         return lambda r: spectral.apply_circulant(inverse, r)
 
-    def confined_compliance(self) -> Array:
-        return confined_compliance(self.circulant)
+    def confined_compliance(self, shape: tuple[int, ...]) -> Array:
+        return confined_compliance(self.circulant, shape)
+
+    def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
+        return cell_ratio(self.circulant, shape)
 
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
         none = self.window is None or distributed.devices() > 1

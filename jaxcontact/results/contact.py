@@ -137,7 +137,7 @@ class ContactHistory(ContactResult):
     (``contact.edge``), for any number of patches. It is continuous in load and material parameters, and differentiable.
     For a Hertz contact at least 5 cells across, the radius is accurate to 0.03 of a cell (10 cells: 0.005), and
     d smooth_area/d log(load) to 0.4 % in the mean over positions on the grid, with a root mean square error of 5 %
-    for 5 cells, 1 % for 10 and 0.13 % for 40.
+    for 5 cells, 1 % for 10 and 0.13 % for 40. Cells need not be square: the longer side then counts.
 
     film_strain is the shortening of the film, the top layer, over its thickness at its deepest point (computed as on a
     rigid base; 0 without a film). Above 0.2 linear theory is inaccurate.

@@ -9,7 +9,7 @@ import numpy as np
 from jax import Array
 
 from jaxcontact._support.pytree import is_concrete, pytree
-from jaxcontact._support.status import LARGEST_ERROR, Status, first_of
+from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.inputs.grid import Grid
 from jaxcontact.results.labels import arrays_of, dataset, derived_of
 from jaxcontact.results.notes import IMAGE_LIMIT, Note, brief
@@ -40,7 +40,7 @@ class InteriorFields:
         """``OUT_OF_RANGE`` where a value is nan, ``NOT_RESOLVED`` where ``response_error`` exceeds 1 %, (nz,)."""
         invalid = jnp.isnan(jnp.sum(self.stress, (-4, -3, -2, -1)))
         error = jnp.broadcast_to(jnp.asarray(self.response_error), invalid.shape)
-        return first_of((invalid, Status.OUT_OF_RANGE), (error > LARGEST_ERROR, Status.NOT_RESOLVED))
+        return most_serious((invalid, Status.OUT_OF_RANGE), (error > LARGEST_ERROR, Status.NOT_RESOLVED))
 
     @property
     def von_mises(self) -> Array:

@@ -13,7 +13,7 @@ from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete
-from jaxcontact._support.status import Status
+from jaxcontact._support.status import Status, most_serious
 from jaxcontact.history.observables import Observer
 from jaxcontact.history.pressing import contact_outcome, solved, status_of
 from jaxcontact.history.recursive import RecursiveMemory
@@ -240,12 +240,12 @@ def _status(contact: RollingContact, rolled: Rolled, edges: tuple[bool, bool]) -
     """Return the status of the normal contact, or of the tangential one if that was not found or has no steady state."""
     pressed, sheared, tolerance = rolled.pressed, rolled.sheared, contact.tolerance
     status = status_of(contact.pressed(sheared.traction), pressed, tolerance, edges)
-    fine = status == Status.FINE
-    status = jnp.where(fine & ~rolled.steady, int(Status.NOT_STEADY), status)
     met = solved(sheared.error, tolerance, sheared.traction, sheared.slip, sheared.shift)
-    status = jnp.where(met | (status == Status.NOT_FINITE), status, int(Status.NOT_CONVERGED))
+    # without a solution, that rolling has not settled is no property of the body
+    found = met & (status != Status.NOT_CONVERGED) & (status != Status.NOT_FINITE)
+    status = most_serious((found & ~rolled.steady, Status.NOT_STEADY), (~met, Status.NOT_CONVERGED), status=status)
     if not contact.tangential_load_controlled:
         return status
     asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
     held = jnp.sum(asked**2) < room**2
-    return jnp.where(held | ~jnp.any(asked != 0.0), status, int(Status.GROSS_SLIP))
+    return most_serious((~held & jnp.any(asked != 0.0), Status.GROSS_SLIP), status=status)

@@ -13,7 +13,7 @@ from jax import Array
 from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support import checks
 from jaxcontact._support.pytree import is_concrete, replace
-from jaxcontact._support.status import LARGEST_ERROR, LARGEST_STEP_ERROR, Status, first_of
+from jaxcontact._support.status import LARGEST_ERROR, LARGEST_STEP_ERROR, Status, most_serious
 from jaxcontact.indenters.shapes import HeightField, Sphere
 from jaxcontact.operators.kernels import Errors
 from jaxcontact.response.limits import limits_of
@@ -168,9 +168,11 @@ def _doubted_until_now(status: Array, times: Array, errors: Errors, step_error: 
 
 
 def doubted(status: Array, elapsed: Array, errors: Errors, step_error: Array | float = 0.0) -> Array:
-    """Return the status, in place of ``FINE`` with ``NOT_RESOLVED`` where the error of the response exceeds 1 %, and with
-    ``STEP_TOO_LONG`` where that of the pressure by the time steps exceeds 10 %; later times do not inherit these."""
+    """Return the status, with ``NOT_RESOLVED`` where the error of the response exceeds 1 %, and ``STEP_TOO_LONG`` where that
+    of the pressure by the time steps exceeds 10 %, unless it is more serious; later times do not inherit these."""
     largest = jnp.maximum(jnp.maximum(errors.separation, errors.images), errors.thickness)
-    off = (largest > LARGEST_ERROR) | (elapsed > errors.horizon)
-    own = first_of((off, Status.NOT_RESOLVED), (step_error > LARGEST_STEP_ERROR, Status.STEP_TOO_LONG))
-    return jnp.where(status == Status.FINE, own, status)
+    # an infinite error is that of a response which is not finite, and has this status
+    off = ((largest > LARGEST_ERROR) & jnp.isfinite(largest)) | (elapsed > errors.horizon)
+    return most_serious(
+        (off, Status.NOT_RESOLVED), (step_error > LARGEST_STEP_ERROR, Status.STEP_TOO_LONG), status=status
+    )

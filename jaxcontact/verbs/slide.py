@@ -14,7 +14,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, pytree, replace
 from jaxcontact._support.scale import Scale
-from jaxcontact._support.status import Status
+from jaxcontact._support.status import Status, most_serious
 from jaxcontact.history.adhering import Adhering
 from jaxcontact.history.heating import Heated, in_reduced_time, reduced
 from jaxcontact.history.march import Outcome, Steps
@@ -281,9 +281,8 @@ class SlideStepper(PressStepper):
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
         far = carry.far | self._moves_too_far(step.more.shift)
-        status = jnp.where(far & (status != Status.NOT_CONVERGED), int(Status.MOVED_TOO_FAR), status)
         back = reentered(contact.memory.overlaps, contact.memory.truncation_bound, depth)
-        status = jnp.where(back & (status == Status.FINE), int(Status.REENTERED_TRACK), status)
+        status = most_serious((far, Status.MOVED_TOO_FAR), (back, Status.REENTERED_TRACK), status=status)
         return SlideCarry(contact, depth, far, shift), outcome._replace(
             numbers=outcome.numbers | {"status": status}
         )

@@ -13,7 +13,7 @@ from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, replace
-from jaxcontact._support.status import Status
+from jaxcontact._support.status import Status, most_serious
 from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem, Solution
@@ -233,7 +233,7 @@ def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array)
     limits = limits_of(experiment.body)
     sinks = limits.creeps_far and not experiment.load_controlled
     endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)
-    return jnp.where(limits.is_fluid() & endless, int(Status.NOT_STEADY), status)
+    return most_serious((limits.is_fluid() & endless, Status.NOT_STEADY), status=status)
 
 
 def _fields(

@@ -1,8 +1,8 @@
-"""Line contacts whose edges lie in any rational direction of a square grid, solved as problems of one dimension.
+"""Line contacts whose edges lie in any rational direction of a grid, solved as problems of one dimension.
 
-The cells (i, j) of a grid with b i - a j = n form a row along (a, b). Under a cylinder whose axis has this direction all
+Cells have the sides 1 and ``across``. The cells (i, j) of a grid with b i - a j = n form a row along (a, b across). Under a cylinder whose axis has this direction all
 cells of a row have the same pressure, so that only the rows' mutual displacements are needed. They are sums over a row of
-those of uniformly loaded squares (A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377), less the logarithm of the length
+those of uniformly loaded rectangles (A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377), less the logarithm of the length
 of the row, to which a prescribed load is indifferent. No code of jaxcontact is used.
 """
 
@@ -12,39 +12,41 @@ import scipy.linalg
 HALF_LENGTH = 1500.0  # of a row, in cells
 
 
-def squares(x, y):
-    """Displacements (n,) at places in cells from the centre of a square under unit pressure; E* = 1, cells of 1."""
+def rectangles(x, y, across=1.0):
+    """Displacements (n,) at places from the centre of a rectangle of 1 by ``across`` under unit pressure; E* = 1."""
     corner = lambda a, b: a * np.arcsinh(b / np.abs(a)) + b * np.arcsinh(a / np.abs(b))
     return (
-        corner(x + 0.5, y + 0.5)
-        - corner(x - 0.5, y + 0.5)
-        - corner(x + 0.5, y - 0.5)
-        + corner(x - 0.5, y - 0.5)
+        corner(x + 0.5, y + across / 2)
+        - corner(x - 0.5, y + across / 2)
+        - corner(x + 0.5, y - across / 2)
+        + corner(x - 0.5, y - across / 2)
     ) / np.pi
 
 
-def rows(a, b, count):
+def rows(a, b, count, across=1.0):
     """Displacements (count,) of the row 0, 1, ... by unit pressure on the row 0."""
-    length = np.hypot(a, b)
-    most = int(HALF_LENGTH / length)
+    length = np.hypot(a, b * across)
+    most = int(HALF_LENGTH * max(across, 1.0) / length)
     steps, found = np.arange(-most, most + 1), []
     for n in range(count):
-        if n > 25 * length**2:  # seen from there the row is a line
-            found.append(-2.0 / (np.pi * length) * np.log(n / length))
+        if n * across > 25 * length * max(length, across):  # seen from there the row is a line
+            found.append(-2.0 * across / (np.pi * length) * np.log(n * across / length))
             continue
         i, j = next((i, (b * i - n) // a) for i in range(n + a + 1) if (b * i - n) % a == 0) if a else (n, 0)
-        nearest = round((i * a + j * b) / length**2)
+        nearest = round((i * a + j * b * across**2) / length**2)
         i, j = i - nearest * a, j - nearest * b
-        ends = (most + 0.5) * length + np.array([1.0, -1.0]) * (i * a + j * b) / length
-        sum_ = squares((i + steps * a).astype(float), (j + steps * b).astype(float)).sum()
-        found.append(sum_ - np.log(2.0 * ends).sum() / (np.pi * length))
+        along = (i * a + j * b * across**2) / length
+        ends = (most + 0.5) * length + np.array([1.0, -1.0]) * along
+        x, y = (i + steps * a).astype(float), (j + steps * b) * across
+        found.append(rectangles(x, y, across).sum() - across * np.log(2.0 * ends).sum() / (np.pi * length))
     return np.array(found)
 
 
 def line_contact(half_width, displacements, length, period):
     """Pressure and gap (period,) on rows at n/length, n from -period//2, under a cylinder of radius 1 on E* = 1.
 
-    The load is that of Hertz for this half width, pi a^2/4 (K. L. Johnson, Contact Mechanics, 1985, Eq. 4.43).
+    length: of a row between two cells, over ``across``. The load is that of Hertz for this half width, pi a^2/4 (K. L.
+    Johnson, Contact Mechanics, 1985, Eq. 4.43).
     """
     x = (np.arange(period) - period // 2) / length
     operator, profile = scipy.linalg.toeplitz(displacements[:period]), 0.5 * x**2

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
-from jaxcontact._support.status import inherited, passed_on, to_next_row
+from jaxcontact._support.status import more_serious, most_serious, passed_on, to_next_row
 from jaxcontact.history.march import begin, in_blocks
 from jaxcontact.history.pressing import solved
 from jaxcontact.verbs.indent import Indentation
@@ -116,15 +116,15 @@ def test_history_that_came_back_within_a_row():
         failed = to_next_row(failed)
         for each in row:
             back = reentered(*map(jnp.asarray, each))
-            status = inherited(jnp.where(back, int(jc.Status.REENTERED_TRACK), FINE), failed)
-            failed = passed_on(status)
+            own = jnp.where(back, int(jc.Status.REENTERED_TRACK), FINE)
+            status, failed = more_serious(own, failed), more_serious(passed_on(own), failed)
         statuses.append(int(status))
     assert statuses == [FINE, FINE, jc.Status.REENTERED_TRACK, INHERITED, jc.Status.REENTERED_TRACK]
 
 
 def test_what_is_passed_on():
     """A failure of the step itself comes first; few cells are reported, but are no failure that is passed on."""
-    own = lambda status, earlier: int(inherited(jnp.asarray(int(status)), jnp.asarray(int(earlier))))
+    own = lambda status, earlier: int(more_serious(jnp.asarray(int(status)), jnp.asarray(int(earlier))))
     assert own(FINE, FINE) == FINE and own(jc.Status.TOO_COARSE, FINE) == jc.Status.TOO_COARSE
     assert own(FINE, INHERITED) == own(jc.Status.TOO_COARSE, INHERITED) == INHERITED
     assert own(FAILED, INHERITED) == FAILED and own(FINE, jc.Status.AT_EDGE) == jc.Status.AT_EDGE
@@ -137,3 +137,64 @@ def test_an_error_that_is_no_number_is_a_failure(error):
     assert not solved(jnp.asarray(error), jnp.asarray(1e-8), jnp.zeros(3))
     assert not solved(jnp.asarray(0.0), jnp.asarray(1e-8), jnp.array([0.0, np.nan]))
     assert solved(jnp.asarray(0.0), jnp.asarray(1e-8), jnp.zeros(3))
+
+
+# which of several statuses is reported -----------------------------------------------------------------------
+
+
+ORDER = [name.strip() for name in jc.Status.__doc__.split("in this order:")[1].split(".")[0].split(",")]
+
+
+@pytest.mark.parametrize("first", ORDER)
+def test_of_every_pair_of_statuses_the_one_that_the_documentation_lists_first_is_reported(first):
+    """In a step by itself, in whatever order they are found, and with the status of an earlier step."""
+    assert sorted(ORDER) == sorted(status.name for status in jc.Status)
+    for later in ORDER[ORDER.index(first) :]:
+        pair, yes = (jc.Status[first], jc.Status[later]), jnp.asarray(True)
+        for one, other in (pair, pair[::-1]):
+            assert int(more_serious(jnp.asarray(int(one)), int(other))) == pair[0]
+            assert int(most_serious((yes, one), (yes, other))) == pair[0]
+            assert int(most_serious((yes, one), (~yes, pair[0]), status=int(other))) == pair[0]
+
+
+BALL_OF_5, STEEL = jc.Sphere(5e-3), jc.Elastic.from_young(210e9, nu=0.3)
+SMALL, LARGE = jc.Load(1e-4), jc.Load(5.0)  # contacts of less than three cells, and up to the edge of NARROW
+NARROW = jc.Grid.square(16, 1e-4)
+PUSH = jc.TangentialLoad([[0.0, 0.0], [2.0, 0.0]])
+
+
+def first_and_second(verb):
+    """The statuses of two times, the second with two reasons."""
+    body = jc.LayeredHalfSpace([], MATERIALS["creeping"])
+    flows = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9), 2e-5)], jc.Maxwell(1e9, 1e9))
+    far = lambda grid: jax.jit(
+        lambda v: jc.slide(body, BALL, SMALL, TIMES[:2], velocity=v, grid=grid).status
+    )
+    few = lambda load, grid: jc.indent(body, BALL, load, TIMES[:2], grid=grid, max_iterations=1).status
+    sheared = lambda load, grid: jc.shear(
+        body, BALL, load, PUSH, TIMES[:2], friction=0.3, coupled=False, grid=grid
+    ).status
+    wears = {"velocity": 0.1, "law": jc.Archard(1e-10), "wears": "indenter", "grid": GRID}
+    return {
+        "coarse, not resolved": lambda: jc.indent(flows, BALL, SMALL, [0.0, 1e5], grid=GRID).status,
+        "not converged, not resolved": lambda: jc.indent(
+            flows, BALL, LARGE, [0.0, 1e5], grid=GRID, max_iterations=1
+        ).status,
+        "coarse, too long": lambda: jc.rub(body, BALL_OF_5, SMALL, [0.0, 50.0], **wears).status,
+        "at the edge, not converged": lambda: few(LARGE, NARROW),
+        "coarse, too far": lambda: far(GRID)(1e-3),
+        "coarse, gross slip": lambda: sheared(SMALL, GRID),
+        "at the edge, gross slip": lambda: sheared(LARGE, NARROW),
+    }[verb]()
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(("reasons", "expected"), [
+    ("coarse, not resolved", "NOT_RESOLVED"), ("not converged, not resolved", "NOT_RESOLVED"),
+    ("coarse, too long", "STEP_TOO_LONG"), ("at the edge, not converged", "NOT_CONVERGED"),
+    ("coarse, too far", "MOVED_TOO_FAR"), ("coarse, gross slip", "GROSS_SLIP"), ("at the edge, gross slip", "GROSS_SLIP"),
+])  # fmt: skip
+def test_the_more_serious_of_two_reasons_is_reported(reasons, expected):
+    status = np.asarray(first_and_second(reasons))
+    assert status[1] == jc.Status[expected], status

@@ -39,8 +39,11 @@ class MovingVarying(Varying):
     def preconditioner(self) -> Linear:
         return self._mean().preconditioner()
 
-    def confined_compliance(self) -> Array:
-        return self._mean().confined_compliance()
+    def confined_compliance(self, shape: tuple[int, ...]) -> Array:
+        return self._mean().confined_compliance(shape)
+
+    def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
+        return self._mean().cell_ratio(shape)
 
     def window_shape(self, shape: tuple[int, ...]) -> None:
         """None, as of ``Moving``."""
