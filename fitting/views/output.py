@@ -78,8 +78,9 @@ def write_table(path: Path, names: Sequence[str], rows: Iterable[Sequence[Any]])
 
 
 def _curve(fit: Any, path: Path) -> None:
-    """Write time or frequency, data, fit and residual of every fitted point; the residual is in standard deviations, those that
-    were given or else estimated with the fit.
+    """Write time or frequency, data, fit and residual of every fitted point.
+
+    The residual is in standard deviations, those that were given or else estimated with the fit.
 
     Several quantities over one abscissa (G' and G'') have columns of their own; several tests, or temperatures, have their
     names in a column.

@@ -236,7 +236,8 @@ def test_an_elliptical_contact_is_that_of_hertz(spacing):
 
 
 @pytest.mark.parametrize(("across", "mean"), [
-    (3.0, 1.5e-3), *(pytest.param(a, m, marks=pytest.mark.slow) for a, m in ((1 / 3, 1.5e-3), (1.5, 1.5e-3), (1 / 7, 2e-3), (7.0, 2e-3)))
+    (3.0, 1.5e-3),
+    *(pytest.param(a, m, marks=pytest.mark.slow) for a, m in ((1 / 3, 1.5e-3), (1.5, 1.5e-3), (1 / 7, 2e-3), (7.0, 2e-3))),
 ])  # fmt: skip
 def test_hertz_at_random_places_on_cells_that_are_not_square(across, mean):
     """W = 4 E a^3/(3 R) with 12 of the longer sides across: the mean error of the area is that on square cells (-0.1 %), and
