@@ -193,7 +193,8 @@ def _shares_rims_lengths(corners: Array, stretch: Array) -> tuple[Array, ...]:
     computes each once. It computes them anew, since to store them all takes longer.
     """
     chosen = jnp.eye(len(CORNERS))[jnp.array(TRIANGLES).T]
-    *levelled, turned = _levelled(*jnp.einsum("stc,cijk->stijk", chosen, corners), stretch)
+    right, one, other = jnp.einsum("stc,cijk->stijk", chosen, corners)
+    *levelled, turned = _levelled(right, one, other, stretch)
     share, rim, length = _share_rim_length(*levelled)
     parts = share, rim, length * (1.0 + STRETCHED * (turned**2 - 1.0))
     weights = jnp.array([0.25, 0.5, 0.5])[:, None] * jnp.ones(len(TRIANGLES))

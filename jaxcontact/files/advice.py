@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import jax
@@ -285,7 +285,7 @@ def foretold_step_error(
     coarse, exact = (
         _on_springs(rates, shares, heights, times, values / unit, load_controlled, s) for s in (even, fine)
     )
-    quantities = [np.max, np.sum]
+    quantities: tuple[Callable[..., Any], ...] = (np.max, np.sum)
     errors = []
     for quantity in quantities:
         a, b = (np.array([quantity(p) for p in pressures]) for pressures in (coarse, exact))
