@@ -389,3 +389,19 @@ def test_a_film_without_growth_has_no_peaks_by_rounding():
     still = jc.rub(body, jc.Sphere(1e-4), jc.Load(5e-4), [0.0, 1.0], velocity=0.1, law=None, grid=grid)
     np.testing.assert_allclose(still.thickness[-1], thickness, rtol=1e-12)
     assert not any("grown peaks" in note for note in still.notes)
+
+
+def test_behind_a_step_that_is_too_long_the_derivatives_are_as_finite_as_the_values():
+    """Wear that a step cannot follow, for 120 steps: perturbations grow in each, and would overflow if none were held."""
+    times = np.linspace(0.0, 100.0, 120)
+
+    def run(coefficient):
+        worn = on_a_line(jc.Archard(coefficient), times=times)
+        return (worn.thickness[-1] / 1e-6, worn.approach[-1] / 1e-6, worn.friction_work), worn.status
+
+    values, status = jax.jit(run)(1e-12)
+    assert jc.Status.STEP_TOO_LONG in np.asarray(status).tolist()
+    forward = jax.jit(jax.jacfwd(lambda c: run(c * 1e-12)[0]))(1.0)
+    reverse = jax.jit(jax.grad(lambda c: sum(jnp.sum(term) for term in run(c * 1e-12)[0])))(1.0)
+    assert all(np.all(np.isfinite(each)) for each in jax.tree.leaves((values, forward, reverse)))
+    assert float(reverse) == pytest.approx(sum(float(np.sum(each)) for each in forward), rel=1e-6)

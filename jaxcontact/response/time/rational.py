@@ -72,10 +72,7 @@ from jaxcontact.response.volume import film_compliance, film_creep, film_shape
 DEFAULT_RATES, DEFAULT_SHAPES = 32, 12
 CLOCKS = 4.0  # the fastest over the slowest clock of the second body,
 SHARE = 0.1  # and its weight in the combination
-CUTOFF = 1e-12  # of singular values,
-# and of those in the fit of the shapes: beyond it shapes follow rounding errors. They cancel each other in the response, and
-# so do their derivatives, by up to nine digits, but not in their images, where tangents by Poisson's ratio were 1e-3 off
-SHAPE_CUTOFF = 1e-8
+CUTOFF = 1e-12  # of singular values
 CANDIDATES = 120  # wavenumbers of which some are picked, about
 STRIDE = 4  # every which wavenumber is one at which the error is measured
 
@@ -127,7 +124,7 @@ def fitted(
     chosen: Window,
     rates: Array,
     shapes: int,
-    cutoff: float = SHAPE_CUTOFF,
+    cutoff: float = CUTOFF,
 ) -> tuple[Array, Array]:
     """Return the shapes S_m (shapes, n) and the mix (shapes, K) of lambda_k C_k = sum_m mix[m, k] S_m.
 
@@ -143,7 +140,21 @@ def fitted(
     basis = as_real(unit / (1.0 / chosen.period[:, None] + rates))
     first = slice(len(basis))
     mix = jax.vmap(combination, (None, 1, 1), 1)(basis, few[first], weights[first, picked])
-    return terms, (mix * unit[:, None]).T
+    return _uncancelled(terms, (mix * unit[:, None]).T)
+
+
+def _uncancelled(terms: Array, mix: Array) -> tuple[Array, Array]:
+    """Return combinations of the shapes, and their mix, whose products hardly cancel in the sum over the shapes.
+
+    Shapes, and more so their derivatives, are large in combinations that the mix hardly contains. The sum does not feel
+    them, but the images of each shape have a rounding error relative to it, with which derivatives by Poisson's ratio were
+    up to a fifth of the response off. In the principal directions of the mix, in which each shape has the size of the
+    response for which it stands, a large combination comes with a small factor. The directions carry no derivative.
+    """
+    size = jnp.sqrt(jnp.sum(jax.lax.stop_gradient(mix) ** 2, 1, keepdims=True))
+    size = jnp.where(size > 0.0, size, 1.0)
+    principal = decomposed((mix / size).T).right
+    return principal @ (size * terms), principal @ (mix / size)
 
 
 class Samples(NamedTuple):
