@@ -222,11 +222,12 @@ def _time_advice(case: Case) -> Iterator[str]:
     found = error(given)
     if found <= STEP_ERROR:
         return
+    share = f"{100.0 * found:.0f}" if found >= 0.1 else f"{100.0 * found:.2g}"
     needed = next((n for n in (2, 4, 8, 16, 32, 64) if n > given and error(n) <= STEP_ERROR), None)
     remedy = "" if needed is None else f", or solver.substeps = {needed} or more"
     yield (
         f"times: steps of up to {np.max(np.diff(times)) / given:.3g} s may cause an error of the pressure of about"
-        f" {100.0 * found:.2g} % (shortest relaxation time {fastest_time(case):.3g} s); accepted: shorter steps, logarithmic"
+        f" {share} % (shortest relaxation time {fastest_time(case):.3g} s); accepted: shorter steps, logarithmic"
         f" spacing{remedy}"
     )
 
