@@ -286,10 +286,8 @@ def foretold_step_error(
     coarse, exact = (
         _on_springs(rates, shares, heights, times, values / unit, load_controlled, s) for s in (even, fine)
     )
-    quantities = [np.max, np.sum]
     errors = []
-    for quantity in quantities:
-        a, b = (np.array([quantity(p) for p in pressures]) for pressures in (coarse, exact))
+    for a, b in ((coarse.max(1), exact.max(1)), (coarse.sum(1), exact.sum(1))):  # peaks and loads
         errors.append(np.max(np.abs(a - b) / np.maximum(b, FAINT * np.max(b)), initial=0.0))
     return float(max(errors))
 

@@ -274,6 +274,7 @@ class SlideStepper(PressStepper):
                 lapse = self._lapse(step, outcome.numbers["contact_area"])
                 lapse = lapse._replace(assumed=motion.dt, found=in_reduced_time(step.dt, carry.shift, shift))
                 judged = self._judged(carry.contact, contact.memory, contact.pressure, lapse)
+                assert judged is not None
                 contact = contact._replace(judged=judged)
                 outcome = outcome._replace(numbers=outcome.numbers | {"time_step_error": judged.estimate})
         else:
