@@ -2,9 +2,8 @@
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import jax
 import numpy as np
@@ -223,11 +222,12 @@ def _time_advice(case: Case) -> Iterator[str]:
     found = error(given)
     if found <= STEP_ERROR:
         return
+    share = f"{100.0 * found:.0f}" if found >= 0.1 else f"{100.0 * found:.2g}"
     needed = next((n for n in (2, 4, 8, 16, 32, 64) if n > given and error(n) <= STEP_ERROR), None)
     remedy = "" if needed is None else f", or solver.substeps = {needed} or more"
     yield (
         f"times: steps of up to {np.max(np.diff(times)) / given:.3g} s may cause an error of the pressure of about"
-        f" {100.0 * found:.2g} % (shortest relaxation time {fastest_time(case):.3g} s); accepted: shorter steps, logarithmic"
+        f" {share} % (shortest relaxation time {fastest_time(case):.3g} s); accepted: shorter steps, logarithmic"
         f" spacing{remedy}"
     )
 
@@ -286,10 +286,8 @@ def foretold_step_error(
     coarse, exact = (
         _on_springs(rates, shares, heights, times, values / unit, load_controlled, s) for s in (even, fine)
     )
-    quantities: tuple[Callable[..., Any], ...] = (np.max, np.sum)
     errors = []
-    for quantity in quantities:
-        a, b = (np.array([quantity(p) for p in pressures]) for pressures in (coarse, exact))
+    for a, b in ((coarse.max(1), exact.max(1)), (coarse.sum(1), exact.sum(1))):  # peaks and loads
         errors.append(np.max(np.abs(a - b) / np.maximum(b, FAINT * np.max(b)), initial=0.0))
     return float(max(errors))
 

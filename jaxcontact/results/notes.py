@@ -168,8 +168,8 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
     adhesion = getattr(result, "jumps", 0), getattr(result, "cohesive_cells", np.inf)
     step_error = getattr(result, "time_step_error", None)
     times = result.times if over_time else 0.0
-    by_steps = 0.0 if step_error is None else step_error
-    series = (result.status, result.film_strain, result.contact_area, times, *adhesion, by_steps)
+    off = 0.0 if step_error is None else step_error
+    series = (result.status, result.film_strain, result.contact_area, times, *adhesion, off)
     single = (result.grid.cell_area, result.grid.width[0], *vars(diagnostics).values())
     whole = [np.broadcast_to(np.asarray(a), batch + steps) for a in series]
     whole += [np.broadcast_to(np.asarray(a), batch) for a in single]

@@ -273,7 +273,8 @@ class SlideStepper(PressStepper):
             if contact.judged is not None:  # anew, with the temperature that the step has led to
                 lapse = self._lapse(step, outcome.numbers["contact_area"])
                 lapse = lapse._replace(assumed=motion.dt, found=in_reduced_time(step.dt, carry.shift, shift))
-                judged: Any = self._judged(carry.contact, contact.memory, contact.pressure, lapse)
+                judged = self._judged(carry.contact, contact.memory, contact.pressure, lapse)
+                assert judged is not None
                 contact = contact._replace(judged=judged)
                 outcome = outcome._replace(numbers=outcome.numbers | {"time_step_error": judged.estimate})
         else:

@@ -70,7 +70,6 @@ def test_check_says_of_what_it_foretells_no_strain(case, capfd):
 CHECKED = {
     "coarse grid": ("n = 32", "n = 8", "grid.n"),
     "narrow grid": ("width = 300e-6", "width = 150e-6", "grid.width"),
-    "long steps": ("steps = 6", "steps = 3", "substeps = 2"),
 }
 
 
@@ -82,6 +81,41 @@ def test_check_warns_and_is_not_an_error(name, case, capfd):
     out, err = capfd.readouterr()
     assert "2 warnings" in out  # the other is of the film's strain
     assert err.count("\n") == 2 and words in err
+
+
+RELAXES = """
+[substrate]
+material = "standard-linear-solid"
+G1 = 1e9
+G2 = 0.111e9
+eta2 = 0.111e9
+nu = 0.3
+[indenter]
+shape = "sphere"
+radius = 5e-3
+[control]
+approach = 1e-6
+[times]
+values = [0.0, 3.0, 10.0, 100.0]
+[grid]
+n = 24
+width = 200e-6
+"""
+
+
+def test_check_foretells_the_error_of_the_time_steps(case, capfd):
+    """A relaxation with a time of 0.1 s in steps of 3 s and more loses contact; a film of 150 nm on steel, whose compliance
+    is that of the steel, has an error of 0.1 % in three steps of 200 s, and no warning."""
+    case.write_text(RELAXES)
+    assert main(["check", str(case)]) == 0
+    err = capfd.readouterr().err
+    assert "an error of the pressure of about 100 %" in err and "shortest relaxation time 0.0999 s" in err
+    case.write_text(RELAXES.replace("3.0, 10.0, 100.0", "0.1, 0.3, 1.0"))
+    assert main(["check", str(case)]) == 0
+    assert "solver.substeps = 8 or more" in capfd.readouterr().err
+    case.write_text(CASE.replace("steps = 6", "steps = 3"))
+    assert main(["check", str(case)]) == 0
+    assert "times:" not in capfd.readouterr().err
 
 
 def test_check_asks_for_the_unit_of_a_layer_that_is_thick_beyond_sense(case, capfd):

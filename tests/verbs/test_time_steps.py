@@ -9,7 +9,8 @@ from jaxcontact.response.volume import surface_creep
 from tests.support.time_steps import BALL, cases, half_space, reference, solid, true_error
 
 TEN = half_space(solid(10.0))
-SMALL = jc.Grid.square(n=16, width=300e-6)
+SMALL = jc.Grid.square(n=16, width=200e-6)
+pytestmark = pytest.mark.filterwarnings("ignore:only .* cells across")
 QUIET = pytest.mark.filterwarnings("ignore:.*steps, the first", "ignore:.*time steps have an estimated error")
 HEAT = "ignore:.*steps, the first", "ignore:.*time steps have", "ignore:.*film strain"
 
@@ -91,12 +92,13 @@ def test_a_held_tangential_displacement_relaxes_in_the_estimate_too():
     """A constant load and a displacement that is held: the tangential load decays as G(t)."""
     push = jc.TangentialDisplacement([1e-8, 0.0])
     body = half_space(jc.StandardLinearSolid(1e9, 1e9, 1e9, 0.3))
-    pressed = jc.Load(0.5)
+    pressed = jc.Load(0.15)
     run = jc.shear(body, BALL, pressed, push, [0.0, 1.0], friction=0.9, grid=SMALL, coupled=False)
     alone = jc.indent(body, BALL, pressed, [0.0, 1.0], grid=SMALL)
     assert run.time_step_error[-1] > 1.2 * alone.time_step_error[-1]
 
 
+@QUIET
 def test_the_foretold_error_is_that_of_a_relaxation_in_closed_form():
     t = np.array([0.0, 0.1, 0.3, 1.0])
     creep = surface_creep(solid(10.0))
