@@ -79,7 +79,7 @@ def slide_steady(L, q):
 
 def shear(L, q):
     steel = jc.Elastic(G=20.0 * E, nu=0.3)
-    turned = jc.TangentialLoad((0.4 * E * L**2 * q["load"], 0.0))
+    turned = jc.TangentialLoad(jnp.stack([0.4 * E * L**2 * q["load"], jnp.zeros(())]))
     run = jc.shear(body(L, q), ball(L, steel), load(L, q), turned, TIMES, friction=0.3, grid=grid(L))
     return run, pressed(run, L) | {"traction": run.traction / E, "work": run.dissipated / (E * L**3)}
 
