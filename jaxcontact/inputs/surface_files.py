@@ -134,8 +134,8 @@ def _read(library: Any, path: Path, unit: str | None, fill: bool, width: float |
         spacing = (float(in_metres.pixel_size[0]), float(width or 0.0))
         surface = Surface(values[:, None], Grid((values.size, 1), spacing, (periodic, True)))
         return surface._replace(heights=_filled(surface.heights, mask[:, None], (periodic, False)))
-    spacing = tuple(float(d) for d in in_metres.pixel_size)
-    return Surface(_filled(values, mask, (periodic, periodic)), Grid(values.shape, spacing, periodic))
+    dx, dy = (float(d) for d in in_metres.pixel_size)
+    return Surface(_filled(values, mask, (periodic, periodic)), Grid(values.shape, (dx, dy), periodic))
 
 
 def _filled(heights: np.ndarray, mask: np.ndarray, periodic: tuple[bool, bool]) -> np.ndarray:
