@@ -214,13 +214,15 @@ class ForceProblem(NamedTuple):
         points = np.linspace(0.0, 1.0, TRIALS, endpoint=False)
         n = self.sample.t.size
         forces = np.asarray(unit_forces(points, self.padded))[:, :n]
-        if not np.any(np.isfinite(forces).all(1)):
-            raise ValueError(
-                "thickness: expected a sample with chi (sqrt(R depth)/thickness of a ball) up to"
-                f" {thin_layer.LARGEST:g}, got more for every contact point on a way of {self.units[1]:.3g} m"
-            )
+        inside = np.isfinite(forces).all(
+            1
+        )  # at a deeper contact point the largest depth is smaller, and so is chi
+        chi = f"expected a sample with chi (sqrt(R depth)/thickness of a ball) up to {thin_layer.LARGEST:g}, got more"
+        if not np.any(inside):
+            raise ValueError(f"thickness: {chi} for every contact point on a way of {self.units[1]:.3g} m")
         found = [_linear(force, self.curve, point) for force, point in zip(forces, points, strict=True)]
         rss = np.array([one[0] for one in found])
+        rss[~inside] = np.inf
         lowest = [
             i for i in range(TRIALS) if rss[i] <= rss[max(i - 1, 0)] and rss[i] <= rss[min(i + 1, TRIALS - 1)]
         ]
@@ -229,6 +231,13 @@ class ForceProblem(NamedTuple):
             raise ValueError(
                 "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
                 " indent"
+            )
+        if (
+            not inside.all() and best[0] <= np.argmax(inside) + 1
+        ):  # the best one lies at or beyond the end of the layer's law
+            raise ValueError(
+                f"thickness: {chi} for the contact point that describes the curve: leave out the deep points with a window,"
+                " or take the sample as a half-space"
             )
         return [np.clip(found[i][1], *self.space.bounds) for i in best]
 

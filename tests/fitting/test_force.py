@@ -343,3 +343,12 @@ def test_a_wide_contact_with_a_thin_sample_has_a_note(nu):
         depth = found.approach * 1e-12 / radius
         assert depth < radius / 9.0 and not paraboloid_note(jc.Sphere(radius), depth)
         assert bool(paraboloid_note(jc.Sphere(radius), depth, thickness=1e-6)) == noted
+
+
+def test_a_layer_far_thinner_than_the_contact_is_one_sentence():
+    """The law of the layer ends at chi = 10, and no contact point near the true one is inside."""
+    for thickness in (1e-9, 1e-7):
+        with pytest.raises(
+            ValueError, match=r"thickness: expected a sample with chi .* up to 10, got more for"
+        ):
+            fitting.fit_force(curve(noisy(hertz(Z * DEEP), 0)), indenter=jc.Sphere(5e-6), thickness=thickness)
