@@ -327,29 +327,37 @@ def fits(table: Table) -> None:
     call("minimise", lambda: fitting.minimise(lambda x: (x - 3.0) ** 2 + 1.0, 1.0))
 
 
+HOLD = ["--segment", "hold", "--model", "StandardLinearSolid"]
+AFM = [
+    "indentation",
+    "--radius",
+    "5e-6",
+    "--nu",
+    "0.5",
+    "--control",
+    "depth",
+    "--model",
+    "StandardLinearSolid",
+]
+BALL = ["indentation", "--radius", "3e-3", "--nu", "0.5", "--model", "Elastic"]
+PYRAMID = ["--cone", "berkovich", "--tip-modulus", "1141e9"]
 COMMANDS = {  # of the files of shared/data; every other one is fitted as a creep curve
-    "indent_*/*": ["indentation", "--radius", "5e-6", "--nu", "0.5", "--model", "StandardLinearSolid"],
-    "pyvisco_ansys/*.csv": ["relaxation"],
-    "edge/synSS.csv": ["oscillation"],
+    "creep_asphalt/*": ["creep", "--column", "t=0", "--column", "J=1", "--unit", "t=s", "--unit", "J=1/GPa"],
+    "creep_spruce_wood/*": ["creep", "--segment", "0", "--tension", "0.3"],
+    "indent_hysitron*/*": ["indentation", "--cone", "berkovich", "--nu", "0.3", *HOLD],
+    "indent_*/*": AFM,
+    "pyvisco_ansys/*.csv": ["relaxation", "--tension", "0.35"],
     "edge/c_approach.csv": ["force", "--radius", "5e-6"],
     "kinds/sweep_*": ["oscillation"],
     "kinds/dynamic_*": ["oscillation"],
     "kinds/ampt_*": ["oscillation"],
     "kinds/tension_*": ["oscillation"],
-    "kinds/hold_*": [
-        "indentation",
-        "--cone",
-        "berkovich",
-        "--segment",
-        "hold",
-        "--model",
-        "StandardLinearSolid",
-    ],
+    "kinds/hold_*": ["indentation", "--cone", "berkovich", "--nu", "0.3", *HOLD],
     "kinds/creep_temperatures.csv": ["master", "--reference", "373.15"],
-    "kinds/csm_*": ["stiffness", "--cone", "berkovich", "--tip-modulus", "1141e9"],
-    "kinds/nanodma*": ["stiffness", "--cone", "berkovich", "--tip-modulus", "1141e9"],
-    "kinds/book_*": ["indentation", "--radius", "3e-3", "--nu", "0.5", "--model", "Elastic"],
-    "kinds/mach1*": ["indentation", "--radius", "3e-3", "--nu", "0.5", "--model", "Elastic"],
+    "kinds/csm_*": ["stiffness", *PYRAMID],
+    "kinds/nanodma*": ["stiffness", *PYRAMID],
+    "kinds/book_*": BALL,
+    "kinds/mach1*": BALL,
     "kinds/digitised.csv": ["relaxation"],
     "kinds/force_*": ["force", "--radius", "5e-6"],
 }
@@ -373,7 +381,7 @@ def shell(table: Table, name: str, words: list[str], hidden: dict[str, str]) -> 
         for stream, text in (("out", out.getvalue()), ("err", err.getvalue())):
             for found, word in hidden.items():
                 text = text.replace(found, word)
-            table.text(f"{name}: {stream}", re.sub(r"\d+(\.\d+)? (s|min)\b", "TIME", text))
+            table.text(f"{name}: {stream}", text)
         summary = Path(folder, "out", "summary.json")
         if summary.exists():
             found = json.loads(summary.read_text())
@@ -411,7 +419,8 @@ def cases(table: Table) -> None:
         for path in sorted((Path(jaxcontact.__file__).parent / "cases").glob("*.toml")):
             text = path.read_text()
             text = re.sub(r"(?m)^n = (\d+)", lambda found: f"n = {min(int(found[1]), 48)}", text)
-            text = re.sub(r"(?m)^steps = (\d+)", lambda found: f"steps = {min(int(found[1]), 6)}", text)
+            if "tangential_displacement" not in text:  # a history, one value for each step
+                text = re.sub(r"(?m)^steps = (\d+)", lambda found: f"steps = {min(int(found[1]), 6)}", text)
             small = Path(folder, path.name)
             small.write_text(text)
             shell(table, f"check {path.stem}", ["check", str(small)], {folder: "CASES"})
@@ -504,11 +513,10 @@ if __name__ == "__main__":
     for section in options.names or SECTIONS:
         began = time.process_time()
         SECTIONS[section](made)
+        if options.file:
+            options.file.write_text(json.dumps({"numbers": made.numbers, "texts": made.texts}, indent=1))
         print(f"{section}: {time.process_time() - began:.0f} s of CPU", file=sys.stderr)
     slow = sorted(made.seconds.items(), key=lambda item: -item[1])[:10]
     print("slowest: " + ", ".join(f"{name} {seconds:.0f} s" for name, seconds in slow), file=sys.stderr)
-    text = json.dumps({"numbers": made.numbers, "texts": made.texts}, indent=1)
-    if options.file:
-        options.file.write_text(text)
-    else:
-        print(text)
+    if not options.file:
+        print(json.dumps({"numbers": made.numbers, "texts": made.texts}, indent=1))
