@@ -23,6 +23,7 @@ from fitting.models.structure import Sought
 from fitting.models.thin_layer import LARGEST, ThinLayer
 from fitting.search import varpro
 from fitting.search.nonlinear import Best, Objective
+from jaxcontact._support.prefixes import told_apart
 
 AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, as a number and as a fraction of all
 TIMES = np.geomspace(3e-3, 3.0, 7)  # initial retardation times over the duration
@@ -196,7 +197,7 @@ def _layer(
     if chi > LARGEST and instrument == Instrument():
         raise ValueError(
             "thickness: expected a sample with chi (sqrt(R depth)/thickness of a ball) up to"
-            f" {LARGEST:g}, got {chi:.3g} at the largest depth of {depth:.3g} m"
+            f" {LARGEST:g}, got {told_apart(chi, LARGEST, 3)} at the largest depth of {depth:.3g} m"
         )
     return layer.scaled(depth), float(jnp.exp(layer.log_factor(depth)))
 

@@ -43,7 +43,19 @@ PERIODIC, SPACING = "grid_periodic", "grid_spacing"  # along x and y, stored for
 RESERVED = {  # names of arrays, axes and attributes in the files of any result
     *(name for cls in KINDS.values() for name in fields_of(stored_fields(cls))),
     *("x", "y", "time", "depth", "direction", "row", "column", "component"),
-    *("grid", "saved", KIND, STATUS_NAMES, PERIODIC, SPACING, NOTES, NUMBERS, *DIAGNOSTICS, "Conventions", "source"),
+    *(
+        "grid",
+        "saved",
+        KIND,
+        STATUS_NAMES,
+        PERIODIC,
+        SPACING,
+        NOTES,
+        NUMBERS,
+        *DIAGNOSTICS,
+        "Conventions",
+        "source",
+    ),
 }
 
 

@@ -122,8 +122,8 @@ def plane_strain(field: Array) -> bool:
 def status_of(
     problem: Problem, solution: Solution, tolerance: Array, edges: tuple[bool, bool] = (True, True)
 ) -> Array:
-    """Return the status of a contact by itself: fine, a response or a result that is not finite, surfaces that a tensile load
-    has separated, no convergence, contact (or attraction) at the grid's edge, or too few cells in it.
+    """Return the status of a contact by itself: fine, a response or a result that is not finite, surfaces that a tensile
+    load has separated, no convergence, contact (or attraction) at the grid's edge, or too few cells in it.
 
     edges: whether contact at the sides across x, and across y, goes on where the grid does not, static.
     """
@@ -141,7 +141,9 @@ def status_of(
         met = met & (jnp.abs(load - problem.target) <= least * size)
     coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
     separated = jnp.asarray(False) if solution.separated is None else solution.separated
-    finite = jnp.isfinite(problem.operator.confined_compliance(p.shape)) & (jnp.isfinite(moved + size) | separated)
+    finite = jnp.isfinite(problem.operator.confined_compliance(p.shape)) & (
+        jnp.isfinite(moved + size) | separated
+    )
     return most_serious(
         (~finite, Status.NOT_FINITE),
         (separated, Status.PULLED_OFF),

@@ -94,7 +94,9 @@ def dataset(arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> Any:
         for name, values in arrays.items()
         if name not in ("x", "y", "times", "depths")
     }
-    return xarray.Dataset(fields, axes, {"Conventions": "CF-1.8", "source": f"jaxcontact {__version__}", **notes})
+    return xarray.Dataset(
+        fields, axes, {"Conventions": "CF-1.8", "source": f"jaxcontact {__version__}", **notes}
+    )
 
 
 def table(arrays: dict[str, np.ndarray]) -> Any:

@@ -243,7 +243,9 @@ def _status(contact: RollingContact, rolled: Rolled, edges: tuple[bool, bool]) -
     met = solved(sheared.error, tolerance, sheared.traction, sheared.slip, sheared.shift)
     # without a solution, that rolling has not settled is no property of the body
     found = met & (status != Status.NOT_CONVERGED) & (status != Status.NOT_FINITE)
-    status = most_serious((found & ~rolled.steady, Status.NOT_STEADY), (~met, Status.NOT_CONVERGED), status=status)
+    status = most_serious(
+        (found & ~rolled.steady, Status.NOT_STEADY), (~met, Status.NOT_CONVERGED), status=status
+    )
     if not contact.tangential_load_controlled:
         return status
     asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)

@@ -167,19 +167,17 @@ def first_and_second(verb):
     """The statuses of two times, the second with two reasons."""
     body = jc.LayeredHalfSpace([], MATERIALS["creeping"])
     flows = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9), 2e-5)], jc.Maxwell(1e9, 1e9))
-    far = lambda grid: jax.jit(
-        lambda v: jc.slide(body, BALL, SMALL, TIMES[:2], velocity=v, grid=grid).status
-    )
+    far = lambda grid: jax.jit(lambda v: jc.slide(body, BALL, SMALL, TIMES[:2], velocity=v, grid=grid).status)
     few = lambda load, grid: jc.indent(body, BALL, load, TIMES[:2], grid=grid, max_iterations=1).status
-    sheared = lambda load, grid: jc.shear(
-        body, BALL, load, PUSH, TIMES[:2], friction=0.3, coupled=False, grid=grid
-    ).status
+    sheared = lambda load, grid: (
+        jc.shear(body, BALL, load, PUSH, TIMES[:2], friction=0.3, coupled=False, grid=grid).status
+    )
     wears = {"velocity": 0.1, "law": jc.Archard(1e-10), "wears": "indenter", "grid": GRID}
     return {
         "coarse, not resolved": lambda: jc.indent(flows, BALL, SMALL, [0.0, 1e5], grid=GRID).status,
-        "not converged, not resolved": lambda: jc.indent(
-            flows, BALL, LARGE, [0.0, 1e5], grid=GRID, max_iterations=1
-        ).status,
+        "not converged, not resolved": lambda: (
+            jc.indent(flows, BALL, LARGE, [0.0, 1e5], grid=GRID, max_iterations=1).status
+        ),
         "coarse, too long": lambda: jc.rub(body, BALL_OF_5, SMALL, [0.0, 50.0], **wears).status,
         "at the edge, not converged": lambda: few(LARGE, NARROW),
         "coarse, too far": lambda: far(GRID)(1e-3),
