@@ -177,7 +177,7 @@ def creeping_layer() -> dict:
     }  # fmt: skip
     return problem(
         "A ball on a layer of a Burgers material: contact after ten minutes",
-        "Model of L. Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, for a thicker layer",
+        "Model of D. Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, for a thicker layer",
         "march in Abel densities of the axisymmetric contact", inputs,
         {"contact_radius": (last.radius, "m", 1e-2), "approach": (last.approach, "m", 1e-3)},
     )  # fmt: skip
@@ -193,7 +193,7 @@ def tribofilm() -> dict:
     }  # fmt: skip
     return problem(
         "A steel ball on a tribofilm of 150 nm on steel, at the first instant",
-        "L. Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, Tables 4 and 5",
+        "D. Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, Tables 4 and 5",
         "Abel transform and Legendre-Galerkin solution of the axisymmetric contact", inputs,
         {
             "approach": (contact.approach, "m", 1e-3),

@@ -35,6 +35,7 @@ from fitting.search.creeping_film_search import (
 from fitting.search.layered import Coating
 from fitting.search.nonlinear import moved
 from fitting.search.press import indentation_weights
+from jaxcontact._support.prefixes import told_apart
 
 WIDER, WIDENINGS = 1.3, 4  # of the grid, where the contact reaches its edge
 FEW_COHESIVE = 3  # cells across the zone of attraction, as in the notes of ``indent``
@@ -182,7 +183,8 @@ def _against(statuses: np.ndarray, cells: float) -> tuple[str, ...]:
         reasons.append(f"the contact of the best fit reaches the edge of the grid at {edge} times")
     if cells < FEW_COHESIVE:
         reasons.append(
-            f"{cells:.2g} cells across the zone of attraction at the edge of contact, and below {FEW_COHESIVE} the fit"
+            f"{told_apart(cells, FEW_COHESIVE)}"
+            f" cells across the zone of attraction at the edge of contact, and below {FEW_COHESIVE} the fit"
             " depends on the grid: give a law of longer range, which hardly changes the pull-off at Tabor numbers above 3"
         )
     return tuple(reasons)

@@ -31,6 +31,7 @@ from jax import Array
 
 import jaxcontact as jc
 from fitting.data.segments import noise
+from jaxcontact._support.prefixes import told_apart
 
 STEPS = 30  # Newton steps from above; about ten suffice
 FALL = 0.02  # fraction of the largest depth or area by which a growing contact may fall
@@ -138,7 +139,8 @@ def doubts(adhesion: float, radius: float, widest: float, modulus: float, lives:
     notes = []
     if tabor < SHORT:
         notes.append(
-            f"Tabor's parameter is {tabor:.2g} for forces of range {RANGE * 1e9:g} nm: below {SHORT:g} JKR overestimates"
+            f"Tabor's parameter is {told_apart(tabor, SHORT)}"
+            f" for forces of range {RANGE * 1e9:g} nm: below {SHORT:g} JKR overestimates"
             " adhesion"
         )
     crept = ZONES * 0.25 * math.pi * modulus * RANGE**2 / adhesion * lives / widest
@@ -149,7 +151,8 @@ def doubts(adhesion: float, radius: float, widest: float, modulus: float, lives:
         )
     if widest > WIDE * radius:
         notes.append(
-            f"the contact radius is {widest / radius:.2g} of that of the ball: beyond {WIDE:g} JKR does not hold for a ball,"
+            f"the contact radius is {told_apart(widest / radius, WIDE)}"
+            f" of that of the ball: beyond {WIDE:g} JKR does not hold for a ball,"
             " and surface tension may matter"
         )
     return tuple(notes)

@@ -18,6 +18,7 @@ from fitting.models.thin_layer import ThinLayer
 from fitting.search import nonlinear, padding
 from fitting.search.nonlinear import Best, Objective, moved
 from fitting.search.press import Found, IndentationProblem, Medium, spread_starts, start
+from jaxcontact._support.prefixes import told_apart
 
 STRAIN = 0.2  # depth over the thickness of a layer beyond which linear theory is doubtful
 FALL = 0.02  # fraction of the largest depth by which the depth may fall without the contact shrinking
@@ -169,7 +170,8 @@ def _notes(best: Best, press: IndentationProblem, kind: str) -> tuple[str, ...]:
     """Return the notes on an optimum: the contact shrinks, or the strain of a layer is large."""
     thickness, deepest = press.pressing.thickness, press.units.depth
     if thickness is not None and deepest > STRAIN * thickness:
-        of = f"the depth is {deepest / thickness:.2g} of the thickness: beyond {STRAIN:g} linear theory is doubtful"
+        share = told_apart(deepest / thickness, STRAIN)
+        of = f"the depth is {share} of the thickness: beyond {STRAIN:g} linear theory is doubtful"
         press = press._replace(notes=(*press.notes, of))
     if kind == "ting":
         return (*press.notes, "the depth falls: Ting's solution from its maximum on")

@@ -24,6 +24,7 @@ from fitting.search.layered import Coating, FilmTest, Mesh
 from fitting.search.nonlinear import Best, Objective, minimise, moved
 from fitting.search.press import Found, IndentationProblem, Medium, start
 from fitting.search.uncertainty import inverse
+from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.status import PRECEDENCE
 
 CELLS, MOST_CELLS, START_CELLS = 32, 128, 32
@@ -95,7 +96,7 @@ def _notes(press: IndentationProblem, film: FilmTest, best: Best, fitted: np.nda
     strain = float(np.max(layered.evaluate(press.space.point(best.theta), film)[3]))
     if strain > STRAIN:
         notes.append(
-            f"the strain of the top layer reaches {strain:.2g}: beyond {STRAIN:g} linear theory is doubtful"
+            f"the strain of the top layer reaches {told_apart(strain, STRAIN)}: beyond {STRAIN:g} linear theory is doubtful"
         )
     return notes
 

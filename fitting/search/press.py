@@ -24,6 +24,7 @@ from fitting.models.structure import Sought
 from fitting.models.thin_layer import LARGEST, ThinLayer
 from fitting.search import varpro
 from fitting.search.nonlinear import Best, Objective
+from jaxcontact._support.prefixes import told_apart
 
 AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, as a number and as a fraction of all
 TIMES = np.geomspace(3e-3, 3.0, 7)  # initial retardation times over the duration
@@ -205,7 +206,7 @@ def _layer(
     if chi > LARGEST and instrument == Instrument():
         raise ValueError(
             "thickness: expected a sample with chi (sqrt(R depth)/thickness of a ball) up to"
-            f" {LARGEST:g}, got {chi:.3g} at the largest depth of {depth:.3g} m"
+            f" {LARGEST:g}, got {told_apart(chi, LARGEST, 3)} at the largest depth of {depth:.3g} m"
         )
     return layer.scaled(depth), float(jnp.exp(layer.log_factor(depth)))
 
@@ -243,7 +244,9 @@ def _check(data: IndentationData, control: str, rise: float | None) -> None:
 
 def _check_size(data: IndentationData, pressing: Pressing) -> None:
     """Raise ValueError for depths beyond the diameter of a ball, which are in other units."""
-    if isinstance(pressing.indenter, jc.Sphere) and not pressing.film:  # the grid of a film has checks of its own
+    if (
+        isinstance(pressing.indenter, jc.Sphere) and not pressing.film
+    ):  # the grid of a film has checks of its own
         way, radius = float(np.ptp(data.depth)), float(pressing.indenter.radius)
         if way > DEEPEST * radius:
             raise ValueError(

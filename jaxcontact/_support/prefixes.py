@@ -30,3 +30,10 @@ def prefixed(value: float, unit: str) -> str:
     if prefix and 0.0 < abs(value / factor) < 1e-3:
         return f"{value:.3g} {unit}"
     return f"{value / factor:.5g} {prefix}{unit}".rstrip()
+
+
+def told_apart(value: float, limit: float, digits: int = 2) -> str:
+    """Return a number with at least so many digits, and as many as show on which side of a limit it lies: 0.2003 at 0.2."""
+    rounded = [f"{value:.{more}g}" for more in range(digits, 17)]
+    apart = (text for text in rounded if (float(text) > limit) == (value > limit) and float(text) != limit)
+    return next(apart, rounded[-1])

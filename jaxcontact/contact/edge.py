@@ -244,8 +244,8 @@ def _long_cell(stretch: Array) -> Array:
 
 
 def _levelled(right: Array, along_x: Array, along_y: Array, stretch: Array) -> tuple[Array, ...]:
-    """Return the values at the corners of triangles with the pressed ones times g of the module, and (g/m)^2; the latter
-    is 1 for stretch = 0.
+    """Return the values at the corners of triangles with the pressed ones times g of the module, and (g/m)^2, which is
+    1 for stretch = 0.
 
     The normal follows from the differences of the level along both legs; these depend on g.
     """

@@ -11,6 +11,7 @@ import numpy as np
 from jax import Array
 from scipy.optimize import brentq
 
+from jaxcontact._support.prefixes import told_apart
 from jaxcontact.files.case_file import Case
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.inputs.controls import Load
@@ -46,7 +47,8 @@ def adhesion_advice(case: Case) -> Iterator[str]:
     if cells < FEW_COHESIVE:
         n = math.ceil(max(case.grid.shape) * FEW_COHESIVE / cells)
         yield (
-            f"grid.n: about {cells:.2g} cells across the zone of attraction at the edge of contact: below"
+            f"grid.n: about {told_apart(cells, FEW_COHESIVE)}"
+            f" cells across the zone of attraction at the edge of contact: below"
             f" {FEW_COHESIVE} pull-off depends on the grid; accepted: grid.n of about {n} or more, or a longer range"
         )
     if not isinstance(case.indenter, Sphere):
@@ -55,7 +57,8 @@ def adhesion_advice(case: Case) -> Iterator[str]:
     largest = 2.0 * max(_radius(case, c) for side in (LONG, SHORT) for c in _compliances(case, side))
     if largest / dx < FEW_CELLS:
         n = math.ceil(FEW_CELLS * width / largest) if largest > 0.0 else max(case.grid.shape)
-        yield f"grid.n: about {largest / dx:.1f} {COARSE.format(which='largest', few=FEW_CELLS, n=n)} or more"
+        cells = math.floor(10.0 * largest / dx) / 10.0
+        yield f"grid.n: about {cells:.1f} {COARSE.format(which='largest', few=FEW_CELLS, n=n)} or more"
     if largest > width:
         yield WIDER.format(contact=largest, width=width)
 

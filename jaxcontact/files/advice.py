@@ -8,6 +8,7 @@ from pathlib import Path
 import jax
 import numpy as np
 
+from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.pytree import replace
 from jaxcontact.files.adhesion_advice import COARSE, WIDER, adhesion_advice
 from jaxcontact.files.case_file import Case
@@ -95,7 +96,7 @@ def describe_strain(case: Case) -> str:
     if strain is None:
         kind = f"{case.kind} with adhesion" if "adhesion" in case.motion else case.kind
         return f"film strain: estimated only for a ball pressed on a single film, not for this case ({kind})"
-    return f"film strain: about {strain:.2g} at its largest, within a factor of 1.5"
+    return f"film strain: about {told_apart(strain, STRAIN_LIMIT)} at its largest, within a factor of 1.5"
 
 
 def estimated_strain(case: Case) -> float | None:
@@ -134,7 +135,8 @@ def _strain_advice(case: Case) -> Iterator[str]:
     strain = estimated_strain(case)
     if strain is not None and strain > STRAIN_LIMIT:
         yield (
-            f"layer: the film may be shortened by {strain:.2g} of its thickness: above {STRAIN_LIMIT} linear theory"
+            f"layer: the film may be shortened by {told_apart(strain, STRAIN_LIMIT)}"
+            f" of its thickness: above {STRAIN_LIMIT} linear theory"
             " is inaccurate; a lower load or approach reduces the strain"
         )
 
@@ -151,7 +153,8 @@ def _grid_advice(case: Case) -> Iterator[str]:
     width = min(float(width) for width in case.grid.width)
     if 2.0 * first / dx < FEW_CELLS:
         n = math.ceil(FEW_CELLS * width / (2.0 * first))
-        yield f"grid.n: about {2.0 * first / dx:.1f} {COARSE.format(which='first', few=FEW_CELLS, n=n)} or more"
+        cells = math.floor(20.0 * first / dx) / 10.0  # so that what is shown is below the limit as well
+        yield f"grid.n: about {cells:.1f} {COARSE.format(which='first', few=FEW_CELLS, n=n)} or more"
     if 2.0 * largest > width:
         yield (
             WIDER.format(contact=2.0 * largest, width=width)
@@ -160,7 +163,8 @@ def _grid_advice(case: Case) -> Iterator[str]:
     share = largest / float(case.indenter.radius)
     if share > DEEP:
         yield (
-            f"indenter.radius: the contact radius may reach {share:.2g} of the ball's radius: above a third a paraboloid,"
+            f"indenter.radius: the contact radius may reach {told_apart(share, DEEP)}"
+            " of the ball's radius: above a third a paraboloid,"
             " which stands for the ball, is inaccurate"
         )
 

@@ -37,12 +37,25 @@ KIND = "kind"  # the class name of a stored result
 STATUS_NAMES = "status_names"  # names of the statuses 0, 1, ...
 NOTES = "notes"  # one line each; the notes of a loaded result are formed from the diagnostics
 DIAGNOSTICS = tuple(field.name for field in dataclasses.fields(Diagnostics))
+NUMBERS = "diagnostics"  # the variable of a NetCDF file whose attributes are the diagnostics
 PERIODIC, SPACING = "grid_periodic", "grid_spacing"  # along x and y, stored for a periodic grid only
 
 RESERVED = {  # names of arrays, axes and attributes in the files of any result
     *(name for cls in KINDS.values() for name in fields_of(stored_fields(cls))),
     *("x", "y", "time", "depth", "direction", "row", "column", "component"),
-    *("grid", "saved", KIND, STATUS_NAMES, PERIODIC, SPACING, NOTES, *DIAGNOSTICS, "Conventions"),
+    *(
+        "grid",
+        "saved",
+        KIND,
+        STATUS_NAMES,
+        PERIODIC,
+        SPACING,
+        NOTES,
+        NUMBERS,
+        *DIAGNOSTICS,
+        "Conventions",
+        "source",
+    ),
 }
 
 
@@ -302,7 +315,14 @@ def _write_netcdf(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, An
     """Write a NetCDF file, made in memory first because the HDF5 library ends the process where a disk is full."""
     _xarray()
     content = io.BytesIO()
-    ordered = dataset(arrays, notes).transpose(..., "y", "x")  # the order that ParaView expects
+    numbers = {name: notes[name] for name in DIAGNOSTICS if name in notes}
+    # flag_meanings of the status has the names
+    shown = {name: value for name, value in notes.items() if name not in (*numbers, STATUS_NAMES)}
+    whole = dataset(arrays, shown)
+    if numbers:
+        meaning = {"units": "1", "long_name": "numbers from which the notes are formed, as attributes"}
+        whole[NUMBERS] = ((), np.int32(len(numbers)), meaning | numbers)
+    ordered = whole.transpose(..., "y", "x")  # the order that ParaView expects
     ordered.to_netcdf(content, engine="h5netcdf")
     path.write_bytes(content.getbuffer())
 
@@ -318,10 +338,11 @@ def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
             ordered = file.transpose(..., "x", "y")
             arrays = {str(name): values.to_numpy() for name, values in ordered.variables.items()}
             kind = str(file.attrs.get(KIND, ""))
+            beside = dict(file.attrs)  # those of files of earlier versions include the diagnostics
+            if arrays.pop(NUMBERS, None) is not None:
+                beside |= file[NUMBERS].attrs
             arrays |= {
-                name: np.asarray(file.attrs[name])
-                for name in (PERIODIC, SPACING, *DIAGNOSTICS)
-                if name in file.attrs
+                name: np.asarray(beside[name]) for name in (PERIODIC, SPACING, *DIAGNOSTICS) if name in beside
             }
     except Exception as error:  # the libraries' errors for damaged files have no common base class
         if isinstance(error, OSError) and error.errno:

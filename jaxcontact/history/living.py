@@ -37,6 +37,7 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
@@ -64,6 +65,9 @@ PREDICTED, LOOSEST = (
 )  # the tolerance of the first contact of a step over that of the second; at most
 
 
+NEVER_BARE = np.array([np.inf, 0.0])
+
+
 class RubStep(NamedTuple):
     """The further input of a step: dt [s]; the speed at its start and its end [m/s], both times ``share``, so that their
     mean is that of the step, also where the direction changes in it; the time at its end [s]; the indenter's position at its
@@ -82,7 +86,8 @@ class RubStep(NamedTuple):
 class RubCarry(NamedTuple):
     """The carry: that of the contact; the state after the last step, and its rise of the temperature over the speed
     [K s/m], (nx, ny), None without heat; work of friction per area [J/m2], (nx, ny); error: sum
-    of the estimates of all steps so far [m], (); shift: as ``Heated.shifted`` gives it, (3,); slopes: as
+    of the estimates of all steps so far [m], (); bare: the first time at which a part of the contact was worn to the base
+    [s], and the largest such share of it, (2,); shift: as ``Heated.shifted`` gives it, (3,); slopes: as
     ``_slopes`` over the last step, and last: its length [s].
     """
 
@@ -91,6 +96,7 @@ class RubCarry(NamedTuple):
     warming: Array | None
     work: Array
     error: Array
+    bare: Array
     shift: Array
     slopes: Array
     last: Array
@@ -156,7 +162,15 @@ class RubStepper(PressStepper):
         warming = None if self.heated is None else zero
         state = RubbingState(zero, zero, self.at_first, zero, none, self._temperature(warming, none), none)
         return RubCarry(
-            super().start(), state, warming, zero, none, jnp.zeros(3), jnp.stack([zero, zero]), none
+            super().start(),
+            state,
+            warming,
+            zero,
+            none,
+            NEVER_BARE,
+            jnp.zeros(3),
+            jnp.stack([zero, zero]),
+            none,
         )
 
     def advance(  # type: ignore[override]
@@ -185,7 +199,8 @@ class RubStepper(PressStepper):
             lapse = lapse._replace(assumed=assumed, found=found)
         pressed = pressed._replace(judged=self._judged(contact, fields, pressure, lapse))
         error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(known, second, dt))
-        carry = RubCarry(pressed, second.state, second.warming, work, error, shift, slopes, dt)
+        bare = jax.lax.stop_gradient(self._bare(carry.bare, second.state))
+        carry = RubCarry(pressed, second.state, second.warming, work, error, bare, shift, slopes, dt)
         too_long = self._too_long(second, contact.pressure, estimate, step)
         outcome = self._outcome(carry, predicted, first, second, too_long, step)
         carry = jax.tree.map(lambda a: jnp.where(too_long, jax.lax.stop_gradient(a), a), carry)
@@ -200,6 +215,20 @@ class RubStepper(PressStepper):
     def overall(self, carry: RubCarry) -> dict[str, Array]:
         """Return the work of friction, scaled as results are."""
         return {"friction_work": carry.work / self.scale.unit("friction_work")}
+
+    def told(self, carry: RubCarry) -> dict[str, Array]:
+        """Return the time from which the base is bare, and the share of the contact over which it is."""
+        return {"bare_from": carry.bare[0], "bare_share": carry.bare[1]}
+
+    def _bare(self, before: Array, state: RubbingState) -> Array:
+        """Return ``RubCarry.bare`` after a step: cells in contact that had a film at first and have none."""
+        if not self.of_film:
+            return before
+        pressed = state.pressure > 0.0
+        worn = pressed & (state.thickness <= 0.0) & (self.at_first > 0.0)
+        share = jnp.sum(worn) / jnp.maximum(jnp.sum(pressed), 1)
+        first = jnp.where(share > 0.0, jnp.minimum(before[0], state.time), before[0])
+        return jnp.stack([first, jnp.maximum(before[1], share)])
 
     def _expected(self, contact: PressCarry, step: Steps) -> Array:
         """Return the pressure from which the search of a step starts."""

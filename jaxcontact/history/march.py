@@ -102,6 +102,10 @@ class Stepper(abc.ABC):
         """Return fields of a result that have no axis of time, from the carry after the last step."""
         return {}
 
+    def told(self, carry: Any) -> dict[str, Array]:
+        """Return numbers for the notes (fields of ``Diagnostics``), from the carry after the last step."""
+        return {}
+
 
 def begin(stepper: Stepper) -> Carry:
     """Return the carry before the first step."""

@@ -162,10 +162,7 @@ def _each(stacked: Array) -> list[Array]:
 
 
 def confined_compliance(circulant: Array, shape: tuple[int, ...]) -> Array:
-    """Return ``Operator.confined_compliance`` from the real circulant of a grid (nx, ny).
-
-    It is the harmonic mean over all waves.
-    """
+    """Return ``Operator.confined_compliance`` from the real circulant of a grid (nx, ny): the harmonic mean."""
     floor = FLOOR * _mean_over_waves(circulant)
     signs = np.full(circulant.shape[-2], 2.0)  # each row stands for both signs of a wavenumber,
     signs[[0, -1] if shape[1] % 2 == 0 else [0]] = 1.0  # but not that of zero and of alternating cells

@@ -23,7 +23,7 @@ distance from zero where the heat spreads. The trapezoidal rule in
 
 with s_0 the shorter side of a cell, or the depth where that is less, over 4 sqrt(kappa), resolves both; the integrand is
 even in u, and the rule converges exponentially. The number of nodes is fixed by the shape of the grid. It covers cells
-with a Peclet number |v| d/(2 kappa), d the longer side, of up to ``HIGHEST``.
+with a Peclet number (|v_x| dx + |v_y| dy)/(2 kappa), that of the side along the motion, of up to ``HIGHEST``.
 
 Film. With the film's thickness h, conductivity k1 and diffusivity kappa1, those of its base k2 and kappa2, and
 s_j = sqrt(|k|^2 - i k . v/kappa_j), the rise in wavenumbers is that of heat conduction across two layers,
@@ -209,8 +209,10 @@ def _nodes(
         shortest = jnp.clip(depth, THINNEST * cell, cell)
     start, farthest = shortest / (4.0 * root), FARTHEST * cell / (4.0 * root)
     moving, safe = speed > 0.0, jnp.where(speed > 0.0, speed, 1.0)
-    width = jnp.hypot(shape[0] * dx, shape[1] * dy)
-    last = jnp.where(moving, jnp.sqrt(width / safe) + 2.0 * PASSED * root / safe, jnp.inf)
+    along = (
+        jnp.abs(along_x) * shape[0] * dx + jnp.abs(along_y) * shape[1] * dy
+    )  # |v| x the grid's width along the motion
+    last = jnp.where(moving, jnp.sqrt(along) / safe + 2.0 * PASSED * root / safe, jnp.inf)
     last = jnp.minimum(last, farthest)
     rate = start * speed / (PASSING * root)  # u = rate sinh(w) + w/SPREADING with s = start sinh(w)
     count = _count(shape, 1.0 if depth is None else THINNEST)

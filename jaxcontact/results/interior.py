@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.pytree import is_concrete, pytree
 from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.inputs.grid import Grid
@@ -79,7 +80,8 @@ class InteriorFields:
         kind = f"error of the response below the surface above {limit:g}"
         return (
             Note(
-                f"the response below the surface has a relative error of up to {error:.1g} (response_error)",
+                f"the response below the surface has a relative error of up to {told_apart(float(error), limit, 1)}"
+                f" (response_error)",
                 kind,
                 error,
             ),

@@ -8,6 +8,7 @@ import numpy as np
 
 from jaxcontact._support.fields import FIELDS, INSIDE, TIME, VECTOR, Field, fields_of
 from jaxcontact._support.status import Status
+from jaxcontact._support.version import __version__
 
 # the grid is stored as its axes and the diagnostics by name; the values of a save function may have any shape
 NOT_STORED = ("grid", "saved", "diagnostics")
@@ -71,7 +72,8 @@ def _axis(name: str, values: np.ndarray, unit: str, meaning: str) -> tuple[str, 
 
 
 def dataset(arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> Any:
-    """Return an ``xarray.Dataset`` of stored fields with dimensions, units and meanings; ``notes`` are its attributes."""
+    """Return an ``xarray.Dataset`` of stored fields with dimensions, units and meanings; its attributes are ``notes``
+    and the version of this package."""
     xarray = extra("xarray")
 
     axes = {axis: _axis(axis, arrays[axis], "m", f"{axis} of the cell centres") for axis in "xy"}
@@ -92,7 +94,9 @@ def dataset(arrays: dict[str, np.ndarray], notes: dict[str, Any]) -> Any:
         for name, values in arrays.items()
         if name not in ("x", "y", "times", "depths")
     }
-    return xarray.Dataset(fields, axes, {"Conventions": "CF-1.8", **notes})
+    return xarray.Dataset(
+        fields, axes, {"Conventions": "CF-1.8", "source": f"jaxcontact {__version__}", **notes}
+    )
 
 
 def table(arrays: dict[str, np.ndarray]) -> Any:

@@ -5,6 +5,7 @@ and ``lax.map`` like any others. The words are formed from them when ``result.no
 inside a transformation has the same notes as one of a plain call, which issues them as warnings.
 """
 
+import math
 import warnings
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.pytree import is_concrete, pytree
 from jaxcontact._support.status import Status
 
@@ -61,9 +63,11 @@ class Diagnostics:
     series in the thickness, thickness_slope: the largest slope between two cells, stiff_film: whether it is stiffer than
     its base, narrow_growth: how far a cell has grown beyond all its neighbours, relative to the largest growth;
     relative_step_error: of a film or an indenter that is rubbed in place, the error by the time steps relative to the
-    largest change of its thickness, and step_limit: the error above which there is a note; ball_radius [m]: of a
-    ``Sphere``, inf for any other indenter; size_error: relative error of a size of the indenter that is rounded to whole
-    cells; coldest [K]: the lowest temperature that a law of growth or ``Thermal`` is given, inf without any.
+    largest change of its thickness, and step_limit: the error above which there is a note; bare_from [s]: the
+    first time at which a film that wears is worn to its base at a place that is then in contact, inf if at none, and
+    bare_share: the largest share of the contact over which the base is bare; ball_radius [m]: of a ``Sphere``, inf for
+    any other indenter; size_error: relative error of a size of the indenter that is rounded to whole cells; coldest
+    [K]: the lowest temperature that a law of growth or ``Thermal`` is given, inf without any.
     """
 
     separation_error: Any = np.float64(0.0)
@@ -78,6 +82,8 @@ class Diagnostics:
     narrow_growth: Any = np.float64(0.0)
     relative_step_error: Any = np.float64(0.0)
     step_limit: Any = np.float64(STEPS)
+    bare_from: Any = np.float64(np.inf)
+    bare_share: Any = np.float64(0.0)
     ball_radius: Any = np.float64(np.inf)
     coldest: Any = np.float64(np.inf)
     size_error: Any = np.float64(0.0)
@@ -109,6 +115,8 @@ class _Run(NamedTuple):
     narrow_growth: np.ndarray
     relative_step_error: np.ndarray
     step_limit: np.ndarray
+    bare_from: np.ndarray
+    bare_share: np.ndarray
     ball_radius: np.ndarray
     coldest: np.ndarray
     size_error: np.ndarray
@@ -204,8 +212,8 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
     if run.size_error > ROUNDED:
         share = 100.0 * float(run.size_error)
         yield Note(
-            f"the length or radius of the indenter is rounded to whole cells, by {share:.2g} %: use a finer grid, or cells"
-            " that divide it",
+            f"the length or radius of the indenter is rounded to whole cells, by {told_apart(share, 100.0 * ROUNDED)}"
+            " %: use a finer grid, or cells that divide it",
             f"size of the indenter rounded by more than {100.0 * ROUNDED:g} %",
             share,
         )
@@ -231,7 +239,8 @@ def _of_strain(run: _Run) -> Iterator[Note]:
     step = int(np.argmax(strain))
     if strain[step] > STRAIN_LIMIT:
         yield Note(
-            f"film strain reaches {strain[step]:.2g}{_at(run, step)}: above {STRAIN_LIMIT} linear theory is inaccurate",
+            f"film strain reaches {told_apart(strain[step], STRAIN_LIMIT)}"
+            f"{_at(run, step)}: above {STRAIN_LIMIT} linear theory is inaccurate",
             f"film strain above {STRAIN_LIMIT}",
             float(strain[step]),
         )
@@ -241,13 +250,15 @@ def _of_errors(run: _Run) -> Iterator[Note]:
     separation, images = float(run.separation_error), float(run.image_error)
     if separation > SEPARATION_LIMIT:
         yield Note(
-            f"the shared decay rates have a relative error of up to {separation:.1g}: pass kernels with more nodes",
+            f"the shared decay rates have a relative error of up to {told_apart(separation, SEPARATION_LIMIT, 1)}"
+            ": pass kernels with more nodes",
             f"error of the shared decay rates above {SEPARATION_LIMIT:g}",
             separation,
         )
     if images > IMAGE_LIMIT:
         yield Note(
-            f"the response on the grid has a relative error of up to {images:.1g}: its fit by images is inaccurate",
+            f"the response on the grid has a relative error of up to {told_apart(images, IMAGE_LIMIT, 1)}"
+            ": its fit by images is inaccurate",
             f"error of the response on the grid above {IMAGE_LIMIT:g}",
             images,
         )
@@ -284,8 +295,9 @@ def _of_thickness(run: _Run) -> Iterator[Note]:
     """A film whose thickness varies in the plane or in time."""
     error, slope = float(run.thickness_error), float(run.thickness_slope)
     if run.relative_step_error > run.step_limit and not np.any(run.status == Status.STEP_TOO_LONG):
+        error_of_steps, limit_of_steps = 100.0 * float(run.relative_step_error), 100.0 * float(run.step_limit)
         yield Note(
-            f"the time steps have an estimated error of {100.0 * float(run.relative_step_error):.2g} % of the largest change"
+            f"the time steps have an estimated error of {told_apart(error_of_steps, limit_of_steps)} % of the largest change"
             f" of the thickness: {_more_steps(run)}",
             f"estimated error of the thickness by the time steps above {100.0 * float(run.step_limit):.0f} %",
             float(run.relative_step_error),
@@ -293,10 +305,19 @@ def _of_thickness(run: _Run) -> Iterator[Note]:
     limit, film = (STEEP_STIFF, "stiff") if run.stiff_film else (STEEP, "soft")
     if slope > limit:
         yield Note(
-            f"the film's thickness varies with a slope of {slope:.2g}: above {limit} the error of the displacement of a"
+            f"the film's thickness varies with a slope of {told_apart(slope, limit)}: above {limit}"
+            " the error of the displacement of a"
             f" {film} film exceeds 1 to 2 %",
             f"slope of the film's thickness above {limit}",
             slope,
+        )
+    if run.bare_share > 0.0:
+        share = float(run.bare_share)
+        yield Note(
+            f"the film is worn to its base from t = {float(run.bare_from):g} s on, over up to {100.0 * share:.2g} % of the"
+            " contact: the law takes nothing from the base, so that less material is lost than it says",
+            "film worn to its base",
+            share,
         )
     if run.narrow_growth > NARROW:
         share = 100.0 * float(run.narrow_growth)
@@ -308,8 +329,8 @@ def _of_thickness(run: _Run) -> Iterator[Note]:
         )
     if error > SERIES_LIMIT:
         yield Note(
-            f"the series in the film's thickness has a relative error of up to {error:.1g}: the range of thicknesses is too"
-            " wide relative to the cell size",
+            f"the series in the film's thickness has a relative error of up to {told_apart(error, SERIES_LIMIT, 1)}:"
+            " the range of thicknesses is too wide relative to the cell size",
             f"error of the series in the film's thickness above {SERIES_LIMIT:g}",
             error,
         )
@@ -329,8 +350,8 @@ def _of_adhesion(run: _Run) -> Iterator[Note]:
     if cells < FEW_COHESIVE:
         worse = ", and the edge may be pinned at rows of cells" if cells < TRAPPING else ""
         yield Note(
-            f"{cells:.2g} cells across the zone of attraction at the edge of contact: below {FEW_COHESIVE} pull-off depends"
-            f" on the grid{worse}",
+            f"{told_apart(cells, FEW_COHESIVE)} cells across the zone of attraction at the edge of contact: below"
+            f" {FEW_COHESIVE} pull-off depends on the grid{worse}",
             f"fewer than {FEW_COHESIVE} cells across the zone of attraction",
             -cells,
         )
@@ -349,7 +370,8 @@ def _of_cells(run: _Run, plane_strain: bool) -> Iterator[Note]:
     if 0.0 < across < FEW_CELLS:
         which = "largest" if adheres else "smallest"
         yield Note(
-            f"only {across:.1f} cells across the {which} contact{_at(run, step)}: fewer than {FEW_CELLS} are too coarse",
+            f"only {math.floor(10.0 * across) / 10.0:.1f} cells across the {which} contact{_at(run, step)}:"
+            f" fewer than {FEW_CELLS} are too coarse",
             f"fewer than {FEW_CELLS} cells across the contact",
             -float(across),
         )
@@ -362,8 +384,8 @@ def _of_depth(run: _Run) -> Iterator[Note]:
     share = float(np.sqrt(area[step] / np.pi) / run.ball_radius)
     if share > DEEP:
         yield Note(
-            f"the contact radius reaches {share:.2g} of the ball's radius{_at(run, step)}: above a third a paraboloid,"
-            " which stands for the ball, and the theory of small strains are inaccurate",
+            f"the contact radius reaches {told_apart(share, DEEP)} of the ball's radius{_at(run, step)}:"
+            " above a third a paraboloid, which stands for the ball, and the theory of small strains are inaccurate",
             "contact radius above a third of the ball's radius",
             share,
         )

@@ -84,7 +84,8 @@ def flash_temperature(
 
     Raises:
         ValueError: shapes or values out of range, a velocity across x with ``film``, or a Peclet number |velocity|
-            d/(2 diffusivity) of a cell of the longer side d above 500, for which the grid has to be finer.
+            d/(2 diffusivity) of a cell above 500, for which the grid has to be finer; d is the side along the motion, or
+            for an oblique one (|velocity_x| dx + |velocity_y| dy)/|velocity|.
 
     Example:
         >>> grid = jc.Grid.square(n=32, width=3.2e-3)
@@ -148,8 +149,9 @@ def check_peclet(grid: Grid, velocity: Any, diffusivity: Any) -> Verdict:
     dx, dy = grid.spacing
     if grid.plane_strain:
         moving = checks.positive("|velocity| along x [m/s] in plane strain", abs(along_x))
-        longest, speed = dx, abs(along_x)
+        passage = abs(along_x) * dx
     else:
-        moving, longest, speed = True, jnp.maximum(dx, dy), jnp.hypot(along_x, along_y)
+        # |v| times the side along the motion; in any other direction the sides weighted by the components of the velocity
+        moving, passage = True, abs(along_x) * dx + abs(along_y) * dy
     name = "Peclet number |velocity| d/(2 diffusivity) of a cell (a finer grid lowers it)"
-    return moving & checks.between(name, speed * longest / (2.0 * diffusivity), -1.0, HIGHEST)
+    return moving & checks.between(name, passage / (2.0 * diffusivity), -1.0, HIGHEST)

@@ -15,6 +15,7 @@ from jaxcontact._support.scale import Scale
 from jaxcontact.history.march import Carry, Keep, Outcome, Stepper, Steps, march_from_rest
 from jaxcontact.operators.kernels import Errors
 from jaxcontact.results.contact import ContactHistory, ContactStep
+from jaxcontact.results.notes import Diagnostics
 from jaxcontact.verbs.setup import Options, Save
 
 ENERGIES = "jump_energy", "viscous_energy"  # without derivatives, those of their units included
@@ -92,4 +93,5 @@ class Plan:
         in_si = self.scale.to_si(**overall, **(outcomes.fields or last), **outcomes.numbers)
         in_si |= {name: jax.lax.stop_gradient(in_si[name]) for name in ENERGIES if name in in_si}
         course = {name: values[rows] for name, values in self.course.items()}
-        return self.makes(saved=outcomes.saved, **course, **self.beside, **in_si)
+        told = Diagnostics(**self.stepper.told(carry.own))
+        return self.makes(saved=outcomes.saved, diagnostics=told, **course, **self.beside, **in_si)

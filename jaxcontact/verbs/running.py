@@ -18,7 +18,7 @@ from jaxcontact.indenters.shapes import HeightField, Sphere
 from jaxcontact.operators.kernels import Errors
 from jaxcontact.response.limits import limits_of
 from jaxcontact.results.contact import ContactHistory, nan_where_invalid
-from jaxcontact.results.notes import Diagnostics, announce
+from jaxcontact.results.notes import announce
 from jaxcontact.verbs.experiment import Experiment, TimedExperiment
 from jaxcontact.verbs.setup import Settings
 
@@ -44,7 +44,13 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
     single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
     radius = experiment.indenter.radius if isinstance(experiment.indenter, Sphere) else jnp.inf
-    told = Diagnostics(errors.separation, errors.images, single, jnp.zeros((), int))
+    told = replace(
+        result.diagnostics,
+        separation_error=errors.separation,
+        image_error=errors.images,
+        single_contact=single,
+        widenings=jnp.zeros((), int),
+    )
     rounded = experiment.indenter.size_error(experiment.grid)
     told = replace(
         told, **jax.lax.stop_gradient({"ball_radius": jnp.asarray(radius, float), "size_error": rounded})

@@ -235,13 +235,12 @@ def test_an_elliptical_contact_is_that_of_hertz(spacing):
     assert found == pytest.approx(np.pi * a * b, rel=0.01 * spacing[1])
 
 
-@pytest.mark.parametrize(("across", "mean"), [
-    (3.0, 1.5e-3),
-    *(pytest.param(a, m, marks=pytest.mark.slow) for a, m in ((1 / 3, 1.5e-3), (1.5, 1.5e-3), (1 / 7, 2e-3), (7.0, 2e-3))),
-])  # fmt: skip
-def test_hertz_at_random_places_on_cells_that_are_not_square(across, mean):
-    """W = 4 E a^3/(3 R) with 12 of the longer sides across: the mean error of the area is that on square cells (-0.1 %), and
-    its slope by the load is 2/3 of it."""
+@pytest.mark.parametrize(
+    "across", [3.0, *(pytest.param(ratio, marks=pytest.mark.slow) for ratio in (1 / 3, 1.5, 1 / 7, 7.0))]
+)
+def test_hertz_at_random_places_on_cells_that_are_not_square(across):
+    """W = 4 E a^3/(3 R) with 12 of the longer sides across: the mean error of the area, as on square cells, and that of its
+    slope by the load, which is 2/3 of it."""
     sides = (1.0, across) if across > 1.0 else (1.0 / across, 1.0)
     shape = tuple(int(18 * max(sides) / side) // 2 * 2 for side in sides)
     grid, errors, slopes = jc.Grid(shape, sides), [], []
@@ -260,7 +259,7 @@ def test_hertz_at_random_places_on_cells_that_are_not_square(across, mean):
         value, slope = found(np.log(4.0 / 3.0 * E * a**3 / 1e3), jnp.asarray(heights))
         errors.append(float(value) / (np.pi * a**2) - 1.0)
         slopes.append(float(slope) / (2.0 / 3.0 * np.pi * a**2) - 1.0)
-    assert abs(np.mean(errors)) < mean
+    assert abs(np.mean(errors)) < 1e-3
     assert abs(np.mean(slopes)) < 0.01 and np.sqrt(np.mean(np.square(slopes))) < 0.02
 
 

@@ -75,6 +75,31 @@ def test_every_tip_agrees_with_the_galerkin_solution(ratio):
         assert factor(jc.Cone(np.pi / 4), chi, nu) == pytest.approx(known, rel=1e-6), ("cone", ratio)
 
 
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
+@pytest.mark.parametrize("ratio", [0.5, 2.0, 6.0])
+def test_a_flat_punch_is_that_of_a_fredholm_equation(ratio, nu):
+    """N. N. Lebedev, I. S. Ufliand, PMM 22 (1958) 442, solved for a layer by W. C. Hayes et al., J. Biomech. 5 (1972) 541:
+
+        f(t) + 2/pi int_0^a f(s) int_0^inf (L(k h) - 1) cos(k t) cos(k s) dk ds = 1,
+
+    whose mean is the force over that on a half-space, with L = (2 c sinh 2x - 4 x)/(2 c cosh 2x + c^2 + 1 + 4
+    x^2), c = 3 - 4 nu, of a bonded layer of thickness h.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    t, dt = ratio * (1.0 + nodes) / 2.0, ratio * weights / 2.0
+    ends = np.linspace(0.0, 20.0, 81)
+    x = (ends[:-1, None] + 0.25 * (1.0 + nodes) / 2.0).ravel()
+    dx = np.tile(0.25 * weights / 2.0, ends.size - 1)
+    c = 3.0 - 4.0 * nu
+    lacking = (2.0 * c * np.sinh(2 * x) - 4.0 * x) / (
+        2.0 * c * np.cosh(2 * x) + c**2 + 1.0 + 4.0 * x**2
+    ) - 1.0
+    waves = np.cos(t[:, None] * x)
+    kernel = 2.0 / np.pi * (waves * lacking * dx) @ waves.T
+    found = np.linalg.solve(np.eye(t.size) + kernel * dt, np.ones(t.size))
+    assert factor(jc.FlatPunch(ratio), 1.0, nu) == pytest.approx(found @ dt / ratio, rel=1e-6)
+
+
 def test_a_very_thin_compressible_layer_is_a_bed_of_springs():
     """p = 2 G (1 - nu)/(1 - 2 nu) w/h under a wide punch, but for a rim of about the thickness."""
     for nu in (0.0, 0.3):

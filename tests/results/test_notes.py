@@ -17,6 +17,7 @@ from test_storage import made_up
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
+from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.recorded_warnings import recorded_warnings
 from jaxcontact.files import storage
 from jaxcontact.results.notes import Diagnostics, Note
@@ -376,3 +377,28 @@ def test_a_study_from_the_shell_ends_with_the_number_of_its_notes(tmp_path, capf
     notes = [row["notes"].split("; ") for row in rows]
     assert [str(len(each)) for each in notes] == [row["warnings_count"] for row in rows]
     assert ["film strain reaches 0." in row["notes"] for row in rows] == [False, True, True]
+
+
+@pytest.mark.parametrize("limit", [0.2, 1.0 / 3.0, 3.0, 1e-4])
+@pytest.mark.parametrize("off", [1e-12, 1e-6, 1e-3, 0.3])
+def test_a_number_in_a_message_lies_on_its_side_of_the_limit(limit, off):
+    for value in (limit * (1.0 + off), limit * (1.0 - off)):
+        for digits in (1, 2):
+            shown = float(told_apart(value, limit, digits))
+            assert (shown > limit) == (value > limit) and shown != limit
+            assert shown == pytest.approx(value, rel=0.5 * 10.0 ** (1 - digits))
+
+
+def test_a_film_strain_just_above_the_limit_is_not_printed_as_the_limit():
+    """The strain is proportional to the approach, so that a second run has any strain that is wanted."""
+    film = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e6, 0.3), 1e-6)], jc.Elastic(1e9, 0.3))
+    run = lambda depth: jc.indent(
+        film, jc.Sphere(1e-4), jc.Approach(depth), [0.0], grid=jc.Grid.square(16, 2e-5)
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        depth = 1e-7
+        for _ in range(4):
+            depth *= 0.2003 / float(run(depth).film_strain[0])
+        (note,) = [note for note in run(depth).notes if "strain" in note]
+    assert float(note.split("reaches ")[1].split(":")[0]) > 0.2

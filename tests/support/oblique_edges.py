@@ -1,10 +1,10 @@
 """Line contacts whose edges lie in any rational direction of a grid, solved as problems of one dimension.
 
 Cells have the sides 1 and ``across``. The cells (i, j) of a grid with b i - a j = n form a row along (a, b across).
-Under a cylinder whose axis has this direction all cells of a row have the same pressure, so that only the rows' mutual
-displacements are needed. They are sums over a row of those of uniformly loaded rectangles (A. E. H. Love, Phil. Trans.
-R. Soc. A 228 (1929) 377), less the logarithm of the length of the row, to which a prescribed load is indifferent. No
-code of jaxcontact is used.
+Under a cylinder whose axis has this direction all cells of a row have the same pressure, so that only the rows'
+mutual displacements are needed. They are sums over a row of those of uniformly loaded rectangles (A. E. H. Love,
+Phil. Trans. R. Soc. A 228 (1929) 377), less the logarithm of the length of the row, to which a prescribed load is
+indifferent. No code of jaxcontact is used.
 """
 
 import numpy as np

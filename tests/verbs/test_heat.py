@@ -64,6 +64,22 @@ def test_a_moving_square_source_is_that_of_jaegers_integral(peclet):
         assert field[i, j] == pytest.approx(jaeger((axis[i], axis[j]), velocity), abs=1e-7 * field.max())
 
 
+@pytest.mark.filterwarnings("ignore::scipy.integrate.IntegrationWarning")
+@pytest.mark.parametrize("along_x", [True, False])
+def test_only_the_side_along_the_motion_counts_in_the_peclet_number_of_a_cell(along_x):
+    """Cells 16 times as long across the motion as along it, Peclet numbers 100 along it (1600 by the longer side)."""
+    sides, shape = (HALF / 8.0, 2.0 * HALF), (48, 5)
+    velocity = 2.0 * KAPPA * 100.0 / sides[0]
+    grid = jc.Grid(shape, sides) if along_x else jc.Grid(shape[::-1], sides[::-1])
+    flux = square(grid)
+    assert int(jnp.sum(flux > 0.0)) == 16
+    field = np.asarray(rise(flux, grid, velocity=(velocity, 0.0) if along_x else (0.0, velocity)))
+    field, axis = field if along_x else field.T, (np.arange(48) - 23.5) * sides[0]
+    for i, j in [(24, 2), (17, 2), (31, 2), (5, 2), (30, 1), (10, 3), (40, 4)]:
+        exact = jaeger((axis[i], (j - 2.0) * sides[1]), velocity)
+        assert field[i, j] == pytest.approx(exact, abs=1e-7 * field.max())
+
+
 def beyond_the_film(point, velocity, film, base):
     """The rise at a point by a uniform square source of 1 MW/m2 on a film, less that on a half-space of its material.
 
