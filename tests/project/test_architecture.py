@@ -176,6 +176,7 @@ def test_fitting_uses_public_names_and_what_both_stand_on():
         "jaxcontact._compile.kept_traces",
         "jaxcontact._support.npz",
         "jaxcontact._support.prefixes.",
+        "jaxcontact._support.status.PRECEDENCE",
         "jaxcontact._support.usage.",
     )
     for path in (ROOT / "fitting").rglob("*.py"):
