@@ -193,9 +193,9 @@ def _shares_rims_lengths(corners: Array, stretch: Array) -> tuple[Array, ...]:
     computes each once. It computes them anew, since to store them all takes longer.
     """
     chosen = jnp.eye(len(CORNERS))[jnp.array(TRIANGLES).T]
-    right, one, other = jnp.einsum("stc,cijk->stijk", chosen, corners)
-    *levelled, turned = _levelled(right, one, other, stretch)
-    share, rim, length = _share_rim_length(*levelled)
+    right, along_x, along_y = jnp.einsum("stc,cijk->stijk", chosen, corners)
+    right, along_x, along_y, turned = _levelled(right, along_x, along_y, stretch)
+    share, rim, length = _share_rim_length(right, along_x, along_y)
     parts = share, rim, length * (1.0 + STRETCHED * (turned**2 - 1.0))
     weights = jnp.array([0.25, 0.5, 0.5])[:, None] * jnp.ones(len(TRIANGLES))
     return tuple(jnp.einsum("t,tijk->ijk", w, part) for w, part in zip(weights, parts, strict=True))

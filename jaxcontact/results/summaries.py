@@ -136,14 +136,26 @@ def _row(result: Any, field: str, unit: str) -> list[str]:
     values = _values(result, field)
     if values is None or not_defined(values, field):
         return []
+    lost = _without_result(result)
+    if values.shape == lost.shape:  # of such a step a given load, say, is known, but it has not been reached
+        values = np.where(lost, np.nan, values)
+    elif not values.ndim and lost.ndim:  # at the last time only
+        values = np.where(lost[-1], np.nan, values)
     picked: dict[str, Any] = {"": values}
     if values.ndim:
-        picked = {"first": values[0], "last": values[-1], "largest": values[np.argmax(np.abs(values))]}
+        size = np.where(np.isnan(values), -1.0, np.abs(values))
+        picked = {"first": values[0], "last": values[-1], "largest": values[np.argmax(size)]}
     if hasattr(result, "times") and not values.ndim:  # at the last time only, with save="last"
         picked = {"first": None, "last": values}
     cells = ("" if value is None else prefixed(float(value), unit) for value in picked.values())
     name = field.replace("_", " ").replace("displacement", "shift")  # to fit the width of the column
     return [f"{name:20s}" + "".join(f" {cell:>13s}" for cell in cells)]
+
+
+def _without_result(result: Any) -> np.ndarray:
+    """Return which steps have no result: one of the quantities that every contact has is nan; of the shape of the status."""
+    fields = (np.asarray(getattr(result, name)) for name in ("approach", "smooth_area", "error"))
+    return np.any([np.isnan(values) for values in fields], axis=0)
 
 
 def _values(result: Any, field: str) -> np.ndarray | None:

@@ -295,3 +295,16 @@ def test_what_cannot_be_read_again_is_not_written(case, told, ending, tmp_path):
     with pytest.raises(ValueError, match=told):
         jc.save(made_up(jc.ContactHistory), tmp_path / f"a{ending}", **case)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_netcdf_file_names_the_version_and_has_no_internal_numbers_among_its_attributes(tmp_path):
+    """The numbers that the notes are formed from are attributes of a variable of their own, and are read from there."""
+    xarray = pytest.importorskip("xarray")
+    body, grid = jc.LayeredHalfSpace([], jc.Elastic(30e9)), jc.Grid.square(16, 3e-4)
+    history = jc.indent(body, jc.Sphere(5e-3), jc.Load(20.0), [0.0], grid=grid)
+    jc.save(history, tmp_path / "a.nc", note="mine")
+    with xarray.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as file:
+        assert set(file.attrs) == {"Conventions", "source", "kind", "notes", "note"}
+        assert file.attrs["source"] == history.to_xarray().attrs["source"] == f"jaxcontact {jc.__version__}"
+        assert float(file["diagnostics"].attrs["ball_radius"]) == 5e-3
+    assert float(jc.load(tmp_path / "a.nc").diagnostics.ball_radius) == 5e-3

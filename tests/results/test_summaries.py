@@ -262,3 +262,26 @@ def test_the_common_style_leaves_no_trace(history):
     assert matplotlib.rcParams["axes.spines.right"] and matplotlib.rcParams["legend.frameon"]
     with matplotlib.style.context("jaxcontact.style"):  # as users would
         assert not matplotlib.rcParams["axes.spines.right"]
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_step_without_a_result_prints_no_numbers_and_does_not_hide_the_largest_of_the_others():
+    """The second step is nan, as after a solver that failed, though its load and area are numbers."""
+    body, grid = jc.LayeredHalfSpace([], jc.Elastic(30e9, 0.25)), jc.Grid.square(16, 3e-4)
+    history = jc.indent(body, jc.Sphere(5e-3), jc.Load(np.array([5.0, 20.0])), [0.0, 1.0], grid=grid)
+    nan = np.array([0.0, np.nan])
+    failed = dataclasses.replace(
+        history,
+        approach=history.approach + nan,
+        status=np.array([0, int(jc.Status.NOT_FINITE)]),
+        pressure=history.pressure + nan[:, None, None],
+    )
+    rows = [
+        line
+        for line in str(failed).splitlines()[2:]
+        if not line.startswith(("note", "2 ")) and "iterations" not in line
+    ]
+    assert len(rows) > 4
+    for row in rows:
+        first, last, largest = row[20:34].strip(), row[34:48].strip(), row[48:62].strip()
+        assert last.startswith("nan") and first == largest and not first.startswith("nan"), row
