@@ -124,7 +124,7 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
         if some.real(left.residual, problem.p):
             white = assessment.noise.white
             low = explains(quality.fitted, some.measured, some.weights, problem.p, quality.r2, white)
-    why = dict.fromkeys([*low, *quality.refused, *solved.against])
+    why = dict.fromkeys([*quality.refused, *solved.against, *low])
     quality = dataclasses.replace(quality, refused=tuple(why))
     found = _estimate(problem.space, solved, ends, assessment.slopes, student.two_sided(problem.level))
     assessment = assessment._replace(evidence=quality)

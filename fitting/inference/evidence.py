@@ -39,6 +39,8 @@ STATED = (
     0.005  # probability, on each side, of an RSS with which a right standard deviation is found to be wrong
 )
 ALIKE = 2.0  # standard errors of a correlation of neighbours above which noise is not said to change along the curve
+BETTER = 0.05  # probability of as high a likelihood of an error model that changes, where the noise does not
+FAINT = 1e-6  # ratio of the terms of an error model below which the smaller one is left out
 NOISELESS = (
     1e-4  # RSS per degree of freedom, with a stated sigma, below which data are taken as free of noise
 )
@@ -148,20 +150,39 @@ class Sample(NamedTuple):
             real = rss > 0.5 * dof
             found = noise.noise_model(*given, True, real)
         if real and not self.final:
-            # changes along the curve, beyond those that follow from the fitted values
-            shape = np.ones(residual.size)
-            if self.label == "estimated":
-                shape = np.hypot(found.floor, fitted) * self.weights
-            own = basis(slopes[:, solved.inside] / shape[:, None])
-            sizes = noise.variation(residual / shape, own, self.t, p)
-            if sizes is not None:
+            # changes along the curve, beyond those that follow from the fitted values: of the estimated error model, or of
+            # one of its two terms alone where that describes the residuals better
+            size, best = float(np.max(np.abs(fitted))), None
+            bases = (found.floor, FAINT * size, size / FAINT) if self.label == "estimated" else (None,)
+            for floor in bases:
+                shape = np.ones(residual.size) if floor is None else np.hypot(floor, fitted) * self.weights
+                shape = shape / math.sqrt(float(np.mean(shape**2)))
+                own = basis(slopes[:, solved.inside] / shape[:, None])
+                sizes = noise.variation(residual / shape, own, self.t, p)
+                spreads = shape if sizes is None else shape * sizes
+                # minus twice the log likelihood, up to a constant
+                level = residual / spreads
+                cost = 2.0 * float(np.sum(np.log(spreads))) + residual.size * math.log(float(level @ level))
+                if best is None:  # the reference: the estimated error model without a change
+                    reference = residual / shape
+                    best = 2.0 * float(np.sum(np.log(shape))) + residual.size * math.log(
+                        float(reference @ reference)
+                    )
+                    best -= special.chdtri(noise.DEGREE + 1, BETTER) * float(noise.excess(level))
                 # where neighbours are alike, it is the model that changes along the curve, not the noise
-                raw, even = (
-                    lag_one((residual / one)[order], blocks[order]) for one in (shape, shape * sizes)
-                )
-                sizes = sizes if raw <= correlated and even <= ALIKE / math.sqrt(residual.size) else None
-            if sizes is not None:
-                found = noise.noise_model(*given, False, real, sizes[order])._replace(sizes=sizes)
+                raw, even = (lag_one((residual / one)[order], blocks[order]) for one in (shape, spreads))
+                if (
+                    sizes is None
+                    or cost > best
+                    or raw > 2.0 * ALIKE / math.sqrt(residual.size)
+                    or even > ALIKE / math.sqrt(residual.size)
+                ):
+                    continue
+                rows = shapes if floor is None else np.hypot(floor, fitted)[None] * self.weights
+                tried = noise.ErrorModels(rows[:, order], np.array([0.0 if floor is None else floor]))
+                one = residual[order], slopes[order], solved.inside, blocks[order], tried, p
+                best, changed = cost, noise.noise_model(*one, False, real, sizes[order])
+                found = changed._replace(sizes=sizes, spreads=spreads)
         if runs is not None:
             found = noise.between_runs(found, runs, basis(slopes[order]), self.weights * fitted, order)
         return found
@@ -420,7 +441,7 @@ def _weigh(
         blocks = sample.blocks * found.runs.factors.size + found.runs.labels
         order = np.argsort(blocks, kind="stable")
     where = Places(sample.t[order], blocks[order], *sample.abscissa)
-    sizes = None if found.sizes is None else found.sizes[order]
+    sizes = None if found.spreads is None else found.spreads[order]
     whole = None if whole is None else whole[order]
     why = reasons(level_residuals[order], Q[order], found, where, sizes, whole) if matters else ()
     why = (*explains(fitted, measured, sample.weights, p, r2, found.white), *why) if real else why

@@ -64,7 +64,8 @@ class Noise(NamedTuple):
     share (m,): probability of each noise model in the mixture; variance (m, k, k): its covariance in the space of the
     Jacobian's columns, of weighted residuals; columns (k, p): the Jacobian in that space; dof: degrees of freedom of s,
     infinite where the variance is known; floor: a/b averaged over the mixture. sizes (n,): standard deviations along the
-    curve relative to those of the error model, None where they do not change; runs: None where no repeated runs are
+    curve relative to those of the error model, and spreads (n,): of the weighted residuals up to a factor, None where they
+    do not change; runs: None where no repeated runs are
     joined.
     """
 
@@ -79,6 +80,7 @@ class Noise(NamedTuple):
     floor: float
     calibration: Calibration | None = None
     sizes: np.ndarray | None = None
+    spreads: np.ndarray | None = None
     runs: "Runs | None" = None
 
     @property
@@ -165,7 +167,11 @@ def noise_model(
     scale = rss * (n - Q.shape[1]) / (n - p) / (square.sum(1) - np.trace(spread, axis1=1, axis2=2))
     floor = math.sqrt(float(share * scale @ floors[places[:, 0]] ** 2 / max(float(share @ scale), 1e-300)))
     variance = spread * (1.0 if known else scale[:, None, None])
-    level = residual if sizes is None else residual / sizes
+    if sizes is not None:
+        # weights and variances that were fitted to the same residuals make both smaller, by two degrees of freedom for
+        # each parameter of the change to leading order
+        variance = variance / max(1.0 - 2.0 * (DEGREE + 1) / max(n - p, 1), 0.5)
+    level = residual if sizes is None else residual / shapes[0]
     return Noise(
         lag_one(level, blocks), rho, _left(level, rho, blocks), white, share, variance, Q.T @ jacobian,
         math.inf if known else float(n - p), floor,
