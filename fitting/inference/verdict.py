@@ -40,9 +40,9 @@ def explains(
 ) -> tuple[str, ...]:
     """Return the reasons why a fit of any kind explains too little of its data, () if there are none.
 
-    A fit of p parameters is rejected where R2, or its counterpart with the weights of the points, is not positive, unless
-    the model is a constant (one parameter, constant fitted values), which the tests for a trend judge; and where the standard deviation
-    of the points exceeds the fitted values, as quadratic means of weighted values.
+    A fit of p parameters is rejected where R2, or its counterpart with the weights of the points, is not positive,
+    unless the model is a constant (one parameter, constant fitted values), which the tests for a trend judge; and
+    where the standard deviation of the points exceeds the fitted values, as quadratic means of weighted values.
     """
     off, found = weights * (fitted - measured), []
     mean = float(np.sum(weights**2 * measured) / np.sum(weights**2))
