@@ -122,8 +122,7 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     if isinstance(problem.sample, Sample):
         some, left = problem.sample.of_solution(solved)
         if some.real(left.residual, problem.p):
-            white = assessment.noise.white
-            low = explains(quality.fitted, some.measured, some.weights, problem.p, quality.r2, white)
+            low = explains(quality.fitted, some.measured, some.weights, problem.p, quality.r2)
     why = dict.fromkeys([*quality.refused, *solved.against, *low])
     quality = dataclasses.replace(quality, refused=tuple(why))
     found = _estimate(problem.space, solved, ends, assessment.slopes, student.two_sided(problem.level))

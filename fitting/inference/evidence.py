@@ -444,7 +444,7 @@ def _weigh(
     sizes = None if found.spreads is None else found.spreads[order]
     whole = None if whole is None else whole[order]
     why = reasons(level_residuals[order], Q[order], found, where, sizes, whole) if matters else ()
-    why = (*explains(fitted, measured, sample.weights, p, r2, found.white), *why) if real else why
+    why = (*explains(fitted, measured, sample.weights, p, r2), *why) if real else why
     scale = math.sqrt(rss / dof)
     aic, bic = criteria(rss, n, p, known, sample.spread())
     widening = found.widening(level, 1.0 if found.known else scale)

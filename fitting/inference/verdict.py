@@ -36,20 +36,20 @@ class Places(NamedTuple):
 
 
 def explains(
-    fitted: np.ndarray, measured: np.ndarray, weights: np.ndarray, p: int, r2: float, white: bool
+    fitted: np.ndarray, measured: np.ndarray, weights: np.ndarray, p: int, r2: float
 ) -> tuple[str, ...]:
     """Return the reasons why a fit of any kind explains too little of its data, () if there are none.
 
-    A fit of p parameters is rejected where R2, or its counterpart with the weights of the points, is not positive, unless
-    the model is a constant (one parameter, constant fitted values) and the noise white; and where the standard deviation
-    of the points exceeds the fitted values, as quadratic means of weighted values.
+    A fit of p parameters is rejected where R2, or its counterpart with the weights of the points, is not positive,
+    unless the model is a constant (one parameter, constant fitted values), which the tests for a trend judge; and
+    where the standard deviation of the points exceeds the fitted values, as quadratic means of weighted values.
     """
     off, found = weights * (fitted - measured), []
     mean = float(np.sum(weights**2 * measured) / np.sum(weights**2))
     about = float(np.sum((weights * (measured - mean)) ** 2))
     rss, n = float(off @ off), measured.size
     constant = p <= 1 and np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
-    if not (constant and white) and (r2 <= 0.0 or rss >= about * (1.0 - FLAT)):
+    if not constant and (r2 <= 0.0 or rss >= about * (1.0 - FLAT)):
         worst = r2 if r2 <= 0.0 else 1.0 - rss / max(about, 1e-300)
         found.append(f"the model describes the data no better than a constant: R2 = {worst:.3g}")
     scatter, signal = math.sqrt(rss / max(n - p, 1)), math.sqrt(float(np.mean((weights * fitted) ** 2)))
