@@ -342,7 +342,19 @@ AFM = [
 BALL = ["indentation", "--radius", "3e-3", "--nu", "0.5", "--model", "Elastic"]
 PYRAMID = ["--cone", "berkovich", "--tip-modulus", "1141e9"]
 COMMANDS = {  # of the files of shared/data; every other one is fitted as a creep curve
-    "creep_asphalt/*": ["creep", "--column", "t=0", "--column", "J=1", "--unit", "t=s", "--unit", "J=1/GPa"],
+    "creep_asphalt/*": [
+        "creep",
+        "--column",
+        "t=0",
+        "--column",
+        "J=1",
+        "--unit",
+        "t=s",
+        "--unit",
+        "J=1/GPa",
+        "--window",
+        "0:230",
+    ],
     "creep_spruce_wood/*": ["creep", "--segment", "0", "--tension", "0.3"],
     "indent_hysitron*/*": ["indentation", "--cone", "berkovich", "--nu", "0.3", *HOLD],
     "indent_*/*": AFM,
@@ -377,6 +389,8 @@ def shell(table: Table, name: str, words: list[str], hidden: dict[str, str]) -> 
                 status = main([*words, "-o", f"{folder}/out"] if words[0] in ("run", "fit") else words)
             except SystemExit as end:
                 status = end.code
+        if isinstance(status, int) and status >= 128:  # a signal that was meant for this script
+            raise KeyboardInterrupt
         table.numbers[f"{name}: status"] = [float(status or 0)]
         for stream, text in (("out", out.getvalue()), ("err", err.getvalue())):
             for found, word in hidden.items():
