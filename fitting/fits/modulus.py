@@ -43,6 +43,7 @@ SHARES = 0.1, 0.5, 0.9  # retarded fractions of the starts
 SHORTEST, LONGEST = 3e-3, 3.0  # retardation times of the starts over the duration, of data over few decades
 FIRST = 0.3  # the shortest one over the first time, where that is less
 EACH = 6, 1.0  # fewest retardation times of the starts, and their number in a decade
+MANY = 1000  # number of points above which the search begins with some of them
 LEAST = 1e-6  # smallest scaled compliance of a logarithmic coordinate at a start
 SWEPT = ("proportional", "relative", "absolute")  # weights of moduli over frequency
 
@@ -249,7 +250,13 @@ def _fit(data: Any, weighted: tuple[str, Sample, float], sought: Sought, level: 
     problem = FitProblem(data, sought, space, sample, duration, level)
     scaled = sample.t / duration if kind == "relaxation" else sample.t * duration
     of = lambda weights: _objective(kind, space, scaled, sample.measured * unit, weights / unit)
-    solved = least_squares(problem, of, starts(space, itertools.product(start_times(first), SHARES)))
+    few = None
+    if kind == "relaxation" and scaled.size > MANY:  # evenly over the logarithm of time, and over the points
+        n = scaled.size
+        near = np.searchsorted(sample.t, np.geomspace(known.min(), known.max(), MANY // 2))
+        some = np.unique(np.append(np.linspace(0, n - 1, MANY // 2).astype(int), np.minimum(near, n - 1)))
+        few = _objective(kind, space, scaled[some], sample.measured[some] * unit, sample.weights[some] / unit)
+    solved = least_squares(problem, of, starts(space, itertools.product(start_times(first), SHARES)), few)
     best, objective = solved.whole
     landscape = space.landscape(best.theta, objective.residual)
     found = conclude(problem, solved._replace(notes=alike(data, solved), landscape=landscape))

@@ -81,14 +81,19 @@ def solution(objective: Objective, best: Best, weights: np.ndarray, kept: np.nda
 
 
 def least_squares(
-    problem: FitProblem, objective: Callable[[np.ndarray], Objective], starts: Sequence[np.ndarray]
-) -> Solved:
+    problem: FitProblem, objective: Callable[[np.ndarray], Objective], starts: Sequence[np.ndarray],
+    few: Objective | None = None,
+) -> Solved:  # fmt: skip
     """Return the lowest minimum from several starts, with weights that are consistent with its residuals.
 
-    objective: function of the weights (n,) [1/unit of the sample].
+    objective: function of the weights (n,) [1/unit of the sample]; few: the objective of some of very many points, on which
+    the searches from all starts are made, so that all points are used in the last one alone.
     """
     weights = problem.sample.weights
-    first = nonlinear.minimise_from(objective(weights), starts)
+    first = nonlinear.minimise_from(objective(weights) if few is None else few, starts)
+    if few is not None:
+        whole = nonlinear.minimise(objective(weights), first.theta)
+        first = whole._replace(starts=first.starts, agreed=first.agreed, others=first.others)
 
     def again(changed: list[np.ndarray]) -> list[Solved]:
         own = objective(changed[0])

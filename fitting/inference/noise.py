@@ -31,6 +31,7 @@ WHITE = 0.3  # prior probability of white noise
 MORE_LIKELY_THAN_NOT = 0.5
 NEGLIGIBLE = 1e-5  # probability relative to the largest below which a noise model is left out of the mixture
 LEAST_SPREAD = 1e-100  # spread assumed for residuals that are all zero; its inverse square is still finite
+MANY = 5000  # number of points above which error models are evaluated one after the other
 STEP = 0.5  # step of log(a/b)
 BEYOND = 64.0  # factor by which the grid of a/b extends beyond the smallest and the largest value
 LEAST = 1e-5  # lower limit of a/b over its largest value
@@ -379,8 +380,12 @@ def _restricted(residual: np.ndarray, Q: np.ndarray, blocks: np.ndarray, shapes:
     """Return the restricted log likelihood (m, k) of every shape and RHO, up to a constant."""
     n, k = Q.shape
     unit = math.sqrt(float(residual @ residual) / n) or 1.0
-    M = np.column_stack([Q, residual / unit]) / shapes[:, :, None]
-    factor = np.linalg.cholesky(inverse_forms(M, blocks) + 1e-14 * np.eye(k + 1))
+    columns = np.column_stack([Q, residual / unit])
+    if n > MANY:  # one shape at a time, since all of them together would take gigabytes
+        found = np.stack([inverse_forms(columns / shape[:, None], blocks) for shape in shapes])
+    else:
+        found = inverse_forms(columns / shapes[:, :, None], blocks)
+    factor = np.linalg.cholesky(found + 1e-14 * np.eye(k + 1))
     diagonal = np.diagonal(factor, axis1=-2, axis2=-1)
     rss = diagonal[..., k] ** 2
     logdet = log_determinant(blocks) + 2.0 * np.sum(np.log(shapes), 1)[:, None]
@@ -393,5 +398,9 @@ def _spread(Q: np.ndarray, blocks: np.ndarray, shapes: np.ndarray, places: np.nd
     found = np.zeros((len(places), Q.shape[1], Q.shape[1]))
     for j in np.unique(places[:, 1]):
         here = places[:, 1] == j
-        found[here] = forms(Q * shapes[places[here, 0]][:, :, None], float(RHO[j]), blocks)
+        own, rho = places[here, 0], float(RHO[j])
+        if len(Q) > MANY:
+            found[here] = [forms(Q * shape[:, None], rho, blocks) for shape in shapes[own]]
+        else:
+            found[here] = forms(Q * shapes[own][:, :, None], rho, blocks)
     return found

@@ -13,6 +13,7 @@ import scipy
 from fitting.search.uncertainty import inverse
 
 ITERATIONS = 200  # of a local search, after which it has not converged
+MANY = 1000  # number of residuals above which a Jacobian is replaced by its triangular factor
 SAME = 1e-5  # relative difference of RSS below which two minima are the same
 
 
@@ -112,11 +113,16 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
     residual, damping = objective.at(theta), 0.0
     jacobian = objective.slope(theta)
     converged = some.size == 0
+    # every step of many residuals is that of the few rows of R in [J, r] = Q R
+    reduced = lambda J, r: (
+        (J, r) if r.size <= MANY or J.shape[1] == 0 else _triangular(np.column_stack([J, r]))
+    )
+    small = reduced(jacobian[:, own], residual)
     for _ in range(ITERATIONS if some.size else 0):
-        rss, J = float(residual @ residual), jacobian[:, own]
+        rss, (J, r) = float(residual @ residual), small
         room = objective.lower[some] - theta[some], objective.upper[some] - theta[some]
-        step = _step(J, residual, *room, damping)
-        expected = rss - float(np.sum((residual + J @ step) ** 2))
+        step = _step(J, r, *room, damping)
+        expected = rss - float(np.sum((r + J @ step) ** 2))
         if expected <= objective.ftol * rss + floor or damping > 1e8:
             converged = True
             break
@@ -128,10 +134,17 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
         if lower:
             theta, residual, damping = trial, after, 0.1 * damping if damping > 1e-4 else 0.0
             jacobian = objective.slope(theta)
+            small = reduced(jacobian[:, own], residual)
         else:
             damping = max(10.0 * damping, 1e-3)
     objective.unfinished += not converged
     return Best(theta, residual, jacobian, float(residual @ residual), converged=converged)
+
+
+def _triangular(both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return J (k + 1, k) and r (k + 1,) with the same least-squares problems as [J, r] (n, k + 1)."""
+    R = np.linalg.qr(both, mode="r")
+    return R[:, :-1], R[:, -1]
 
 
 def _step(J: np.ndarray, r: np.ndarray, low: np.ndarray, high: np.ndarray, damping: float) -> np.ndarray:

@@ -420,3 +420,12 @@ def test_a_column_of_stresses_is_not_read_as_a_modulus(tmp_path, choice):
         ValueError, match="expected a relaxation modulus, got a stress according to the heading"
     ):
         fitting.read_relaxation(tmp_path / "a.csv", columns={"modulus": choice})
+
+
+def test_very_many_points_end_at_the_least_squares():
+    """3000 points, of which the search begins with some, against scipy with all."""
+    t = np.linspace(0.01, 60.0, 3000)
+    data = fitting.RelaxationData(t=t, modulus=relaxation(t, **TRUTH) * noise(t.size, 3))
+    best = scipy_cost(lambda p: relaxation(t, **p) / data.modulus - 1.0, TRUTH)
+    fit = fitting.fit_relaxation(data, "Burgers", weights="relative")
+    assert np.sum((fit.modulus(t) / data.modulus - 1.0) ** 2) == pytest.approx(best, rel=1e-7)
