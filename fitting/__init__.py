@@ -1,10 +1,10 @@
 """Identification of material parameters from creep and indentation data, with their uncertainty and identifiability."""
 
 import jaxcontact  # noqa: F401  # before jax, which reads what it sets when it is first imported
-from fitting.after.bayes import Posterior as Posterior
-from fitting.after.bayes import posterior as posterior
 from fitting.after.planning import Design as Design
 from fitting.after.planning import design as design
+from fitting.after.posterior import Posterior as Posterior
+from fitting.after.posterior import posterior as posterior
 from fitting.after.propagation import Propagated as Propagated
 from fitting.after.propagation import propagate as propagate
 from fitting.data.curves import CreepData as CreepData
@@ -27,17 +27,19 @@ from fitting.fits.fields import fit_fields as fit_fields
 from fitting.fits.force import ForceFit as ForceFit
 from fitting.fits.force import fit_force as fit_force
 from fitting.fits.growth import GrowthFit as GrowthFit
+from fitting.fits.growth import GrowthKinetics as GrowthKinetics
+from fitting.fits.growth import RubbedContact as RubbedContact
 from fitting.fits.growth import fit_growth as fit_growth
 from fitting.fits.indentation import IndentationFit as IndentationFit
 from fitting.fits.indentation import fit_indentation as fit_indentation
 from fitting.fits.master import MasterFit as MasterFit
 from fitting.fits.master import fit_master as fit_master
-from fitting.fits.maxwell import MaxwellFit as MaxwellFit
-from fitting.fits.maxwell import fit_maxwell as fit_maxwell
 from fitting.fits.modulus import ModulusFit as ModulusFit
 from fitting.fits.modulus import fit_oscillation as fit_oscillation
 from fitting.fits.modulus import fit_relaxation as fit_relaxation
+from fitting.fits.prony import MaxwellFit as MaxwellFit
 from fitting.fits.prony import PronyFit as PronyFit
+from fitting.fits.prony import fit_maxwell as fit_maxwell
 from fitting.fits.prony import fit_prony as fit_prony
 from fitting.fits.spectrum import SpectrumFit as SpectrumFit
 from fitting.fits.spectrum import fit_spectrum as fit_spectrum
@@ -46,17 +48,15 @@ from fitting.fits.stiffness import fit_stiffness as fit_stiffness
 from fitting.fits.together import JointFit as JointFit
 from fitting.fits.together import fit_together as fit_together
 from fitting.inference.resampling import resample as resample
-from fitting.io.creep_reader import read_creep as read_creep
-from fitting.io.growth_reader import read_growth as read_growth
-from fitting.io.indentation_reader import read_force as read_force
-from fitting.io.indentation_reader import read_indentation as read_indentation
-from fitting.io.modulus_reader import read_oscillation as read_oscillation
-from fitting.io.modulus_reader import read_relaxation as read_relaxation
-from fitting.io.stiffness_reader import read_stiffness as read_stiffness
-from fitting.io.sweeps_reader import read_sweeps as read_sweeps
-from fitting.models.kinetics import GrowthKinetics as GrowthKinetics
-from fitting.models.rubbed_contact import RubbedContact as RubbedContact
 from fitting.models.thin_layer import thin_layer_factor as thin_layer_factor
+from fitting.read.creep import read_creep as read_creep
+from fitting.read.growth import read_growth as read_growth
+from fitting.read.indentation import read_force as read_force
+from fitting.read.indentation import read_indentation as read_indentation
+from fitting.read.modulus import read_oscillation as read_oscillation
+from fitting.read.modulus import read_relaxation as read_relaxation
+from fitting.read.stiffness import read_stiffness as read_stiffness
+from fitting.read.sweeps import read_sweeps as read_sweeps
 from fitting.search.minimising import Minimum as Minimum
 from fitting.search.minimising import minimise as minimise
 

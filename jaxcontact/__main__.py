@@ -20,16 +20,14 @@ from jaxcontact._compile.compilation_cache import enable_compilation_cache, loca
 from jaxcontact._compile.kept_traces import UntrustedFolderError, kept_traces
 from jaxcontact._support.usage import Parser
 from jaxcontact._support.version import __version__
-from jaxcontact.commands import look
-from jaxcontact.commands.completion import SHELLS, completing
-from jaxcontact.commands.interrupts import exit_status, signal_of, signals_interrupt
-from jaxcontact.commands.playground.options import add_options
-from jaxcontact.commands.run import run
-from jaxcontact.commands.status import BAD_INPUT, print_error, tell
-from jaxcontact.commands.sweep import run_study
-from jaxcontact.files.case_schema import KINDS
-from jaxcontact.files.chosen_times import ALL, FEW, LAST
 from jaxcontact.paper import REPRODUCTIONS
+from jaxcontact.shell import look
+from jaxcontact.shell.case_keys import ALL, FEW, LAST
+from jaxcontact.shell.case_schema import KINDS
+from jaxcontact.shell.look import SHELLS, completing
+from jaxcontact.shell.playground.options import add_options
+from jaxcontact.shell.run import BAD_INPUT, exit_status, print_error, run, signal_of, signals_interrupt, tell
+from jaxcontact.shell.sweep import run_study
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
@@ -283,7 +281,7 @@ def _reproduce(options: argparse.Namespace) -> int:
 
 def _play(options: argparse.Namespace) -> int:
     """Serve the page with sliders until an interrupt."""
-    from jaxcontact.commands.play import play  # which makes materials that other commands do not need
+    from jaxcontact.shell.play import play  # which makes materials that other commands do not need
 
     return play(options)
 

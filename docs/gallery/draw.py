@@ -9,7 +9,7 @@ import fitting
 import jaxcontact as jc
 import matplotlib.style
 import numpy as np
-from jaxcontact.results.contact_section import contact_section
+from jaxcontact.results.figures import contact_section
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 

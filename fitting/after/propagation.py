@@ -16,10 +16,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from fitting.inference import student
+from fitting.inference import noise
 from fitting.inference.result import Fit
 from fitting.models.structure import Volume
-from fitting.views.in_words import described
+from fitting.views.text import described
 
 
 class Propagated(NamedTuple):
@@ -98,7 +98,7 @@ def propagate(
     # a value that is not known has no standard deviation either
     shares = {cause: np.where(np.isfinite(value), share, np.nan) for cause, share in shares.items()}
     total = np.sqrt(sum(share**2 for share in shares.values()))
-    z = student.two_sided(fit.level)
+    z = noise.two_sided(fit.level)
     return Propagated(value, total, value - z * total, value + z * total, shares)
 
 

@@ -10,14 +10,12 @@ from collections.abc import Callable
 from typing import Any
 
 from fitting.cli import (
-    batch_command,
     design_command,
     flags,
     force_command,
     growth_command,
-    indentation_command,
     kinds,
-    map_command,
+    maps,
     master_command,
     posterior_command,
     propagate_command,
@@ -25,11 +23,10 @@ from fitting.cli import (
     together_command,
 )
 from fitting.fits.creep import compare, fit_creep
-from fitting.fits.maxwell import fit_maxwell
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
-from fitting.fits.prony import fit_prony
+from fitting.fits.prony import fit_maxwell, fit_prony
 from fitting.fits.spectrum import fit_spectrum
-from fitting.io.modulus_reader import read_oscillation, read_relaxation
+from fitting.read.modulus import read_oscillation, read_relaxation
 from fitting.views import output
 from jaxcontact._support.usage import Parser
 
@@ -90,10 +87,10 @@ def add_parser(commands: Any) -> None:
         flags.add_creep(parser)
         parser.set_defaults(command=command)
     pressed = "indentation by a ball, cone or punch: time, load and depth"
-    indentation_command.add_indentation(_add(commands, "indentation", pressed))
+    kinds.add_indentation(_add(commands, "indentation", pressed))
     force_command.add_force(_add(commands, "force", "Young's modulus from a force curve of a microscope"))
     several = "Young's modulus from the force curves of a map or a folder: one table and one figure"
-    map_command.add_map(_add(commands, "map", several))
+    maps.add_map(_add(commands, "map", several))
     over_depth = "modulus over depth from a continuous stiffness measurement: depth, stiffness and load"
     stiffness_command.add_stiffness(_add(commands, "stiffness", over_depth))
     _add_moduli(commands)
@@ -105,7 +102,7 @@ def _add_further(commands: Any) -> None:
     """Add the commands for several curves, and for what follows from a fit."""
     for name, command, what in (
         ("compare", _compare, "a creep curve, a modulus or an indentation: comparison of several models"),
-        ("batch", batch_command.run, "many curves: a folder of results for each, a table and a report of all"),
+        ("batch", maps.run_batch, "many curves: a folder of results for each, a table and a report of all"),
         ("together", together_command.run, "one material from several tests of it: creep, relaxation and oscillation"),
         ("posterior", posterior_command.run, "draws from the posterior of the parameters of a fit"),
         (

@@ -15,9 +15,9 @@ from fitting.data.exclusion import exclude
 from fitting.data.weights import KINDS
 from fitting.fits.fractional import LAWS
 from fitting.inference.resampling import resample
-from fitting.io.creep_reader import read_creep
 from fitting.models.structure import CLASSICAL
-from fitting.views.shell_words import in_flags
+from fitting.read.creep import read_creep
+from fitting.views.text import in_flags
 
 CONVENTION, NU = "J", 0.3  # of a compliance, and Poisson's ratio, unless others are given
 

@@ -8,7 +8,7 @@ from typing import Any
 import jaxcontact as jc
 from fitting.cli import flags
 from fitting.fits.force import ForceFit, fit_force
-from fitting.io.indentation_reader import read_force
+from fitting.read.indentation import read_force
 from fitting.views import output
 
 NU = 0.5  # of gels and cells, which most force curves are of

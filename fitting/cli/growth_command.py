@@ -7,9 +7,9 @@ from typing import Any
 
 from fitting.cli import flags
 from fitting.fits.growth import fit_growth
-from fitting.io.growth_reader import read_growth
+from fitting.read.growth import read_growth
 from fitting.views import output
-from fitting.views.shell_words import in_flags
+from fitting.views.text import in_flags
 
 
 def add_growth(parser: Any) -> None:

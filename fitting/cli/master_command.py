@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import Any
 
 from fitting.cli import flags
-from fitting.fits.master import fit_master
-from fitting.fits.master_search import LAWS
-from fitting.io.sweeps_reader import read_sweeps
+from fitting.fits.master import LAWS, fit_master
+from fitting.read.sweeps import read_sweeps
 from fitting.views import output
-from fitting.views.shell_words import in_flags
+from fitting.views.text import in_flags
 
 
 def add_master(parser: Any) -> None:

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from fitting.after.bayes import posterior
+from fitting.after.posterior import draw, posterior
 from fitting.cli import flags, kinds
-from fitting.views import output, posterior_picture
-from fitting.views.shell_words import in_flags
+from fitting.views import output
+from fitting.views.text import in_flags
 
 FILES = ("posterior.csv", "posterior.png")
 
@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
     rows = np.column_stack(list(found.samples.values()))
     save = lambda path: np.savetxt(path, rows, delimiter=",", header=header, comments="")
     output.write(options.directory / FILES[0], save)
-    figure = posterior_picture.draw(found, units, fit.intervals, fit.level)
+    figure = draw(found, units, fit.intervals, fit.level)
     output.write(options.directory / FILES[1], lambda path: figure.savefig(path, dpi=150, format="png"))
     print(f"in {options.directory}: {', '.join(FILES)}, and summary.json, curve.csv, fit.png of the fit")
     return 0

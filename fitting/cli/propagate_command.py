@@ -11,10 +11,10 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.after.propagation import propagate
-from fitting.cli import flags, indentation_command, kinds
-from fitting.data.probe import probe_of
+from fitting.cli import flags, kinds
+from fitting.data.indentation import probe_of
 from fitting.views import band_picture, output
-from fitting.views.shell_words import in_flags
+from fitting.views.text import in_flags
 
 FILES = ("propagated.csv", "propagated.png")
 CELLS = 64  # along the side of the grid of a contact with a film
@@ -111,13 +111,13 @@ def _check_contact(options: argparse.Namespace) -> None:
         if options.load is not None:
             raise ValueError(f"--load: expected with --of depth, got --of {options.of}")
         return
-    indentation_command.indenter_of(options)
+    kinds.indenter_of(options)
     if options.load is None or not options.load > 0:
         raise ValueError(f"--of depth: expected --load > 0 N, got {options.load}")
-    indentation_command.check_substrate(options)
+    kinds.check_substrate(options)
     if options.thickness is not None:
         raise ValueError("--thickness: expected a --layer on a substrate for --of depth")
-    if indentation_command.adhesion_of(options) != 0.0:
+    if kinds.adhesion_of(options) != 0.0:
         raise ValueError(
             f"--adhesion: expected 0 for --of depth, which is that of a contact without adhesion, got {options.adhesion}"
         )
@@ -137,8 +137,8 @@ def _result(options: argparse.Namespace, at: np.ndarray) -> Callable[..., Any]:
 
 
 def _on_half_space(options: argparse.Namespace, times: Any) -> Callable[..., Any]:
-    """Return the depth (k,) under a constant load on a half-space, as a function of a material (``data/probe.py``)."""
-    indenter = indentation_command.indenter_of(options)
+    """Return the depth (k,) under a constant load on a half-space, as a function of a material (``data/indentation.py``)."""
+    indenter = kinds.indenter_of(options)
     probe = probe_of(indenter)
 
     def depth(material: Any) -> Any:
@@ -153,8 +153,8 @@ def _on_film(options: argparse.Namespace, at: np.ndarray) -> Callable[..., Any]:
 
     The grid is that of the material of the fit, which calls the function first with known values.
     """
-    indenter, load = indentation_command.indenter_of(options), jc.Load(options.load)
-    substrate = indentation_command.substrate_of(options)
+    indenter, load = kinds.indenter_of(options), jc.Load(options.load)
+    substrate = kinds.substrate_of(options)
     later = at[at > 0.0]
     steps = np.geomspace(0.05 * later.min(), later.max(), MARCH) if later.size else np.zeros(0)
     times, places = np.unique(np.concatenate([[0.0], steps, at]), return_inverse=True)

@@ -6,7 +6,7 @@ from typing import Any
 import jaxcontact as jc
 from fitting.cli import flags
 from fitting.fits.stiffness import CONTACTS, fit_stiffness
-from fitting.io.stiffness_reader import read_stiffness
+from fitting.read.stiffness import read_stiffness
 from fitting.views import output
 
 

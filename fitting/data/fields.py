@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 import jaxcontact as jc
-from fitting.views.in_words import described
+from fitting.views.text import described
 from jaxcontact._support.pytree import refuse_masked
 
 UNITS = {"pressure": "Pa", "gap": "m", "displacement": "m", "contact": ""}

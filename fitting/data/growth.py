@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fitting.data.curves import array, deviations, times
-from fitting.views.in_words import described
+from fitting.views.text import described
 
 COLD = 200.0  # K, below which a temperature was probably given in degrees Celsius
 WEAK, THICK = 1e5, 1e-4  # Pa and m: a stress below, a thickness above are probably in other units

@@ -1,17 +1,115 @@
 """Measured indentation curves: immutable, validated once, in SI units."""
 
 import dataclasses
-from typing import Any
+import functools
+import math
+import operator
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fitting.data.contact import FirstTouch, find_contact
+import jaxcontact as jc
+from fitting.data.contact import SEGMENTS, FirstTouch, find_contact, find_drag, infer, sample_noise, without
 from fitting.data.curves import array, deviations, times, window_note
-from fitting.data.drag import find_drag, without
-from fitting.data.probe import probe_of
-from fitting.data.segments import SEGMENTS, infer
-from fitting.views.curve_picture import draw
-from fitting.views.in_words import described
+from fitting.views.sheet import draw_curve
+from fitting.views.text import described
+
+# Indenter geometry: P = size depth^power/((1 - nu) J) on a half-space of compliance J.
+#
+#     ball of radius R            P = 8 sqrt(R)/3 depth^(3/2)/((1 - nu) J)         (Hertz)
+#     cone of half-angle a        P = 4 tan(a)/pi depth^2/((1 - nu) J)             (Love; Sneddon)
+#     flat punch of radius R      P = 4 R depth/((1 - nu) J)                       (Boussinesq)
+#
+# Source: I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47. A pyramid is replaced by the cone of equal area at every depth
+# (``jc.Cone.berkovich``). For a viscoelastic half-space J is replaced by the hereditary integral of Lee and Radok.
+
+
+WIDE = 1.0 / 3.0  # contact radius over the radius of a ball
+FORCE, STIFFNESS = 1.0 / 10.0, 1.0 / 6.0  # orders of ``paraboloid_note``
+
+
+class Probe(NamedTuple):
+    """Law of an indenter.
+
+    power, size: of the formula in the module's docstring; widest: function from a depth [m] to the largest contact
+    radius [m], also on a film; words: description; key: name of its size in the JSON, with the value.
+    """
+
+    power: float
+    size: float
+    widest: Callable[[float], float]
+    words: str
+    key: dict[str, float]
+
+
+def probe_of(indenter: Any) -> Probe:
+    """Return the law of an indenter; ValueError unless it is a ball, a cone or a flat punch of valid size."""
+    if isinstance(indenter, jc.Cone):
+        angle = float(indenter.half_angle)
+        if not 0.0 < angle < 0.5 * math.pi:
+            raise ValueError(f"indenter: expected a half-angle between 0 and pi/2, got {angle:g}")
+        slope = math.tan(angle)
+        words = f"cone of half-angle {math.degrees(angle):.4g} degrees"
+        return Probe(
+            2.0, 4.0 * slope / math.pi, functools.partial(operator.mul, slope), words,
+            {"indenter_half_angle_rad": angle},
+        )  # fmt: skip
+    if not isinstance(indenter, jc.Sphere | jc.FlatPunch):
+        raise ValueError(f"indenter: expected a Sphere, a Cone or a FlatPunch, got {type(indenter).__name__}")
+    radius = float(indenter.radius)
+    if not radius > 0:
+        raise ValueError(f"indenter: expected a radius > 0, got {indenter.radius}")
+    key = {"indenter_radius_m": radius}
+    if isinstance(indenter, jc.FlatPunch):
+        return Probe(
+            1.0, 4.0 * radius, functools.partial(_constant, radius), f"flat punch of R = {radius:.4g} m", key
+        )
+    widest = functools.partial(_ball, radius)
+    return Probe(1.5, 8.0 * math.sqrt(radius) / 3.0, widest, f"ball of R = {radius:.4g} m", key)
+
+
+def _constant(radius: float, depth: float) -> float:
+    """Return the contact radius [m] of a punch, which does not depend on the depth [m]."""
+    return radius
+
+
+def _ball(radius: float, depth: float) -> float:
+    """Return the largest contact radius [m] of a ball at a depth [m]."""
+    return math.sqrt(1.5 * radius * depth)
+
+
+def paraboloid_note(
+    indenter: Any, depth: float, order: float = FORCE, *, thickness: float | None = None
+) -> tuple[str, ...]:
+    """Return a note where a ball is pressed in so deep [m] that a paraboloid does not describe it, on a half-space or a
+    layer of a thickness [m].
+
+    On a half-space the fitted quantity is that of the paraboloid times 1 - order depth/R - ..., with the order 1/10 of the
+    force and 1/6 of its derivative by the depth, from the exact solution of I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47.
+    The contact with a bonded layer is wider, on an incompressible one by about
+
+        a^2 = R depth (1 + 1.16 chi/(1 + 0.18 chi)),     chi = sqrt(R depth)/thickness,
+
+    a fit to the solution in ``jaxcontact.reference.abel``.
+    """
+    if not isinstance(indenter, jc.Sphere) or not depth > 0.0:
+        return ()
+    radius = float(indenter.radius)
+    share, chi = depth / radius, math.sqrt(radius * depth) / (thickness or math.inf)
+    wide = math.sqrt(share * (1.0 + 1.16 * chi / (1.0 + 0.18 * chi)))
+    if not wide > WIDE:
+        return ()
+    error = f"on a half-space the modulus is up to {100.0 * order * share:.2g} % too low"
+    if thickness is None:
+        return (
+            f"the depth reaches {share:.2g} of the radius of the ball, for which the model has a paraboloid: {error}",
+        )
+    return (
+        f"the contact radius reaches up to {wide:.2g} of the radius of the ball, for which the model has a paraboloid:"
+        f" {error}, on a thin sample the error is not known",
+    )
+
 
 ERRORS = ("sigma_depth", "sigma_load")
 DEVIATIONS = (*ERRORS, "scatter_depth", "scatter_load")
@@ -206,7 +304,7 @@ class IndentationData:
         """Return the curve without the viscous drag on its cantilever, load - b d(depth)/dt.
 
         In liquid the drag shifts the baselines of approach and retraction apart, and leaves the load as soon as the tip
-        stops; derived in ``fitting.data.drag``.
+        stops; derived in ``fitting.data.contact``.
 
         Args:
             coefficient: b [N s/m]; None: from the baselines of approach and retraction.
@@ -268,7 +366,7 @@ class IndentationData:
             >>> len(data.window(2, None).plot().axes)
             3
         """
-        return draw(self)
+        return draw_curve(self)
 
 
 def _marks(value: Any, t: np.ndarray) -> np.ndarray:
@@ -283,3 +381,233 @@ def _unloaded(load: np.ndarray) -> int:
     top = int(np.argmax(load))
     back = np.flatnonzero(load[top:] <= 0)
     return top + int(back[0]) if back.size else load.size
+
+
+# The part of a curve before the points that were selected from it: history of the material, which a fit does not
+# compare.
+#
+# The response of a viscoelastic material to a hold depends on the loading before it. With that left out, as if the
+# load of the hold had been applied in one step, a ramp of half a relaxation time changes moduli by a third, and a
+# hold that is fitted from one and a half relaxation times on by more than a factor of two, without any sign of it in
+# the residuals.
+
+
+MOST = 200  # largest number of points of the history, evenly spaced in those of the curve
+
+
+def with_earlier(data: IndentationData) -> tuple[IndentationData, np.ndarray]:
+    """Return a curve with the points in contact before its first one, and which of its points it had already, (n,)."""
+    t, load, depth = _earlier(data)
+    n = t.size
+    if n == 0:
+        return data, np.ones(data.t.size, dtype=bool)
+    # the history is not compared, so that its standard deviations have no effect
+    errors = {
+        name: np.concatenate([np.full(n, values.max()), values])
+        for name in DEVIATIONS
+        if (values := getattr(data, name)) is not None
+    }
+    marks = None if data.marks is None else np.concatenate([np.full(n, "approach"), data.marks])
+    note = f"the curve from {t[0]:.4g} to {data.t[0]:.4g} s is taken as history, and not fitted"
+    longer = IndentationData(
+        t=np.append(t, data.t), load=np.append(load, data.load), depth=np.append(depth, data.depth), marks=marks,
+        notes=(*data.notes, note), whole=data.whole, cut=data.cut, **errors,
+    )  # fmt: skip
+    return longer, np.arange(longer.t.size) >= n
+
+
+def _earlier(data: IndentationData) -> np.ndarray:
+    """Return time, load and depth, (3, n), of the whole curve from contact to the first point, the contact included."""
+    none = np.zeros((3, 0))
+    if data.whole is None:
+        return none
+    if data.cut:  # the contact is at zero
+        some = data.whole[:, (data.whole[0] > 0.0) & (data.whole[0] < data.t[0])]
+        return np.concatenate([np.zeros((3, 1)), _thinned(some)], 1) if data.t[0] > 0.0 else none
+    touching = data.whole[:, find_contact(*data.whole).before :]
+    return _thinned(touching[:, touching[0] < data.t[0]])
+
+
+def _thinned(points: np.ndarray) -> np.ndarray:
+    """Return at most ``MOST`` of points (3, n), the first and the last included."""
+    n = points.shape[1]
+    return points[:, np.unique(np.linspace(0, n - 1, min(n, MOST)).round().astype(int))] if n else points
+
+
+# Contact and pull-off of an adhesive force curve, read from the curve itself without a model of the contact.
+#
+# The zero of the load is that after the pull-off, at the end of the retraction (``zeroed``). On the approach the
+# contact begins with the jump that brings the load to its lowest value, or, where none is seen, where the load leaves
+# its noise and drift. On the retraction it ends where the load, after its lowest value, has lost ``LOST`` of it: a
+# contact of short range that is retracted at a given depth breaks at 5/9 of the lowest load (K. L. Johnson, Contact
+# Mechanics, 1985, section 5.5), and under a soft spring earlier.
+
+
+SURE = 5.0  # standard deviations of the noise by which a load differs from zero
+ONSET = 0.02  # fraction of the largest load, below which the zero of the load may drift
+LOST = 0.5  # fraction of the lowest load that is lost when the contact breaks
+NEAR = 0.92  # fraction of the lowest load within which points determine it
+TAIL = 10  # part of the retraction at its end, 1/TAIL, out of contact
+FLAT = (
+    0.05  # change of the load along that part, relative to the lowest load, of a curve that is out of contact
+)
+MEDIAN = 1.25  # standard error of a median over that of a mean
+FEWEST = 6  # points that determine it
+MEDIAN_WIDTH, IN_A_ROW = (
+    5,
+    3,
+)  # points of the running median of the load, and points without tension after the contact
+
+
+class PullOff(NamedTuple):
+    """Quantities read from an adhesive force curve.
+
+    force [N]: an estimate of the largest tension of the retraction, from which searches start; it is too large by about a
+    standard deviation of the noise, since it follows from the lowest readings. work [J] and its standard deviation by
+    noise: that of the tension over the depth in which the retraction is in tension; work_end [J]: largest error of the work
+    from the depth at which the contact breaks, which is known to within the distance of two points. contact (n,) bool: the
+    points in contact.
+    """
+
+    force: float
+    work: float
+    work_sd: float
+    work_end: float
+    contact: np.ndarray
+
+    def separation_work(self, quantile: float) -> tuple[float, float, float]:
+        """Return the work of separation and the limits of its interval [J], at a quantile of the normal distribution."""
+        half = quantile * self.work_sd + self.work_end
+        return self.work, self.work - half, self.work + half
+
+
+def zeroed(data: IndentationData) -> tuple[IndentationData, float]:
+    """Return the curve with the load counted from its median at the end of the retraction, and the standard error of that
+    zero [N]; the curve as it is, and 0, where this end is in contact or its load is zero within the noise.
+    """
+    back = np.flatnonzero(data.segments == "retract")
+    if back.size < FEWEST:
+        return data, 0.0
+    tail = back[-max(back.size // TAIL, 4) :]
+    zero, spread = float(np.median(data.load[tail])), sample_noise(data.load) / np.sqrt(tail.size)
+    first, second = np.array_split(data.load[tail], 2)
+    change = abs(float(np.median(second) - np.median(first)))
+    flat = change <= max(2.0 * SURE * spread, FLAT * abs(zero - float(data.load[back].min())))
+    held = _held(data.load[back] - zero)
+    if not flat or np.any(held[-tail.size :]):
+        note = "the retraction ends in contact, so that the zero of the load is taken as given"
+        return dataclasses.replace(data, notes=(*data.notes, note)), 0.0
+    if abs(zero) < SURE * MEDIAN * spread:
+        return data, 0.0
+    note = f"zero of the load: {zero:.4g} N, the median of the last {tail.size} points of the retraction"
+    return dataclasses.replace(data, load=data.load - zero, notes=(*data.notes, note)), MEDIAN * spread
+
+
+def check_signs(data: IndentationData, radius: float) -> None:
+    """Raise ValueError for an adhesive force curve whose load or depth has the wrong sign, or whose depth is larger than
+    the radius of the ball [m], as in other units."""
+    for name, sign, words in (("approach", 1.0, "grows"), ("retract", -1.0, "falls")):
+        depth = data.depth[data.segments == name]
+        if depth.size >= FEWEST and sign * (np.mean(depth[-2:]) - np.mean(depth[:2])) < 0.0:
+            raise ValueError(
+                f"depth: expected one that {words} during the {name}, got {depth[0]:.3g} to {depth[-1]:.3g} m: give the"
+                " depth, and the load, with the other sign"
+            )
+    back = np.flatnonzero(data.segments == "retract")
+    if back.size < FEWEST:
+        return
+    load, depth = data.load[back], data.depth[back]
+    deep = np.argsort(depth)[-max(back.size // TAIL, 2) :]
+    if float(np.mean(load[deep])) < float(np.median(load)):
+        raise ValueError(
+            f"load: expected the largest loads at the largest depths, got {np.mean(load[deep]):.3g} N there and"
+            f" {np.median(load):.3g} N on average over the retraction: give the load with the other sign"
+        )
+    way = float(np.ptp(data.depth[_held_points(data)]))
+    if way > radius:
+        raise ValueError(
+            f"depth: expected a contact less deep than the radius of the ball, {radius:.3g} m, got {way:.3g} m: expected a"
+            " depth in m and not in mm, um or nm"
+        )
+
+
+def _held_points(data: IndentationData) -> np.ndarray:
+    """Return the places of the points of the retraction in contact."""
+    back = np.flatnonzero(data.segments == "retract")
+    return back[_held(data.load[back])]
+
+
+def read_pull_off(data: IndentationData) -> PullOff:
+    """Return what an adhesive force curve tells without a model; ValueError for a curve without a pull-off."""
+    marks, load = data.segments, data.load
+    back = np.flatnonzero(marks == "retract")
+    spread = sample_noise(load)
+    if back.size < FEWEST or not load[back].min() < -SURE * spread:
+        found = "no retraction" if back.size < FEWEST else f"a lowest load of {load[back].min():.3g} N"
+        raise ValueError(
+            f"adhesion: expected a retraction with a tension above {SURE:g} standard deviations of the noise"
+            f" ({SURE * spread:.3g} N), got {found}"
+        )
+    contact = np.ones(load.size, dtype=bool)
+    contact[back] = _held(load[back])
+    there = np.flatnonzero(marks == "approach")
+    if there.size:
+        contact[there] = _touched(load[there], spread)
+    force = _lowest(data.depth[back], load[back], contact[back])
+    return PullOff(force, *_work(data.depth[back], load[back], contact[back], spread), contact)
+
+
+def _held(load: np.ndarray) -> np.ndarray:
+    """Return which points (n,) of a retraction are in contact.
+
+    The lowest load is that of a running median, and the contact has ended where several points in a row have lost their
+    tension, so that the noise of one reading decides neither.
+    """
+    width = min(MEDIAN_WIDTH, load.size)
+    padded = np.pad(load, (width // 2, width - 1 - width // 2), mode="edge")
+    lowest = float(np.median(np.lib.stride_tricks.sliding_window_view(padded, width), axis=-1).min())
+    first = int(np.argmin(load))
+    beyond = np.append(load[first:], np.full(IN_A_ROW - 1, np.inf))
+    lost = np.lib.stride_tricks.sliding_window_view(beyond > (1.0 - LOST) * lowest, IN_A_ROW).all(-1)
+    end = first + int(np.argmax(lost)) if lost.any() else load.size
+    return np.arange(load.size) < end
+
+
+def _touched(load: np.ndarray, spread: float) -> np.ndarray:
+    """Return which points (n,) of an approach are in contact."""
+    least = max(SURE * spread, ONSET * float(load.max()))
+    lowest = int(np.argmin(load))
+    apart = np.flatnonzero(load <= least)
+    first = int(apart[-1]) + 1 if apart.size else 0
+    start = lowest if load[lowest] < -least else first
+    return np.arange(load.size) >= start
+
+
+def _lowest(depth: np.ndarray, load: np.ndarray, contact: np.ndarray) -> float:
+    """Return an estimate of the largest tension, from a parabola through the points near it."""
+    near = np.flatnonzero(contact & (load < NEAR * load.min()))
+    lowest = int(np.argmin(load))
+    if near.size < FEWEST:
+        return -float(load[lowest])
+    x = depth[near] - depth[lowest]
+    x = x / max(float(np.ptp(x)), 1e-300)
+    A = np.stack([np.ones(x.size), x, x**2], -1)
+    return -float(np.min(A @ np.linalg.lstsq(A, load[near], rcond=None)[0]))
+
+
+def _work(
+    depth: np.ndarray, load: np.ndarray, contact: np.ndarray, spread: float
+) -> tuple[float, float, float]:
+    """Return the work of the tension, its standard deviation for noise that is independent from point to point, and its
+    largest error from the depth at which the contact breaks, which is half way to the next point or up to that from it."""
+    on = np.flatnonzero(contact)
+    tension = np.flatnonzero(load[on] < 0.0)
+    on = on[tension[0] :] if tension.size else on[:0]
+    if on.size == 0:
+        return 0.0, 0.0, 0.0
+    steps = -np.diff(depth[on])
+    weights = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
+    half = 0.5 * abs(float(depth[on[-1]] - depth[on[-1] + 1])) if on[-1] + 1 < depth.size else 0.0
+    weights[-1] += half
+    end = half * float(np.median(np.abs(load[on[-IN_A_ROW:]])))
+    return -float(weights @ load[on]), float(spread * np.sqrt(np.sum(weights**2))), end

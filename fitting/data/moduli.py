@@ -4,9 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from fitting.data.clock import since_load
-from fitting.data.curves import absolute, array, times
-from fitting.views.in_words import described
+from fitting.data.curves import absolute, array, since_load, times
+from fitting.views.text import described
 
 CONVENTIONS = ("G", "E")
 
@@ -23,7 +22,7 @@ class RelaxationData:
         notes: remarks on what was read and corrected.
         start: time [s] of the strain step on the clock of t, which is subtracted; 0 if t counts from the step.
             None takes t as the time since the step, and adds a note if the spacing suggests that the clock started
-            earlier (``fitting/data/clock.py``).
+            earlier (``fitting/data/curves.py``).
         temperature: of the test [K], for ``fit_master``.
         scatter: (n,) standard deviations up to a common factor, which a fit estimates; set by ``resample``.
 

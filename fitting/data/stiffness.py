@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fitting.data.curves import array, deviations, window_note
-from fitting.views.in_words import described
+from fitting.views.text import described
 
 STATED = ("reduced modulus", "modulus")
 

@@ -1,29 +1,618 @@
 """Fit of the modulus and the work of adhesion to an adhesive force curve, approach and retraction."""
 
+from __future__ import annotations
+
+import collections
 import dataclasses
+import functools
 import math
 import time
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 import jaxcontact as jc
-from fitting.data.indentation import IndentationData
-from fitting.data.probe import paraboloid_note, probe_of
-from fitting.data.pull_off import check_signs, read_pull_off, zeroed
-from fitting.fits.adhesion_verdict import AdhesiveSample, deviation
-from fitting.inference import student
+from fitting.data.indentation import (
+    IndentationData,
+    PullOff,
+    check_signs,
+    paraboloid_note,
+    probe_of,
+    read_pull_off,
+    zeroed,
+)
+from fitting.fits.force import Deviation
+from fitting.inference import noise
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.models.adhesive_curve import JKR, MaugisDugdale
-from fitting.models.adhesive_film import FilmOnBase
+from fitting.inference.verdict import Assessment, Sample, Solved
+from fitting.models.adhesive_contact import (
+    JKR,
+    Extent,
+    FilmOnBase,
+    FilmSeries,
+    MaugisDugdale,
+    largest_tension,
+    load_at,
+    series_of,
+)
+from fitting.models.adhesive_contact import film_largest_tension as film_tension
+from fitting.models.adhesive_contact import film_load_at as film_load
 from fitting.models.coordinates import NUISANCES
-from fitting.models.structure import Sought, Volume
-from fitting.search.adhesive_search import AdhesiveTest, Body, table_of
-from fitting.search.nonlinear import minimise_from, moved
+from fitting.models.search_space import ParameterSpace
+from fitting.models.structure import ParameterList, Sought, Volume, limits, resolve
+from fitting.search import nonlinear
+from fitting.search.layered import Coating, march_times, polygon
+from fitting.search.nonlinear import Objective, inverse, minimise_from, moved
 from fitting.search.press import Instrument, indentation_weights
-from fitting.search.uncertainty import inverse
-from fitting.views import adhesion_picture, report
+from fitting.views import text
+from fitting.views.sheet import parameters, title
+from jaxcontact._support.prefixes import told_apart
+
+# Search of the fit of an adhesive force curve, approach and retraction, of an elastic half-space or film.
+#
+# The load is fitted as a function of the measured depth by a closed form (``fitting.models.adhesive_contact``), on a
+# film by that of ``fitting.models.adhesive_contact``. Coordinates are the logarithms of shear modulus, work of adhesion
+# and strength, over starting values that follow from the lowest and the highest point of the curve, and the
+# contributions of the instrument to the depth.
+
+
+WIDE = 7.0  # of the logarithms of modulus and work about their starting values
+PARAMETERS = -5.0, 4.0  # of the logarithm of Maugis's parameter over its starting value
+STARTS: tuple[float, ...] = (-2.0, 0.0, 2.0)  # of the logarithm of Maugis's parameter
+MODULI: tuple[float, ...] = (
+    -1.5,
+    0.0,
+    1.5,
+)  # of the logarithm of the modulus of a film, over that of a half-space
+WIDER = 1.5  # of the largest contact radius that is expected
+
+
+UNITS = {"G": "Pa", "work": "J/m2", "strength": "Pa"}
+
+
+def structure_of_model(model: type) -> ParameterList:
+    """Return the list of parameters of a model."""
+    return ParameterList.of(model, {name: UNITS[name] for name in model._fields})  # type: ignore[attr-defined]
+
+
+class Body(NamedTuple):
+    """The bodies in contact: Poisson's ratio of the half-space or film, the ball, and the film on its base, if any."""
+
+    nu: float
+    ball: Any
+    film: FilmOnBase | None = None
+
+    def modulus(self, G: Any) -> Any:
+        """Return E* [Pa] of the contact of the ball with a half-space of shear modulus G [Pa]."""
+        return 2.0 / ((1.0 - self.nu) / G + self.own)
+
+    @property
+    def own(self) -> float:
+        """The compliance (1 - nu)/G of the ball [1/Pa]."""
+        with jax.ensure_compile_time_eval():  # a number inside jit as well
+            return float(self.ball.compliance())
+
+
+class AdhesiveTest(NamedTuple):
+    """A force curve ready for a search.
+
+    data; seen: its ``PullOff``; body; model: the class of the parameters; weights (n,) [1/N], 0 out of contact; zero: bound
+    on the error of the zero of the load [N].
+    """
+
+    data: IndentationData
+    seen: PullOff
+    body: Body
+    model: type
+    weights: np.ndarray
+    zero: float
+
+    def start(self) -> dict[str, float]:
+        """Return starting values: the lowest load is that of JKR, and the modulus follows from the highest point."""
+        R, pull = float(self.body.ball.radius), self.seen.force
+        work = pull / (1.5 * math.pi * R)
+        top = float(self.data.load.max())
+        of_unit_modulus = self._jkr_depth(top, work) - self._jkr_depth(-pull * (1.0 - 1e-9), work)
+        low = float(self.data.depth[np.flatnonzero(self.data.segments == "retract")][self._lowest()])
+        way = max(float(self.data.depth.max()) - low, 1e-3 * float(np.ptp(self.data.depth)))
+        modulus = (of_unit_modulus / way) ** 1.5
+        own = self.body.own
+        G = (1.0 - self.body.nu) / max(2.0 / modulus - own, 0.1 / modulus)
+        values = {"G": G, "work": work}
+        if self.model is MaugisDugdale:
+            K = 4.0 * modulus / 3.0  # lambda = 1
+            values["strength"] = float(0.5 * np.cbrt(math.pi * work * K**2 / R))
+        return values
+
+    def first_touch(self) -> float:
+        """Return the measured depth [m] at which the surfaces would touch without adhesion, at the starting values."""
+        values = self.start()
+        E = float(self.body.modulus(values["G"]))
+        return float(self.data.depth.max()) - self._jkr_depth(float(self.data.load.max()), values["work"], E)
+
+    def _lowest(self) -> int:
+        return int(np.argmin(self.data.load[np.flatnonzero(self.data.segments == "retract")]))
+
+    def _jkr_depth(self, load: float, work: float, modulus: float = 1.0) -> float:
+        """Return the approach [m] of JKR under a load [N]."""
+        R = float(self.body.ball.radius)
+        pull = 3.0 * math.pi * work * R
+        a = np.cbrt(0.75 * R / modulus * (load + pull + math.sqrt(max(2.0 * pull * load + pull**2, 0.0))))
+        return float(a**2 / R - math.sqrt(2.0 * math.pi * a * work / modulus))
+
+    def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> ParameterSpace:
+        """Return the coordinates of the search."""
+        structure, start, sizes = structure_of_model(self.model), self.start(), sizes_of(self.data)
+        rows = [
+            log_bounds(table[name], start[name], PARAMETERS if i > 1 else (-WIDE, WIDE))
+            for i, name in enumerate(structure.where)
+        ]
+        nuisances = instrument.box(sizes)
+        if isinstance(instrument.contact_point, str):  # about the measured depths, whose zero is arbitrary
+            nuisances[0] += float(self.data.depth.min()) / sizes[0] + np.array([0.0, 1.0])
+        return space_of(structure, start, sizes, np.concatenate([np.array(rows), nuisances]))
+
+    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
+        """Return starting coordinates, for the closed form with a strength at several of them."""
+        k = space.structure.size
+        theta = np.zeros(space.lower.size)
+        theta[k] = self.first_touch() / space.unit[k]
+        place, several = 0, MODULI
+        if self.body.film is None:
+            place, several = 2, STARTS if self.model is MaugisDugdale else STARTS[1:2]
+        rows = [np.where((np.arange(theta.size) == place) & (place < k), shift, theta) for shift in several]
+        return [np.clip(row, *space.bounds) for row in rows]
+
+    def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
+        """Return the least squares over the coordinates."""
+        n = self.data.t.size
+        times = self.data.t - self.data.t[0]
+        samples = tuple(nonlinear.repeated(x) for x in (times, self.data.depth, self.data.load))
+        body = jnp.array([self.body.nu, self.body.own, float(self.body.ball.radius)])
+        given = (
+            nonlinear.without_weight(weights),
+            samples,
+            space.unit,
+            body,
+        )  # numbers of points share a program
+        residual, slopes = self._functions(space)
+        return Objective(
+            lambda theta: np.asarray(residual(theta, *given))[:n],
+            lambda theta, free: np.asarray(slopes(theta, *given)[:, free])[:n],
+            *space.bounds,
+            ftol=1e-12, close=2e-3, floor=1e-26 * float(np.sum((weights * self.data.load) ** 2)),
+        )  # fmt: skip
+
+    def pull_off(self, space: ParameterSpace, theta: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the largest tension [N] of the curve at a point, and the derivative (m,) of its logarithm by the
+        coordinates."""
+        nu, own, radius, film = self.body.nu, self.body.own, float(self.body.ball.radius), self.body.film
+        unit, k = jnp.asarray(space.unit), space.structure.size
+
+        def log_force(logs: Array) -> Array:
+            values = jnp.exp(logs) * unit[:k]
+            if film is None:
+                strength = values[2] if k > 2 else None
+                modulus = 2.0 / ((1.0 - nu) / values[0] + own)
+                return jnp.log(largest_tension(modulus, values[1], radius, strength))
+            size = film.thickness, self._extent(film)
+            log_G = float(theta[0]) + math.log(space.unit[0])
+            series = series_of(log_G, nu, own, film, size[1])
+            body = (1.0 - nu) / values[0] + own, values[1], radius
+            return jnp.log(film_tension(logs[0] - float(theta[0]), series, body, size))
+
+        log, slope = jax.value_and_grad(log_force)(jnp.asarray(theta[:k]))
+        return math.exp(float(log)), np.append(np.asarray(slope), np.zeros(theta.size - k))
+
+    def _functions(self, space: ParameterSpace) -> tuple[Callable[..., Array], Callable[..., Array]]:
+        """Return the residuals and their Jacobian as functions of the coordinates and the arrays of ``objective``."""
+        film = self.body.film
+        if film is None:
+            return _residual, _curve_slopes
+        size = film.thickness, self._extent(film)
+
+        def at(theta: np.ndarray) -> tuple[FilmSeries, float, tuple[float, Extent]]:
+            log_G = float(theta[0]) + math.log(space.unit[0])
+            return series_of(log_G, self.body.nu, self.body.own, film, size[1]), float(theta[0]), size
+
+        return (
+            lambda theta, *given: _film_residual(theta, *at(theta), *given),
+            lambda theta, *given: _film_slopes(theta, *at(theta), *given),
+        )
+
+    def _extent(self, film: FilmOnBase) -> Extent:
+        """Return a range beyond the contact radius of the deepest point for any base, equal for similar curves."""
+        radius, values = float(self.body.ball.radius), self.start()
+        depth = float(np.ptp(self.data.depth[self.seen.contact]))
+        neck = np.cbrt(math.pi * values["work"] * radius**2 / float(self.body.modulus(values["G"])))
+        widest = WIDER * (math.sqrt(2.0 * radius * depth) + neck) / film.thickness
+        return Extent(
+            2.0 ** math.ceil(math.log2(widest)), 1.0 + math.exp(round(math.log(values["G"] / film.base)))
+        )
+
+
+def sizes_of(data: IndentationData) -> np.ndarray:
+    """Return units (3,) of contact point [m], drift [m/s] and machine compliance [m/N]: each moves by the whole depth."""
+    depth, load = float(np.ptp(data.depth)), float(np.ptp(data.load))
+    return depth / np.array([1.0, float(np.ptp(data.t)), load])
+
+
+def log_bounds(given: tuple[float, float], unit: float, whole: tuple[float, float]) -> tuple[float, float]:
+    """Return the bounds of a logarithm, those of the parameter where they are given and else those of the search."""
+    low, high = given
+    return (math.log(low / unit) if low > 0.0 else whole[0]), (
+        math.log(high / unit) if math.isfinite(high) else whole[1]
+    )
+
+
+def space_of(
+    structure: ParameterList, start: dict[str, float], sizes: np.ndarray, box: np.ndarray
+) -> ParameterSpace:
+    """Return the coordinates: logarithms of the parameters over their starting values, and the instrument's contributions.
+
+    sizes (3,): units of the latter; box (k + 3, 2): bounds of all.
+    """
+    unit = np.array([start[name] for name in structure.where])
+    own = np.arange(len(box)) < structure.size
+    return ParameterSpace(
+        structure=structure, lower=box[:, 0], upper=box[:, 1], unit=np.append(unit, sizes), logarithmic=own,
+        material=own, names=(*structure.where, *NUISANCES), open=np.ones((len(box), 2), dtype=bool),
+    )  # fmt: skip
+
+
+def table_of(
+    model: type, fixed: dict[str, float] | None, bounds: dict[str, tuple] | None
+) -> dict[str, tuple[float, float]]:
+    """Return the bounds of the parameters of a model."""
+    return limits(structure_of_model(model), fixed, bounds)
+
+
+def _offset(instrument: Array, t: Array, load: Array) -> Array:
+    """Return the contribution of the instrument to the depth [m], (n,)."""
+    point, drift, machine = instrument
+    return point + drift * t + machine * load
+
+
+@jax.jit
+def _residual(
+    theta: Array, weights: Array, samples: tuple[Array, Array, Array], unit: Array, body: Array
+) -> Array:
+    """Return the weighted residuals (n,) of the closed form.
+
+    samples: times, depths and loads, (n,); body: Poisson's ratio, and compliance and radius of the ball.
+    """
+    values, (nu, own, radius), (t, depth, load) = jnp.exp(theta[:-3]) * unit[:-3], body, samples
+    approach = depth - _offset(theta[-3:] * unit[-3:], t, load)
+    approach = jnp.where(weights > 0.0, approach, 0.0)
+    strength = values[2] if values.size > 2 else None
+    model = load_at(approach, 2.0 / ((1.0 - nu) / values[0] + own), values[1], radius, strength)
+    return weights * (model - load)
+
+
+@jax.jit
+def _film_residual(
+    theta: Array, series: FilmSeries, at: Array, size: tuple[Array, Extent],
+    weights: Array, samples: tuple[Array, Array, Array], unit: Array, body: Array,
+) -> Array:  # fmt: skip
+    """Return the weighted residuals (n,) on a film; series: for the coordinate ``at`` of its modulus."""
+    (G, work), (nu, own, radius), (t, depth, load) = jnp.exp(theta[:2]) * unit[:2], body, samples
+    approach = depth - _offset(theta[-3:] * unit[-3:], t, load)
+    approach = jnp.where(weights > 0.0, approach, 0.0)
+    model = film_load(approach, theta[0] - at, series, ((1.0 - nu) / G + own, work, radius), size)
+    return weights * (model - load)
+
+
+@jax.jit
+def _film_slopes(theta: Array, *given: Any) -> Array:
+    """Return the Jacobian (n, m) of the residuals on a film."""
+    return jax.jacfwd(lambda at: _film_residual(at, *given))(jnp.asarray(theta))
+
+
+@jax.jit
+def _curve_slopes(theta: Array, *given: Array) -> Array:
+    """Return the Jacobian (n, m) of the residuals."""
+    return jax.jacfwd(lambda at: _residual(at, *given))(jnp.asarray(theta))
+
+
+# Judgement of an adhesive force curve: systematic deviations from the model, their size, and their meaning.
+#
+# As with other force curves (``force_verdict``), a curve of a real sample whose noise is small is never described to
+# within it, so that a trend of the residuals alone is no reason for a rejection. Where the common tests find one, the
+# model is fitted again to the shallower and to the deeper half of the contact, and, without a range of the attraction
+# (JKR), with one. The intervals are widened by the largest change of each parameter, and the fit is rejected if
+# modulus or work change by more than ``CHANGE`` or the trend exceeds ``TREND`` of the largest force.
+
+
+CHANGE = 0.4  # of the logarithm of a parameter between half the contact and the whole
+TREND = 0.05  # of the largest force, in size
+WINDOW = 0.05  # fraction of the points in a running mean of the residuals
+FEW = 8  # fewest points in half the contact
+
+
+class AdhesiveSample(Sample):
+    """The points of an adhesive force curve, whose trends this module judges in place of the common tests."""
+
+    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
+        """Return the evidence without reasons for rejection."""
+        found = super().assess(solved, p, level)
+        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
+
+
+def deviation(
+    test: AdhesiveTest, problem: FitProblem, solved: Solved, with_range: Callable[[], np.ndarray] | None
+) -> Deviation:
+    """Return the systematic deviation of a solved curve.
+
+    with_range: returns the coordinates (m,) of the fit with a range of the attraction; None where the model has one.
+    """
+    nothing = np.zeros(solved.theta.size)
+    if not Sample.assess(problem.sample, solved, problem.p, problem.level).evidence.refused:
+        return Deviation(nothing, (), ())
+    halves = [_half(test, problem, solved, deep) for deep in (False, True)]
+    if any(half is None for half in halves):
+        return Deviation(nothing, ("too few points in contact to judge the trend of the residuals",), ())
+    others = halves if with_range is None else [*halves, with_range()]
+    left = np.max(np.abs(np.array(others) - solved.theta), axis=0)
+    trends = {mark: _trend(test, solved, mark) for mark in ("approach", "retract")}
+    found = _words(test, max(trends.values()), left)
+    if max(trends.values()) > TREND or np.max(left[:2]) > CHANGE:
+        return Deviation(left, (f"{found}: {_meaning(trends)}",), ())
+    return Deviation(left, (), (f"{found}, which the intervals include",))
+
+
+def _words(test: AdhesiveTest, trend: float, left: np.ndarray) -> str:
+    """Return the size of a trend and of the changes of modulus and work in words."""
+    force = trend * _largest(test)
+    G, work = (100.0 * math.expm1(change) for change in left[:2])
+    other = " or a range of the attraction" if test.model is JKR and test.body.film is None else ""
+    return (
+        f"the residuals have a trend of {100 * trend:.1f} % of the largest force ({force:.3g} N); with half the contact"
+        f"{other} G changes by {G:.1f} % and work by {work:.1f} %"
+    )
+
+
+def _largest(test: AdhesiveTest) -> float:
+    """Return the largest force in contact, in size [N]."""
+    return float(np.max(np.abs(test.data.load[test.seen.contact])))
+
+
+def _trend(test: AdhesiveTest, solved: Solved, mark: str) -> float:
+    """Return the largest running mean of the residuals of one segment in contact over the largest force; 0 without it."""
+    some = test.seen.contact & (test.data.segments == mark)
+    if not np.any(some):
+        return 0.0
+    deviations = solved.residual[some] / solved.weights[some]
+    width = min(max(int(WINDOW * deviations.size), 3), deviations.size)
+    mean = np.convolve(deviations, np.ones(width) / width, mode="valid")
+    return float(np.max(np.abs(mean)) / _largest(test))
+
+
+def _half(test: AdhesiveTest, problem: FitProblem, solved: Solved, deep: bool) -> np.ndarray | None:
+    """Return the coordinates (m,) of the fit to the deeper or shallower half; None with too few points."""
+    depth, contact = test.data.depth, test.seen.contact
+    middle = 0.5 * (depth[contact].min() + depth[contact].max())
+    some = contact & ((depth >= middle) == deep)
+    if np.sum(some) < FEW:
+        return None
+    half = test.objective(problem.space, np.where(some, solved.weights, 0.0))
+    half.lower, half.upper = (bound.copy() for bound in problem.space.bounds)
+    return nonlinear.minimise(half, solved.theta).theta
+
+
+def _meaning(trends: dict[str, float]) -> str:
+    """Return what a trend may mean."""
+    if trends["approach"] > TREND:
+        return (
+            "approach and retraction may have different works of adhesion, as an edge that advances and one that recedes"
+            ' often have: fit the retraction alone (data.only("retract"))'
+        )
+    return (
+        "the sample may creep, be a film on a base, or be rough, the ball may have another radius, or the attraction a range"
+        " that the model does not have"
+    )
+
+
+# Search of the fit of an adhesive force curve, approach, dwell and retraction, of a viscoelastic film on a base.
+#
+# A receding edge on a viscoelastic solid has no closed form, so that the contact solver is the model: the measured
+# depth is prescribed over the whole history, and the load at the points in contact is fitted. The range of the
+# attraction (or its strength) is held, because the curve in contact hardly determines it. Coordinates are the
+# logarithms of the parameters of the material and of the work of adhesion, over starting values, and the
+# contributions of the instrument to the depth.
+#
+# The difference between the load on a grid of twice the cells with steps of half the length and that on the grid of
+# the search, at the optimum, is added to the model, and the fit is repeated. What this changes in the coordinates,
+# divided by ``LEFT``, remains as a systematic error.
+
+
+CELLS, FINER = 32, 2  # cells along a side, and the factor on cells and steps of the run that corrects
+LEFT = 3.0  # second order: of the change, a third remains
+MARGIN = 2.2  # width of the grid over the diameter of the contact that is expected
+ITERATIONS = 1000  # of the solver in a step
+SHARES: dict[type, tuple[float, ...]] = {
+    jc.Maxwell: (1.0, 0.5),
+    jc.StandardLinearSolid: (0.5, 0.5),
+    jc.Burgers: (0.4, 0.4, 0.2),
+}  # of springs and flow in the compliance of the start at the end of the curve
+TIMES = 0.03, 0.3  # retardation times of the starts over the duration
+
+
+@functools.cache
+def structure_with_work(material: type) -> ParameterList:
+    """Return the list of the parameters of a film's material and of the work of adhesion."""
+    own = resolve(material)
+    units = {name: own.unit(name) for name in own.where} | {"work": "J/m2"}
+    return ParameterList.of(collections.namedtuple(material.__name__, units), units)  # type: ignore[misc]
+
+
+class AdhesiveFilm(NamedTuple):
+    """The bodies in contact: Poisson's ratio and coating of the film, ball, and the law of adhesion at the start."""
+
+    nu: Any
+    coating: Coating
+    ball: Any
+    law: Any
+
+
+class Run(NamedTuple):
+    """Inputs of the solver beside the coordinates: times (m,) [s] of the march and depth there [m]; t, load, (n,): the
+    samples; correction (n,) [N]: added to the model; unit: of the coordinates."""
+
+    film: AdhesiveFilm
+    grid: jc.Grid
+    times: Array
+    depth: Array
+    t: Array
+    load: Array
+    correction: Array
+    unit: Array
+
+
+class CreepingFilm(NamedTuple):
+    """A force curve ready for a search.
+
+    data; seen: its ``PullOff``; film; material: the class; start: {parameter: value}; radius: of the contact that is
+    expected [m]; weights (n,) [1/N], 0 out of contact.
+    """
+
+    data: IndentationData
+    seen: PullOff
+    film: AdhesiveFilm
+    material: type
+    start: dict[str, float]
+    radius: float
+    weights: np.ndarray
+
+    def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> ParameterSpace:
+        """Return the coordinates of the search."""
+        structure, sizes = structure_with_work(self.material), sizes_of(self.data)
+        rows = [log_bounds(table[name], self.start[name], (-WIDE, WIDE)) for name in structure.where]
+        return space_of(structure, self.start, sizes, np.concatenate([np.array(rows), instrument.box(sizes)]))
+
+    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
+        """Return starting coordinates, for each of ``TIMES`` where there is a retardation time."""
+        theta, names = np.zeros(space.lower.size), list(space.structure.where)
+        if "eta2" not in names:
+            return [np.clip(theta, *space.bounds)]
+        place = np.arange(theta.size) == names.index("eta2")
+        return [np.clip(np.where(place, math.log(time), theta), *space.bounds) for time in TIMES]
+
+    def run(self, space: ParameterSpace, width: float, finer: int = 1) -> Run:
+        """Return the inputs of the solver on a grid of a width [m], with ``finer`` times the cells and the steps."""
+        since = self.data.t - self.data.t[0]
+        size = float(np.ptp(self.data.depth))
+        knots = march_times(since, self.data.depth / size)
+        depth = polygon(since, self.data.depth / size, knots) * size
+        steps = np.interp(
+            np.arange((knots.size - 1) * finer + 1) / finer, np.arange(knots.size), knots
+        )  # between the knots
+        grid = jc.Grid.square(n=CELLS * finer, width=width)
+        numbers = Run(
+            self.film, grid, steps, np.interp(steps, knots, depth), since, self.data.load, np.zeros(since.size),
+            space.unit,
+        )  # fmt: skip
+        return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), numbers)
+
+    def objective(self, space: ParameterSpace, weights: np.ndarray, run: Run) -> Objective:
+        """Return the least squares over the coordinates."""
+        weighted = jnp.asarray(weights)
+        return Objective(
+            lambda theta: np.asarray(weighted * (loads(theta, run, self.material)[0] - run.load)),
+            lambda theta, free: np.asarray(_creeping_film_slopes(theta, jnp.asarray(free), weighted, run, self.material)),
+            *space.bounds, ftol=1e-5, close=1e-2,
+        )  # fmt: skip
+
+    def correction(self, theta: np.ndarray, space: ParameterSpace, run: Run) -> np.ndarray:
+        """Return the load on a finer grid with shorter steps less that of a run, (n,) [N]."""
+        finer = self.run(space, float(run.grid.width[0]), FINER)
+        difference = loads(theta, finer, self.material)[0] - loads(theta, run, self.material)[0]
+        return np.asarray(difference + run.correction)
+
+
+def starting_values(material: type, G: float, work: float, duration: float) -> dict[str, float]:
+    """Return starting values of a material whose compliance at the end is 1/G, with eta2 for a time of the duration [s]."""
+    spring, *more = SHARES[material]
+    if material is jc.Maxwell:
+        return {"G": G, "eta": G * duration / more[0], "work": work}
+    values = {"G1": G / spring, "G2": G / more[0]}
+    if material is jc.Burgers:
+        values["eta1"] = G * duration / more[1]
+    return values | {"eta2": G / more[0] * duration, "work": work}
+
+
+def with_work(law: Any, work: Any) -> Any:
+    """Return the law of the same range, or strength, with another work of adhesion [J/m2]."""
+    if isinstance(law, jc.DugdaleAdhesion):
+        return jc.DugdaleAdhesion(work, law.strength)
+    return jc.ExponentialAdhesion(work, law.range)
+
+
+@functools.partial(jax.jit, static_argnames=("material",))
+def loads(theta: Array, run: Run, material: type) -> tuple[Array, Array, Array]:
+    """Return the load at the samples (n,) [N], with the correction; status and cells across the attraction's zone, (m,)."""
+    film, names = run.film, structure_with_work(material).where
+    values = dict(zip(names, jnp.exp(theta[:-3]) * run.unit[:-3], strict=True))
+    law = with_work(film.law, values.pop("work"))
+    point, drift, machine = theta[-3:] * run.unit[-3:]
+    offset = point + drift * run.t + machine * run.load
+    control = jc.Approach(run.depth - jnp.interp(run.times, run.t, offset))
+    found = jc.indent(
+        film.coating.body(material(**values, nu=film.nu)), film.ball, control, run.times, grid=run.grid, adhesion=law,
+        save="last", max_iterations=ITERATIONS,
+    )  # fmt: skip
+    assert isinstance(found, jc.AdhesiveHistory)
+    return jnp.interp(run.t, run.times, found.load) + run.correction, found.status, found.cohesive_cells
+
+
+@functools.partial(jax.jit, static_argnames=("material",))
+def _creeping_film_slopes(theta: Array, free: Array, weights: Array, run: Run, material: type) -> Array:
+    """Return the Jacobian (n, k) of the residuals at the points in contact; 0 elsewhere."""
+    at = jnp.asarray(theta)
+    slopes = jax.jacfwd(lambda some: loads(at.at[free].set(some), run, material)[0])(at[free])
+    return jnp.where(weights[:, None] > 0.0, weights[:, None] * slopes, 0.0)
+
+
+# Figure of the fit of an adhesive force curve: load over depth, residuals, parameters and verdict.
+
+
+def draw(fit: Any, path: Any) -> Any:
+    """Return a figure of an ``AdhesiveFit``; save it where a path is given."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.5, 6.5), layout="constrained")
+    title(figure, fit)
+    places = figure.add_gridspec(3, 1, height_ratios=(3, 1, 0.6))
+    top = figure.add_subplot(places[0])
+    bottom = figure.add_subplot(places[1], sharex=top)
+    data, kept = fit.data, fit.kept
+    depth, load = data.depth * 1e9, data.load * 1e9
+    top.axhline(0.0, color="0.8", linewidth=0.8)
+    top.plot(depth[~kept], load[~kept], ".", markersize=3, color="0.8", label="out of contact, not fitted")
+    for name, colour in (("approach", "C0"), ("hold", "C2"), ("retract", "C1")):
+        on = kept & (data.segments == name)
+        if on.any():
+            top.plot(depth[on], load[on], ".", markersize=3, color=colour, label=name)
+            bottom.plot(depth[on], -fit.residuals[on[kept]], ".", markersize=3, color=colour)
+    order = np.argsort(depth[kept])
+    top.plot(
+        depth[kept][order], 1e9 * fit.fitted[order], color="black", linewidth=1.0, label=fit.model.__name__
+    )
+    top.axhline(-1e9 * fit.pull_off[0], color="0.4", linewidth=0.8, linestyle="--", label="pull-off")
+    top.set(ylabel="load [nN]")
+    top.tick_params(labelbottom=False)
+    top.legend(fontsize="small")
+    bottom.axhline(0.0, color="0.4", linewidth=0.8)
+    bottom.set(xlabel="depth [nm]", ylabel=f"residual\n({fit.weights})")
+    parameters(figure.add_subplot(places[2]), fit)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
 
 Interval = tuple[float, float, float]
 
@@ -74,7 +663,7 @@ class AdhesiveFit(Fit):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of load over depth with the fit, and of the residuals; save it where a path is given."""
-        return adhesion_picture.draw(self, path)
+        return draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with pull-off and work of separation, the Tabor number and what was held."""
@@ -206,7 +795,7 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
     seen = read_pull_off(data)
     weights, label = indentation_weights(data, seen.contact, "depth", choices.weights, choices.sigma)
     model = {"jkr": JKR, "fit": MaugisDugdale}[adhesion.lower()]
-    test = AdhesiveTest(data, seen, body, model, weights, student.two_sided(choices.level) * zero_sd)
+    test = AdhesiveTest(data, seen, body, model, weights, noise.two_sided(choices.level) * zero_sd)
     return _concluded(test, _found(test, label, choices), choices, started)
 
 
@@ -267,7 +856,7 @@ def _concluded(test: AdhesiveTest, found: _Searched, choices: AdhesiveChoices, s
     tabor = (
         math.nan if law is None else _tabor(body, values["G"], values["work"], float(law.largest_traction))
     )
-    z, seen = student.two_sided(choices.level), test.seen
+    z, seen = noise.two_sided(choices.level), test.seen
     rows = np.stack([space.to_si(v) for v in (best.theta, *found.concluded.ends.T)], -1)
     nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
     deepest = float(test.data.depth.max()) - dict(zip(space.names, rows[:, 0], strict=True))["contact_point"]
@@ -301,8 +890,8 @@ def _range_note(test: AdhesiveTest, found: _Searched, law: Any) -> tuple[str, ..
     G, work = fields["values"]["G"], fields["values"]["work"]
     tabor = [_tabor(test.body, G, work, s) if math.isfinite(s) and s > 0.0 else s for s in (low, high)]
     return (
-        f"the range of the attraction is not identified: strength {report.span(low, high)} Pa, a Tabor number"
-        f" {report.span(*tabor)}; the interval of the work of adhesion allows for it",
+        f"the range of the attraction is not identified: strength {text.span(low, high)} Pa, a Tabor number"
+        f" {text.span(*tabor)}; the interval of the work of adhesion allows for it",
     )
 
 
@@ -334,3 +923,195 @@ def interval_of_tension(force: float, slope: np.ndarray, solved: Any, concluded:
     left = 0.0 if solved.left is None else float(np.abs(slope) @ np.abs(solved.left)[objective.free])
     growth = math.exp(math.sqrt(max(rise * spread, 0.0)) + left)
     return force, force / growth, force * growth
+
+
+# Fit of a viscoelastic film and the work of adhesion to an adhesive force curve: approach, dwell and retraction.
+
+
+WIDER_GRID, WIDENINGS = 1.3, 4  # of the grid, where the contact reaches its edge
+FEW_COHESIVE = 3  # cells across the zone of attraction, as in the notes of ``indent``
+BAD = jc.Status.NOT_CONVERGED, jc.Status.INHERITED
+
+
+def check_creeping(adhesion: Any, model: Any, control: Any, film: tuple[Any, Any], bounds: Any) -> type:
+    """Return the class of the material; ValueError for what a fit with a law of adhesion does not take.
+
+    film: thickness and base, as given.
+    """
+    if film == (None, None):
+        raise ValueError(
+            f'adhesion: expected "fit", "JKR" or a work of adhesion [J/m2] on a half-space, got {adhesion!r}'
+        )
+    material = resolve(model).model
+    if material not in SHARES:
+        elastic = ': adhesion="JKR" fits an elastic film' if material is jc.Elastic else ""
+        raise ValueError(
+            f"model: expected one of {sorted(known.__name__ for known in SHARES)} with a law of adhesion, got"
+            f" {material.__name__}{elastic}"
+        )
+    if control != "depth":
+        raise ValueError(f'control: expected "depth" with a law of adhesion, got {control!r}')
+    _check_softer(material, bounds, film[1])
+    return material
+
+
+def _check_softer(material: type, bounds: dict[str, tuple] | None, base: Any) -> None:
+    """Raise ValueError for a film that may be stiffer than its base: a softer one can have the same curve."""
+    name = "G" if material is jc.Maxwell else "G1"
+    most = ((bounds or {}).get(name) or (None, None))[1]
+    if isinstance(base, jc.Elastic) and (most is None or not most <= float(base.G)):
+        raise ValueError(
+            f"bounds: expected an upper bound of {name} up to the modulus of the base, {float(base.G):.4g} Pa, got {most!r}:"
+            " a film softer and one stiffer than the base can have the same curve"
+        )
+
+
+class _Fitted(NamedTuple):
+    """The test with its problem, the solution, the run that it belongs to, and the numbers of starts of the first search."""
+
+    test: CreepingFilm
+    problem: FitProblem
+    solved: Solved
+    run: Run
+    starts: tuple[int, int]
+
+
+def fit_creeping_film(
+    data: IndentationData,
+    law: Any,
+    described: tuple[Any, Any],
+    given: tuple[Any, Any, Any, Any],
+    choices: AdhesiveChoices,
+) -> AdhesiveFit:
+    """Fit the material and the work of adhesion, with the range or strength of the law held.
+
+    described: model and control; given: indenter, Poisson's ratio, thickness [m] of the film and substrate.
+    """
+    started = time.perf_counter()
+    material = check_creeping(law, *described, given[2:], choices.bounds)
+    if not isinstance(data, IndentationData):
+        raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
+    body = body_of(*given)
+    data, zero_sd = zeroed(data)
+    check_signs(data, float(body.ball.radius))
+    seen = read_pull_off(data)
+    weights, label = indentation_weights(data, seen.contact, "depth", choices.weights, choices.sigma)
+    half_space = AdhesiveTest(data, seen, Body(body.nu, body.ball), JKR, weights, 0.0)
+    G, work, duration = half_space.start()["G"], float(law.work), float(np.ptp(data.t))
+    film = AdhesiveFilm(body.nu, Coating.of(given[2], None, given[3]), body.ball, law)
+    radius = _radius(body, G, work, float(np.ptp(data.depth[seen.contact])))
+    test = CreepingFilm(
+        data, seen, film, material, starting_values(material, G, work, duration), radius, weights
+    )
+    found = _found_creep(test, label, noise.two_sided(choices.level) * zero_sd, choices)
+    return _concluded_creep(found, conclude(found.problem, found.solved), body, choices, started)
+
+
+def _radius(body: Body, G: float, work: float, depth: float) -> float:
+    """Return the contact radius [m] that is expected at the deepest point."""
+    R = float(body.ball.radius)
+    neck = np.cbrt(math.pi * work * R**2 / float(body.modulus(G)))
+    return float(math.sqrt(R * depth) + neck)
+
+
+def _found_creep(test: CreepingFilm, label: str, zero: float, choices: AdhesiveChoices) -> _Fitted:
+    """Return the solution on a grid that is wide enough, corrected by a finer one."""
+    structure = structure_with_work(test.material)
+    table = limits(structure, choices.fixed, choices.bounds)
+    space = test.space(table, choices.instrument)
+    blocks = np.cumsum(np.append(False, test.data.segments[1:] != test.data.segments[:-1]))
+    curve = ("load", "N", test.data.t, test.data.load)
+    sample = Sample.of(curve, test.weights, label, blocks)
+    sought = Sought(structure, table, Volume.of(test.film.nu, None))
+    problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
+    run = test.run(space, 2.0 * MARGIN * test.radius)
+    starts = test.starts(space)
+    for _ in range(WIDENINGS):
+        coarse = _solved(test, problem, run, starts)
+        statuses, _ = _contact(test, coarse, run)
+        if not np.any(statuses == jc.Status.AT_EDGE):
+            break
+        run, starts = test.run(space, WIDER_GRID * float(run.grid.width[0])), [coarse.theta]
+    run = run._replace(correction=test.correction(coarse.theta, space, run))
+    solved = _solved(test, problem, run, [coarse.theta])
+    _count(coarse, solved)
+    left = np.abs(solved.theta - coarse.theta) / LEFT
+    best, objective = solved.whole
+    off = np.abs(moved(best, objective.free, solved.weights * zero))
+    solved = solved._replace(
+        left=left + off, kept=test.seen.contact, against=_against(*_contact(test, solved, run))
+    )
+    first = coarse.whole[0]
+    return _Fitted(test, problem, solved, run, (first.starts, first.agreed))
+
+
+def _solved(test: CreepingFilm, problem: FitProblem, run: Run, starts: list[np.ndarray]) -> Solved:
+    return least_squares(problem, lambda weights: test.objective(problem.space, weights, run), starts)
+
+
+def _count(first: Solved, last: Solved) -> None:
+    """Add the evaluations of the first search to those of the last."""
+    last.whole[1].residual_runs += first.whole[1].residual_runs
+    last.whole[1].jacobian_runs += first.whole[1].jacobian_runs
+
+
+def _contact(test: CreepingFilm, solved: Solved, run: Run) -> tuple[np.ndarray, float]:
+    """Return statuses up to the last point in contact, and the fewest cells across the zone of attraction (finer grid)."""
+    last = float(run.t[np.flatnonzero(test.seen.contact)[-1]])
+    _, status, cells = loads(solved.theta, run, test.material)
+    reached = np.asarray(run.times) <= last
+    return np.asarray(status)[reached], FINER * float(np.min(np.asarray(cells)[reached]))
+
+
+def _against(statuses: np.ndarray, cells: float) -> tuple[str, ...]:
+    """Return the reasons for rejecting a fit whose model is not solved at all times in contact, or not resolved."""
+    bad = int(np.sum(np.isin(statuses, BAD)))
+    edge = int(np.sum(statuses == jc.Status.AT_EDGE))
+    reasons = []
+    if bad:
+        reasons.append(f"the contact of the best fit did not converge at {bad} of {statuses.size} times")
+    if edge:
+        reasons.append(f"the contact of the best fit reaches the edge of the grid at {edge} times")
+    if cells < FEW_COHESIVE:
+        reasons.append(
+            f"{told_apart(cells, FEW_COHESIVE)}"
+            f" cells across the zone of attraction at the edge of contact, and below {FEW_COHESIVE} the fit"
+            " depends on the grid: give a law of longer range, which hardly changes the pull-off at Tabor numbers above 3"
+        )
+    return tuple(reasons)
+
+
+def _concluded_creep(
+    found: _Fitted, concluded: Conclusion, body: Body, choices: AdhesiveChoices, started: float
+) -> AdhesiveFit:
+    """Return the fit that follows from the search."""
+    test, space, (best, objective) = found.test, found.problem.space, found.solved.whole
+    values = dict(concluded.fields["values"])
+    work = values.pop("work")
+    law = with_work(test.film.law, work)
+    material = test.material(**values, nu=body.nu)
+    tabor = float(law.tabor_number(float(body.ball.radius), body.modulus(1.0 / float(material.creep(0.0)))))
+    rows = np.stack([space.to_si(v) for v in (best.theta, *concluded.ends.T)], -1)
+    nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
+    # the lowest load of the fitted curve in contact, and its slope by the coordinates from that row of the Jacobian
+    model = test.data.load + np.divide(
+        best.residual,
+        found.solved.weights,
+        out=np.full(test.data.t.size, np.inf),
+        where=found.solved.weights > 0.0,
+    )
+    lowest = int(np.argmin(model))
+    force = -float(model[lowest])
+    slope = -best.jacobian[lowest] / (found.solved.weights[lowest] * force)
+    z, seen, width = noise.two_sided(choices.level), test.seen, float(found.run.grid.width[0])
+    note = (
+        f"the range of the attraction is held at {float(law.characteristic_range):.3g} m; grid of {CELLS} x {CELLS} cells"
+        f" over {width:.3g} m, corrected by a finer one"
+    )
+    return concluded.fit(
+        AdhesiveFit, material=material, law=law, tabor_number=tabor, notes=(*concluded.fields["notes"], note),
+        pull_off=interval_of_tension(force, slope, found.solved, concluded), separation_work=seen.separation_work(z),
+        nu=body.nu, indenter=body.ball, film=body.film, nuisances=nuisances, kept=seen.contact,
+        runs=(objective.residual_runs, objective.jacobian_runs), starts=found.starts,
+        seconds=time.perf_counter() - started,
+    )  # fmt: skip

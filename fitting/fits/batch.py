@@ -9,12 +9,12 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.data.weights import choose_weights
-from fitting.inference import evidence
-from fitting.inference.evidence import Assessment, Sample, Solved
+from fitting.inference import verdict
+from fitting.inference.verdict import Assessment, Sample, Solved
 from fitting.models.structure import limits, resolve
-from fitting.search import creep_search, padding, varpro
-from fitting.search.creep_search import Optimum
-from fitting.views.in_words import described
+from fitting.search import nonlinear, varpro
+from fitting.search.varpro import Optimum
+from fitting.views.text import described
 from jaxcontact._support.pytree import refuse_masked
 
 VARYING = ("data", "weights", "lower", "upper", "ratio", "origin")
@@ -81,17 +81,15 @@ def fit_creep_batch(
     curves = [CreepData(t=t, J=row, start=start) for row in np.atleast_2d(np.asarray(J, dtype=float))]
     notes = tuple(dict.fromkeys(note for curve in curves for note in curve.notes))
     p = sum(low < high for low, high in table.values())
-    evidence.check(level, curves[0].t.size, p)
+    verdict.check(level, curves[0].t.size, p)
     samples = [
         Sample.of(curve.curve, *choose_weights(curve.t, curve.response, weights, None)) for curve in curves
     ]
-    scaled = [
-        creep_search.scale(c, s.weights, structure, table) for c, s in zip(curves, samples, strict=True)
-    ]
+    scaled = [varpro.scale(c, s.weights, structure, table) for c, s in zip(curves, samples, strict=True)]
     problems, own = _stack([s.problem for s in scaled]), varpro.PLACES[structure.size]
     if intervals or samples[0].adjustable:
         solve = lambda weights: _solve(samples, problems, weights)
-        found = evidence.settled(samples, solve([one.weights for one in samples]), solve, p)
+        found = verdict.settled(samples, solve([one.weights for one in samples]), solve, p)
         problems, best = found[0].whole
     else:  # the residuals are not needed
         best = _minimise_all(problems)
@@ -113,11 +111,11 @@ def _solve(samples: list[Sample], problems: varpro.TauSearch, weights: list[np.n
     """Return the optimum of each curve with weights (n,) [1/Pa]."""
     n, free = samples[0].t.size, _free(problems)
     sizes = [float(np.max(np.abs(sample.measured))) for sample in samples]
-    rows = [padding.without_weight(own * size) for own, size in zip(weights, sizes, strict=True)]
+    rows = [nonlinear.without_weight(own * size) for own, size in zip(weights, sizes, strict=True)]
     problems = problems._replace(weights=np.stack(rows))
     best = _minimise_all(problems)
     parts, residual, J = (np.asarray(a) for a in (best.parts, best.residual, _jacobian_all(problems, best)))
-    inside = np.asarray(creep_search.strictly_inside(parts, *_limits_all(problems)))
+    inside = np.asarray(varpro.strictly_inside(parts, *_limits_all(problems)))
     every, whole = np.ones(n, dtype=bool), (problems, best)
     return [
         Solved(parts[k], residual[k, :n], J[k, :n][:, free], inside[k, free], every, own, whole=whole)
@@ -156,7 +154,7 @@ def _axes(problems: varpro.TauSearch) -> varpro.TauSearch:
 
 @jax.jit
 def _minimise_all(problems: varpro.TauSearch) -> Optimum:
-    return jax.vmap(creep_search.minimise, in_axes=(_axes(problems),))(problems)
+    return jax.vmap(varpro.minimise, in_axes=(_axes(problems),))(problems)
 
 
 @jax.jit
@@ -166,10 +164,10 @@ def _limits_all(problems: varpro.TauSearch) -> tuple[jax.Array, jax.Array]:
 
 @jax.jit
 def _jacobian_all(problems: varpro.TauSearch, best: Optimum) -> jax.Array:
-    return jax.vmap(creep_search.jacobian, in_axes=(_axes(problems), 0))(problems, best)
+    return jax.vmap(varpro.jacobian, in_axes=(_axes(problems), 0))(problems, best)
 
 
 @jax.jit
 def _profile_all(problems: varpro.TauSearch, best: Optimum, level: jax.Array) -> jax.Array:
-    one = lambda q, b, most: creep_search.profile(q, b, most, jnp.zeros(0))
+    one = lambda q, b, most: varpro.profile(q, b, most, jnp.zeros(0))
     return jax.vmap(one, in_axes=(_axes(problems), 0, 0))(problems, best, level)

@@ -10,21 +10,248 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from jax.tree_util import Partial
 
 import jaxcontact as jc
 from fitting.data.curves import CreepData, check_kind, evaluation_times
 from fitting.data.indentation import IndentationData
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
-from fitting.fits.creep_solution import CreepSearch
 from fitting.fits.fractional import Law, ScaledCreepCurve, creep_structure
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
+from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
-from fitting.inference.evidence import Sample, settled
+from fitting.inference.noise import basis
 from fitting.inference.result import Fit, linear_band, plain
+from fitting.inference.verdict import Assessment, Sample, Solved, settled
+from fitting.models.search_space import Landscape, SearchSpace
 from fitting.models.structure import Sought, Structure
-from fitting.views import report
+from fitting.search import nonlinear, varpro
+from fitting.search.nonlinear import linear_sd
+from fitting.search.varpro import PLACES, Optimum, Scaled, TauSearch
+from fitting.views import text
+
+# Detection of isolated outliers of a creep curve, such as a reading before the load or a spike.
+#
+# A fit may pass through a single influential point, which then shows no residual. So each point of high leverage, or
+# with a large residual, is left out in turn, alone and with its neighbour, and the rest are fitted again. The point
+# is dropped if its deleted residual is then larger than noise can explain (the externally studentised residual; R. D.
+# Cook, S. Weisberg, Residuals and Influence in Regression, 1982, sec. 2.2) and the points around it agree with the
+# fit.
+
+
+MUCH = 0.3  # leverage above which a point is tried
+TRIED = 4  # largest number of points of each kind that are tried
+CHANCE = 1e-4  # probability of leaving out a point of a series of Gaussian noise
+LEAST = 1e-2  # smallest relative deviation of a dropped point
+MOST = 0.05  # largest fraction of the points that may be left out
+
+
+class SupportedPoints(NamedTuple):
+    """The points of a creep curve that remain after outliers are dropped.
+
+    kept (n,) bool: the remaining points; problem: with zero weight on the others; best: its optimum.
+    """
+
+    kept: np.ndarray
+    problem: varpro.TauSearch
+    best: Optimum
+
+
+def keep_all(problem: varpro.TauSearch, n: int) -> SupportedPoints:
+    """Return the optimum of all points."""
+    return SupportedPoints(np.ones(n, dtype=bool), problem, varpro.minimise(problem))
+
+
+def leave_out(problem: varpro.TauSearch, n: int) -> SupportedPoints:
+    """Return the optimum without outliers, or of all points if there are too many outliers."""
+    found = whole = keep_all(problem, n)
+    while (worse := _worst(problem, found)) is not None:
+        if np.sum(~worse.kept) > max(MOST * n, 2):
+            return whole
+        found = worse
+    return found
+
+
+def _worst(problem: varpro.TauSearch, now: SupportedPoints) -> SupportedPoints | None:
+    """Return the state without the most significant outliers, None if there are none."""
+    found, highest = None, 1.0
+    for points in _candidates(now):
+        trial = _without(problem, now.kept, points)
+        score = _score(problem, trial, points)
+        if score > highest:
+            found, highest = trial, score
+    return found
+
+
+def _without(problem: varpro.TauSearch, kept: np.ndarray, points: list[int]) -> SupportedPoints:
+    kept = kept.copy()
+    kept[points] = False
+    weights = np.array(problem.weights)
+    weights[: kept.size][~kept] = 0.0
+    fewer = problem._replace(weights=weights)
+    return SupportedPoints(kept, fewer, varpro.minimise(fewer))
+
+
+def _candidates(now: SupportedPoints) -> list[list[int]]:
+    """Return points of high leverage or large residual, alone and, of the first kind, with the following point."""
+    on = np.flatnonzero(now.kept)
+    J = varpro.inside_jacobian(now.problem, now.best)[on]
+    residual, say = np.asarray(now.best.residual)[on], np.sum(basis(J) ** 2, 1)
+    much = [int(i) for i in np.argsort(-say)[:TRIED] if say[i] > MUCH]
+    off = sorted(verdict.outlying(residual, basis(J)), key=lambda i: -abs(residual[i]))[:TRIED]
+    alone = [[int(on[i])] for i in dict.fromkeys([*much, *off])]
+    return alone + [[int(on[i]), int(on[i + 1])] for i in much if i + 1 < on.size]
+
+
+def _score(problem: varpro.TauSearch, trial: SupportedPoints, points: list[int]) -> float:
+    """Return the smallest deleted residual over its significance limit; 0 where the neighbouring points deviate too."""
+    n, on = trial.kept.size, np.flatnonzero(trial.kept)
+    away = np.asarray(varpro.residuals(problem, trial.best))[:n]
+    value = np.abs(away + np.asarray(problem.weights * problem.data)[:n])
+    J = varpro.inside_jacobian(problem, trial.best)[:n]
+    dof = on.size - J.shape[1]
+    beside = [i for i in (min(points) - 1, max(points) + 1) if 0 <= i < n]
+    size = np.min(np.abs(away[points]))
+    if dof < 2 or size < LEAST * np.max(value[points]):
+        return 0.0
+    if np.max(np.abs(away[beside])) > verdict.ISOLATED * size:
+        return 0.0
+    variance = away[on] @ away[on] / dof * (1.0 + _spread(J[on], J[points]))
+    limit = noise.two_sided(1.0 - CHANCE / n, dof)
+    return float(np.min(np.abs(away[points]) / np.sqrt(variance + 1e-300))) / limit
+
+
+def _spread(J: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return x (J^T J)^-1 x of rows x (m, k), infinite along directions that J (n, k) does not determine."""
+    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    _, s, V = np.linalg.svd(J / size, full_matrices=False)
+    along = rows / size @ V.T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.nan_to_num(np.sum((along / np.where(s > 1e-9 * s[0], s, 0.0)) ** 2, 1), nan=math.inf)
+
+
+# Search of a classical creep fit in the form that ``conclusion.py`` takes: optimum, profiles and combinations.
+
+
+SINGLY = 64  # most times of which each has a run of its own, with the program that every fit compiles for its duration
+OTHER_FUNCTIONS = 5  # functions before J(t) in a profile
+ROUND_OFF = 1e-14  # of a compliance in scaled units
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class CreepSearch:
+    """A creep curve in scaled units, and the rule that selects the fitted points."""
+
+    data: CreepData
+    structure: Structure
+    scaled: Scaled
+    choose: Callable[..., SupportedPoints]
+
+    @classmethod
+    def of(cls, data: CreepData, sought: Sought, sample: Sample) -> "CreepSearch":
+        """Return the search for a classical material; points are left out where the weights are estimated."""
+        scaled = varpro.scale(data, sample.weights, sought.structure, sought.table)
+        return cls(data, sought.structure, scaled, leave_out if sample.robust else keep_all)
+
+    @property
+    def space(self) -> SearchSpace:
+        """The compliances (j0, j2, f, j2/tau), over their units."""
+        compliance, time = self.scaled.compliance, self.scaled.time
+        box = np.stack([np.asarray(side) for side in self.scaled.problem.limits], -1)
+        unit = compliance / np.array([1.0, 1.0, time, time])
+        own = np.isin(np.arange(4), PLACES[self.structure.size])
+        return SearchSpace.linear(self.structure, box, unit, own)
+
+    def solve(self, weights: np.ndarray) -> Solved:
+        """Return the optimum with weights (n,) [1/unit of the response], with the residuals and the Jacobian at all
+        points."""
+        padded = nonlinear.without_weight(weights * float(np.max(np.abs(self.data.response))))
+        problem, n = self.scaled.problem._replace(weights=padded), weights.size
+        kept, fewer, best = self.choose(problem, n)
+        residual = np.asarray(varpro.residuals(problem, best))[:n]
+        free, inside = places(problem), varpro.strictly_inside(best.parts, *problem.limits)
+        J = np.asarray(varpro.jacobian(problem, best))[:n, free]
+        found = Extents(fewer, best, self.scaled)
+        return Solved(
+            np.asarray(best.parts), residual, J, np.asarray(inside)[free], kept, weights,
+            lambda assessment: found.at(assessment, self.data.t[-1:]), found,
+        )  # fmt: skip
+
+
+def places(problem: TauSearch) -> np.ndarray:
+    """Return the places of the fitted compliances among (j0, j2, f, j2/tau)."""
+    lower, upper = (np.asarray(side) for side in problem.limits)
+    return np.flatnonzero(lower < upper)
+
+
+class Extents(NamedTuple):
+    """Profile likelihoods about the optimum of a problem in the units ``scaled``."""
+
+    problem: TauSearch
+    best: Optimum
+    scaled: Scaled
+
+    def at(self, assessment: Assessment, t: np.ndarray) -> np.ndarray:
+        """Return the ends (5 + k, 2) of the intervals of ``creep_search.profile`` at times t (k,) [s].
+
+        Many times are padded so that only a few values of k are compiled.
+        """
+        times = t / self.scaled.time
+        times = nonlinear.repeated(times) if t.size > SINGLY else times
+        levels = assessment.levels(self._gradients(times)[places(self.problem)])
+        if not 0 < t.size <= SINGLY:
+            return self._profile(levels, times)[: OTHER_FUNCTIONS + t.size]
+        each = range(OTHER_FUNCTIONS, levels.size)
+        rows = [
+            self._profile(levels[[*range(OTHER_FUNCTIONS), k]], times[[k - OTHER_FUNCTIONS]]) for k in each
+        ]
+        return np.concatenate([rows[0], *(row[OTHER_FUNCTIONS:] for row in rows[1:])])
+
+    def _profile(self, levels: np.ndarray, times: np.ndarray) -> np.ndarray:
+        """Return the ends (5 + k, 2) at scaled times (k,) for levels (5 + k,), which are often the same."""
+        same = np.ptp(levels) <= 1e-12 * levels[0]
+        return np.asarray(varpro.profile(self.problem, self.best, levels[0] if same else levels, times))
+
+    def creep(self, assessment: Assessment, t: np.ndarray) -> np.ndarray:
+        """Return the limits (2, k) of J [1/Pa] at times t (k,) [s]."""
+        return self.at(assessment, t)[OTHER_FUNCTIONS:].T * self.scaled.compliance
+
+    def combinations(self, ends: np.ndarray, slopes: np.ndarray) -> dict[str, Any]:
+        """Return {name: (value, sd, low, high)} of J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa], with T the duration.
+
+        ends (6, 2): the interval ends at T, scaled, of which those that are zero have errors of round-off; slopes (m, k):
+        the whitened Jacobian of the fitted compliances.
+        """
+        (j0, j2, f, ratio), tau = np.asarray(self.best.parts), float(self.best.tau)
+        free, whole = places(self.problem), np.zeros((len(slopes), 4))
+        whole[:, free] = slopes
+        gradients = self._gradients(np.ones(1))[:, [0, 4, 5]].T
+        sd = linear_sd(whole, gradients, np.isin(np.arange(4), free))
+        values = [j0, ratio + f, j0 - j2 * math.expm1(-1.0 / tau) + f]
+        ends = np.where(ends > ROUND_OFF, ends, 0.0)[[0, 4, 5]]
+        units = self.scaled.compliance * np.array([1.0, 1.0 / self.scaled.time, 1.0])
+        rows = zip(("J0", "slope0", "J(T)"), values, sd, ends, units, strict=True)
+        return {name: tuple(float(u) for u in (v * k, s * k, *(e * k))) for name, v, s, e, k in rows}
+
+    def landscape(self, space: SearchSpace) -> Landscape:
+        """Return the residuals as a function of the compliances of the material."""
+        own = space.material
+        residual = Partial(varpro.residuals_at, self.problem)
+        box = np.stack(space.bounds, -1)[own]
+        return Landscape(residual, np.asarray(self.best.parts)[own], box, space.unit[own])
+
+    def _gradients(self, times: np.ndarray) -> np.ndarray:
+        """Return the gradients of j0, j2, f, j2/tau, slope0 and J(times) with respect to (j0, j2, f, j2/tau), (4, m),
+        scaled."""
+        (_, j2, _, _), tau = np.asarray(self.best.parts), float(self.best.tau)
+        decay, one = np.exp(-times / tau), np.ones(times.size)
+        # with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio)
+        turn = -decay * times / tau if j2 > 0 else 0.0 * times
+        creep = np.stack([one, 1.0 - decay + turn, times, -turn * tau])
+        return np.column_stack([np.eye(4), [0.0, 0.0, 1.0, 1.0], creep])
+
 
 # for data other than a creep curve: the fit, and the weights in a comparison of models unless others are given
 OTHERS: dict[type, tuple[Callable[..., Any], str]] = {
@@ -83,7 +310,7 @@ class CreepFit(Fit):
     def _combination_lines(self) -> list[str]:
         units = {"slope0": "1/(Pa s)"}
         return [
-            f"  {name:6s} = {value:11.5g} {units.get(name, '1/Pa')}, sd {sd:.2g}, {report.span(low, high)}"
+            f"  {name:6s} = {value:11.5g} {units.get(name, '1/Pa')}, sd {sd:.2g}, {text.span(low, high)}"
             for name, (value, sd, low, high) in self.combinations.items()
         ]
 

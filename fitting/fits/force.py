@@ -1,23 +1,668 @@
 """Fit of an elastic modulus to the force curve of a microscope, with its contact point and baseline."""
 
 import dataclasses
-from typing import Any
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
-from fitting.data.drag import UNTIMED
-from fitting.data.indentation import IndentationData
-from fitting.data.probe import paraboloid_note, probe_of
-from fitting.fits import force_calibration, force_drag
-from fitting.fits.force_search import NUISANCES, ApproachCurve, ForceProblem, Setup, trimmed
-from fitting.fits.force_verdict import deviation
-from fitting.inference.conclusion import FitProblem, conclude, least_squares
-from fitting.inference.evidence import Solved
+import jaxcontact as jc
+from fitting.data.contact import DEGREES, UNTIMED, Drag, baseline, find_drag, sample_noise, signs, smooth
+from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
+from fitting.data.weights import choose_weights
+from fitting.inference import noise
+from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
 from fitting.inference.result import Fit, plain
-from fitting.models import thickness_polynomials
-from fitting.models.force_curve import PARTS, indentation_force
+from fitting.inference.verdict import Assessment, Sample, Solved
+from fitting.models import thin_layer
+from fitting.models.search_space import SearchSpace
+from fitting.models.structure import CLASSICAL, Sought
+from fitting.models.thin_layer import RIGID, Base, ThinLayer
 from fitting.search import nonlinear
-from fitting.views import force_picture
+from fitting.search.nonlinear import Objective
+from fitting.views import sheet
+
+# Viscous drag on the cantilever in the fit of a force curve: its correction, its error, and a note where it is left
+# in.
+#
+# While the tip moves at a constant speed the drag is part of the baseline. In contact a soft lever slows the tip
+# down, so that the drag decreases as the force increases. The coefficient and its error come from the baselines of
+# approach and retraction (``fitting/data/contact.py``).
+
+
+SEEN_DRAG, DRAG_PART = (
+    4.0,
+    0.01,
+)  # least drag in standard deviations, and as a part of the largest force, for a note
+
+
+class Corrected(NamedTuple):
+    """A curve without drag; drag: that was subtracted, None without a correction; notes."""
+
+    data: IndentationData
+    drag: Drag | None
+    notes: tuple[str, ...]
+
+    def interval(self, level: float) -> dict[str, tuple[float, float, float]]:
+        """Return {"drag": (value, low, high)} [N s/m], {} without a correction."""
+        if self.drag is None:
+            return {}
+        b, half = self.drag.coefficient, noise.two_sided(level, DEGREES) * self.drag.sd
+        return {"drag": (b, b - half, b + half)}
+
+    def error(self, raw: IndentationData, modulus: Callable[[IndentationData], float]) -> float:
+        """Return the standard deviation of the logarithm of a modulus due to that of the drag; modulus: of another curve."""
+        if self.drag is None or self.drag.sd == 0.0:
+            return 0.0
+        b, sd = self.drag.coefficient, self.drag.sd
+        ends = [modulus(raw.without_drag(max(b + sign * sd, 0.0))) for sign in (1.0, -1.0)]
+        return 0.5 * abs(math.log(ends[0] / ends[1]))
+
+
+def corrected(data: IndentationData, drag: float | str | None) -> Corrected:
+    """Return a curve without drag; ValueError on bad input, and where the baselines show none."""
+    if drag is None:
+        return Corrected(data, None, _note(data))
+    if isinstance(drag, str):
+        if drag != "fit":
+            raise ValueError(f'drag: expected a coefficient >= 0 N s/m, "fit" or None, got {drag!r}')
+        found = find_drag(data)
+        if found.coefficient < -SEEN_DRAG * found.sd:
+            raise ValueError(
+                f"drag: expected a baseline of the approach above that of the retraction, got it"
+                f" {-2e12 * found.coefficient * found.velocity:.3g} pN below: a drift, which is no drag"
+            )
+        found = found._replace(coefficient=max(found.coefficient, 0.0))
+    else:
+        if not (isinstance(drag, int | float | np.number) and 0.0 <= drag < np.inf):
+            raise ValueError(f'drag: expected a coefficient >= 0 N s/m, "fit" or None, got {drag!r}')
+        found = Drag(float(drag), 0.0, 0.0)
+    return Corrected(data.without_drag(found.coefficient), found, ())
+
+
+def _note(data: IndentationData) -> tuple[str, ...]:
+    """Return a note where the baselines of approach and retraction differ as by drag."""
+    try:
+        found = find_drag(data)
+    except ValueError:
+        return ()
+    shift = found.coefficient * found.velocity
+    part = shift / float(np.ptp(data.load))
+    if found.coefficient < SEEN_DRAG * found.sd or part < DRAG_PART:
+        return ()
+    return (
+        f"the baseline of the approach is {2e12 * shift:.3g} pN above that of the retraction, as by a drag of"
+        f" {found.coefficient:.3g} N s/m on the lever in liquid, {100 * part:.2g} % of the largest force on either side:"
+        ' drag="fit" subtracts it, which matters where the tip slows down in contact',
+    )
+
+
+# Force curve of an elastic sample: baseline, contact point and indentation, scaled for the search.
+#
+#     force = G size d^p f(d)/(1 - nu) + baseline + tilt t,     d = max(depth - contact point, 0)
+#
+# size and p of the indenter are those of ``data/indentation.py``, and f is the factor of a thin layer (``thin_layer.py``),
+# 1 on a half-space. On an elastic base f depends on G as well; its series is linear in log G about a value of the
+# search, which is repeated until it stays. In scaled form G size/((1 - nu) load unit) depth unit^p = 1/J.
+
+
+PARTS = ("contact_point", "baseline", "tilt")  # coordinates after the two compliances
+
+
+class ForceCurve(NamedTuple):
+    """Scaled samples (n,) of an approach: t, depth, load and weights; power of the depth; layer in scaled depths;
+    extra: compliance of the indenter over 1 - nu, scaled; rise: derivative of the layer's series with respect to log G on
+    an elastic base, 0 on a rigid one; at: log J at which the series holds."""
+
+    t: Array
+    depth: Array
+    load: Array
+    weights: Array
+    power: Array | float
+    layer: ThinLayer
+    extra: Array | float
+    rise: Array | float = 0.0
+    at: Array | float = 0.0
+
+
+def indentation_force(theta: Array, depth: Array, curve: ForceCurve) -> Array:
+    """Return the scaled force without the baseline at scaled depths from contact on, of any shape."""
+    inside = depth > 0.0
+    safe = jnp.where(inside, depth, 1.0)
+    layer = curve.layer._replace(series=curve.layer.series + curve.rise * (curve.at - theta[0]))
+    force = safe**curve.power * layer.factor(safe) / (jnp.exp(theta[0]) + curve.extra)
+    return jnp.where(inside, force, 0.0)
+
+
+@jax.jit
+def residuals(theta: Array, curve: ForceCurve) -> Array:
+    """Return the weighted force of the model minus the measured one, (n,); theta = (log J, 0, *``PARTS``)."""
+    model = indentation_force(theta, curve.depth - theta[2], curve) + theta[3] + theta[4] * curve.t
+    return curve.weights * (model - curve.load)
+
+
+@jax.jit
+def slopes(theta: Array, curve: ForceCurve) -> Array:
+    """Return the derivative (n, 5) of the residuals."""
+    return jax.jacfwd(residuals)(theta, curve)
+
+
+@jax.jit
+def unit_forces(points: Array, curve: ForceCurve) -> Array:
+    """Return the scaled indentation forces (k, n) at J = 1 for trial contact points (k,)."""
+    return jax.vmap(lambda point: indentation_force(jnp.zeros(1), curve.depth - point, curve))(points)
+
+
+# Preparation of a force curve, and the search for modulus, contact point and baseline.
+
+
+MOST = 1000  # largest number of points, or means of neighbours
+EDGE = 30.0  # bound of the logarithm of the scaled compliance
+TRIALS = 80  # trial contact points
+BASE = 3.0  # longest baseline, in largest depths
+LEAST = 10  # fewest points
+QUIET = (
+    3.0  # running median of the load over the standard deviation of its noise below which there is no contact
+)
+NUISANCES = dict(zip((*PARTS, "drag"), ("m", "N", "N/s", "N s/m"), strict=True))
+
+
+class ApproachCurve(NamedTuple):
+    """The approach of a force curve: t [s], load [N] and depth [m], (n,), positive inwards, from the first point on.
+
+    each: number of samples in a point; zero [m]: inward depth of the first point; inward: its sign in the file; notes.
+    """
+
+    t: np.ndarray
+    load: np.ndarray
+    depth: np.ndarray
+    each: int
+    zero: float
+    inward: int
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, data: IndentationData) -> "ApproachCurve":
+        """Return the approach of a curve; ValueError for fewer than 10 points."""
+        some = data.segments == "approach"
+        marked = some.sum() >= LEAST
+        if not marked:  # up to the largest depth
+            some = np.ones(data.t.size, dtype=bool)
+        t, load, depth = data.t[some], data.load[some], data.depth[some]
+        force = load - baseline(load)
+        inward, pushed = signs(force, depth)
+        if marked:  # on a stiff sample the largest depth may be where the tip snaps in
+            pushed = -1 if force[-1] < 0 else 1
+        zero, depth, load = inward * depth[0], inward * (depth - depth[0]), pushed * load
+        stop = int(np.argmax(depth)) + 1
+        if stop < LEAST:
+            rise, scatter = float(np.max(np.abs(smooth(force)))), sample_noise(load)
+            if some.sum() >= LEAST and rise <= QUIET * scatter:  # the directions above follow from noise
+                raise ValueError(
+                    f"data: expected a force that rises with depth, got one within {rise:.2g} N of its baseline, where its"
+                    f" noise is {scatter:.2g} N: no contact in the curve"
+                )
+            raise ValueError(
+                f"data: expected an approach of at least {LEAST} points with a force that rises with depth, got {stop} of"
+                f" {some.size} points up to the largest depth"
+            )
+        notes = [] if stop == some.size else [f"approach: {stop} of {some.size} points"]
+        notes += [
+            f"{name} with the other sign" for name, sign in (("depth", inward), ("load", pushed)) if sign < 0
+        ]
+        return cls(t[:stop] - t[0], load[:stop], depth[:stop], 1, float(zero), inward, tuple(notes))
+
+    def since(self, first: int) -> "ApproachCurve":
+        """Return the curve from a point on."""
+        depth, t = self.depth[first:], self.t[first:]
+        return self._replace(
+            t=t - t[0], load=self.load[first:], depth=depth - depth[0], zero=self.zero + depth[0]
+        )
+
+    def thinned(self, most: int = MOST) -> "ApproachCurve":
+        """Return means of neighbouring points, at most ``most``."""
+        each = -(-self.t.size // most)
+        count = self.t.size // each
+        mean = lambda y: y[y.size - count * each :].reshape(count, each).mean(1)
+        t, load, depth = (mean(y) for y in (self.t, self.load, self.depth))
+        moved = self._replace(t=t - t[0], load=load, depth=depth - depth[0], each=each * self.each)
+        return moved._replace(zero=self.zero + float(depth[0]))
+
+
+class Setup(NamedTuple):
+    """Indenter, sample and spring of a force curve.
+
+    sought: the elastic solid; thickness [m] of a bonded layer, None for a half-space; substrate: its elastic base, None for
+    a rigid one; guess: shear modulus [Pa] of the layer at which the factor of an elastic base is linearised.
+    """
+
+    indenter: Any
+    sought: Sought
+    thickness: float | None
+    substrate: jc.Elastic | None = None
+    guess: float = 0.0
+
+    @property
+    def base(self) -> Base:
+        """The base of a layer, with the modulus of the layer at the guess."""
+        if self.substrate is None:
+            return RIGID
+        return Base(self.guess / float(self.substrate.G), float(self.substrate.nu))
+
+    @classmethod
+    def of(
+        cls, indenter: Any, nu: float, thickness: float | None, bounds: Any, substrate: Any = None
+    ) -> "Setup":
+        """Return the checked setup; ValueError on bad input."""
+        probe_of(indenter)
+        if substrate is not None and (thickness is None or not isinstance(substrate, jc.Elastic)):
+            got = "no thickness" if thickness is None else type(substrate).__name__
+            raise ValueError(f"substrate: expected Elastic, below a sample with a thickness, got {got}")
+        if thickness is not None:
+            thin_layer.check(thickness, nu)
+            if indenter.material is not None:
+                raise ValueError("indenter: expected a rigid one on a thin layer, got one with a material")
+        structure = CLASSICAL[jc.Elastic]
+        return cls(indenter, Sought.of(structure, None, bounds, nu), thickness, substrate)
+
+
+class ForceSample(Sample):
+    """The points of a force curve, whose trends ``force_verdict.py`` judges in place of the common tests."""
+
+    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
+        """Return the evidence without reasons for rejection."""
+        found = super().assess(solved, p, level)
+        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
+
+
+class ForceProblem(NamedTuple):
+    """A scaled force curve with its search space.
+
+    units (load [N], depth [m], duration [s], compliance [1/Pa]); sample: load over depth [m].
+    """
+
+    approach: ApproachCurve
+    setup: Setup
+    curve: ForceCurve
+    units: tuple[float, float, float, float]
+    space: SearchSpace
+    sample: Sample
+
+    @classmethod
+    def of(cls, approach: ApproachCurve, setup: Setup, weights: str | None, sigma: Any) -> "ForceProblem":
+        """Return the scaled problem of an approach; ValueError where nothing changes in it."""
+        probe, share = probe_of(setup.indenter), setup.sought.volume.share
+        load, depth, T = float(np.ptp(approach.load)), float(approach.depth[-1]), float(approach.t[-1])
+        if not (load > 0 and depth > 0 and T > 0):
+            raise ValueError(
+                f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
+            )
+        base = float(np.median(approach.load[: max(approach.load.size // 10, 5)]))
+        compliance = probe.size * depth**probe.power / (share * load)
+        units = load, depth, T, compliance
+        rise, at = 0.0, 0.0
+        if setup.base.ratio:
+            kind = thin_layer.kind_of(setup.indenter)
+            rise = thin_layer.table(setup.sought.volume.value, setup.base, True)[kind][1]
+            at = -np.log(setup.guess * compliance)
+        extra = float(setup.indenter.compliance()) / share / compliance
+        above = approach.load - base
+        weight, label = choose_weights(approach.t, above, weights, sigma)
+        curve = ForceCurve(
+            approach.t / T,
+            approach.depth / depth,
+            above / load,
+            weight * load,
+            probe.power,
+            _layer(setup, depth),
+            extra,
+            rise,
+            at,
+        )
+        sample = ForceSample.of(("load", "N", approach.depth, above), weight, label)
+        return cls(approach, setup, curve, units, _space(setup, units), sample)
+
+    @property
+    def padded(self) -> ForceCurve:
+        """The curve, padded to a common length."""
+        arrays = {
+            name: nonlinear.repeated(np.asarray(getattr(self.curve, name))) for name in ("t", "depth", "load")
+        }
+        return self.curve._replace(weights=nonlinear.without_weight(self.curve.weights), **arrays)
+
+    def objective(self, weights: np.ndarray) -> Objective:
+        """Return the least-squares objective for weights (n,) [1/N]."""
+        curve, n, space = (
+            self._replace(curve=self.curve._replace(weights=weights * self.units[0])).padded,
+            weights.size,
+            self.space,
+        )
+        return Objective(
+            lambda theta: np.asarray(residuals(theta, curve))[:n],
+            lambda theta, free: np.asarray(slopes(theta, curve))[:n, free],
+            *space.bounds,
+            floor=1e-26 * float(np.sum((weights * self.sample.measured) ** 2)),
+        )
+
+    def starts(self) -> list[np.ndarray]:
+        """Return coordinates (5,) at the three best local minima over trial contact points; the rest is linear."""
+        points = np.linspace(0.0, 1.0, TRIALS, endpoint=False)
+        n = self.sample.t.size
+        forces = np.asarray(unit_forces(points, self.padded))[:, :n]
+        inside = np.isfinite(forces).all(
+            1
+        )  # at a deeper contact point the largest depth is smaller, and so is chi
+        chi = f"expected a sample with chi (sqrt(R depth)/thickness of a ball) up to {thin_layer.LARGEST:g}, got more"
+        if not np.any(inside):
+            raise ValueError(f"thickness: {chi} for every contact point on a way of {self.units[1]:.3g} m")
+        found = [_linear(force, self.curve, point) for force, point in zip(forces, points, strict=True)]
+        rss = np.array([one[0] for one in found])
+        rss[~inside] = np.inf
+        lowest = [
+            i for i in range(TRIALS) if rss[i] <= rss[max(i - 1, 0)] and rss[i] <= rss[min(i + 1, TRIALS - 1)]
+        ]
+        best = sorted((i for i in lowest if np.isfinite(rss[i])), key=lambda i: rss[i])[:3]
+        if not best:
+            raise ValueError(
+                "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
+                " indent"
+            )
+        if (
+            not inside.all() and best[0] <= np.argmax(inside) + 1
+        ):  # the best one lies at or beyond the end of the layer's law
+            raise ValueError(
+                f"thickness: {chi} for the contact point that describes the curve: leave out the deep points with a window,"
+                " or take the sample as a half-space"
+            )
+        return [np.clip(found[i][1], *self.space.bounds) for i in best]
+
+
+def _linear(force: np.ndarray, curve: ForceCurve, point: float) -> tuple[float, np.ndarray]:
+    """Return the weighted RSS and the coordinates (5,) for a contact point; inf where the sample would pull."""
+    w = np.asarray(curve.weights)
+    if not np.all(np.isfinite(force)) or not np.any(force > 0.0):
+        return np.inf, np.zeros(5)
+    A = np.stack([force, np.ones(w.size), np.asarray(curve.t)], -1) * w[:, None]
+    x = np.linalg.lstsq(A, w * curve.load, rcond=None)[0]
+    if not x[0] > 0.0:
+        return np.inf, np.zeros(5)
+    return float(np.sum((A @ x - w * curve.load) ** 2)), np.array([-np.log(x[0]), 0.0, point, x[1], x[2]])
+
+
+def _layer(setup: Setup, depth: float) -> ThinLayer:
+    """Return the factor over depths in units of ``depth``; 1 on a half-space."""
+    if setup.thickness is None:
+        return ThinLayer(np.zeros(2), 0.0, 1.0)
+    layer = ThinLayer.of(setup.indenter, setup.thickness, setup.sought.volume.value, setup.base)
+    return layer._replace(scale=layer.scale * depth**layer.power)
+
+
+def _space(setup: Setup, units: tuple[float, float, float, float]) -> SearchSpace:
+    """Return the box of log J, the fluidity (held at 0), contact point, baseline and tilt."""
+    load, depth, T, compliance = units
+    structure = setup.sought.structure
+    low, high = structure.box(setup.sought.table)[0] / compliance
+    with np.errstate(divide="ignore"):
+        ends = np.clip(np.log([low, high]), -EDGE, EDGE)
+    box = np.array([ends, [0.0, 0.0], [0.0, 1.0], [-2.0, 2.0], [-4.0, 4.0]])
+    material = np.array([True, True, False, False, False])
+    names = (next(iter(structure.where)), "", *PARTS)
+    unit = np.array([compliance, compliance / T, depth, load, load / T])
+    return SearchSpace(
+        structure=structure, lower=box[:, 0], upper=box[:, 1], unit=unit,
+        logarithmic=np.arange(5) == 0, material=material, names=names,
+        open=np.stack([np.array([low == 0.0, *[False] * 4]), np.array([np.isinf(high), *[False] * 4])], -1),
+    )  # fmt: skip
+
+
+def trimmed(approach: ApproachCurve, setup: Setup) -> ApproachCurve:
+    """Return the approach with at most ``BASE`` largest depths of baseline before the contact, with a note."""
+    coarse = approach.thinned(200)
+    problem = ForceProblem.of(coarse, setup, "absolute", None)
+    point = problem.starts()[0][2] * problem.units[1]
+    begin = point - BASE * (approach.depth[-1] - point)
+    first = int(np.argmax(approach.depth >= begin))
+    if first == 0:
+        return approach
+    note = f"baseline: {first} points further than {BASE:g} largest depths from the contact left out"
+    return approach.since(first)._replace(notes=(*approach.notes, note))
+
+
+# Errors of the calibration of a cantilever in the interval of a modulus.
+#
+# The force is k s V, with the spring constant k, the sensitivity s and the measured voltage V, and the depth is the
+# height minus the deflection s V. The modulus is proportional to k; its change with s is found by fits to curves with
+# s increased and decreased. Both errors are independent of the noise of the curve, so that in the logarithm of the
+# modulus half an interval w becomes
+#
+#     (w^2 + z^2 (e_k^2 + (dlnG/dln s)^2 e_s^2))^(1/2)
+#
+# with the relative standard deviations e and the quantile z of the level.
+
+
+STEP = 0.02  # relative change of the sensitivity in the difference quotient
+KINDS = ("spring_constant", "sensitivity")
+
+
+def check(errors: dict[str, float] | None, spring_constant: float | None) -> dict[str, float]:
+    """Return the relative standard deviations; ValueError for unknown or bad ones."""
+    for name, value in (errors or {}).items():
+        if name not in KINDS:
+            raise ValueError(f"errors: expected keys among {', '.join(KINDS)}, got {name!r}")
+        if not (isinstance(value, int | float) and 0.0 <= value < 1.0):
+            raise ValueError(
+                f"errors[{name!r}]: expected a relative standard deviation from 0 to 1, got {value!r}"
+            )
+    if "sensitivity" in (errors or {}) and not (spring_constant or 0.0) > 0.0:
+        raise ValueError(
+            "spring_constant: expected the spring constant of the cantilever [N/m] with an error of the sensitivity,"
+            f" got {spring_constant!r}"
+        )
+    return errors or {}
+
+
+def calibrated(
+    fields: dict[str, Any], problem: FitProblem, approach: ApproachCurve, errors: dict[str, float],
+    spring_constant: float | None, modulus: Callable[[ApproachCurve], float],
+) -> dict[str, Any]:  # fmt: skip
+    """Return the fields of a fit that the errors of the calibration change; modulus: G [Pa] of another approach."""
+    slope = 0.0
+    if errors.get("sensitivity"):
+        ends = [
+            modulus(_scaled(approach, sign * STEP, float(spring_constant or 1.0))) for sign in (1.0, -1.0)
+        ]
+        slope = math.log(ends[0] / ends[1]) / math.log((1.0 + STEP) / (1.0 - STEP))
+    total = math.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
+    given = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
+    return widened(fields, problem, total, f"calibration ({given})")
+
+
+def widened(fields: dict[str, Any], problem: FitProblem, total: float, cause: str) -> dict[str, Any]:
+    """Return the fields of a fit that a further standard deviation of log G, independent of the noise, changes."""
+    if not total:
+        return {}
+    G, (low, high), z = fields["values"]["G"], fields["intervals"]["G"], noise.two_sided(problem.level)
+    grow = lambda ratio: (
+        math.exp(math.hypot(math.log(ratio), z * total)) if 0.0 < ratio < math.inf else math.inf
+    )
+    intervals = {"G": (G / grow(G / low) if low > 0.0 else 0.0, G * grow(high / G))}
+    note = f"the interval of the modulus includes the standard deviation of the {cause}, {100 * total:.3g} % of the modulus"
+    estimate = fields["estimate"]
+    covariance = estimate.covariance + np.diag((total * estimate.best) ** 2)  # of 1/G
+    return {
+        **with_intervals(problem, intervals, fields["refused"]),
+        "estimate": estimate._replace(covariance=covariance),
+        "sd_log": {"G": math.hypot(fields["sd_log"]["G"], total)},
+        "notes": (*fields["notes"], note),
+    }
+
+
+def _scaled(approach: ApproachCurve, change: float, spring_constant: float) -> ApproachCurve:
+    """Return the approach with a sensitivity that is larger by a relative change."""
+    deflection = approach.load / spring_constant
+    depth = approach.depth - change * (deflection - deflection[0])
+    return approach._replace(load=approach.load * (1.0 + change), depth=depth)
+
+
+# Judgement of a force curve: systematic deviations from the model, their size, and their meaning.
+#
+# A measured force curve of a real sample is never described to within its noise, so that a trend of the residuals
+# alone is no reason for a rejection. Where the common tests find one (``inference/verdict.py``), the modulus is
+# fitted again to the shallower half of the indentation. The intervals are widened by the change of the parameters,
+# and the fit is rejected if the modulus changes by more than ``CHANGE`` or the trend exceeds ``TREND`` of the largest
+# force.
+
+
+CHANGE = 0.4  # of the logarithm of the modulus between half the depth and the whole
+TREND = 0.05  # of the largest force
+WINDOW = 0.05  # fraction of the points in a running mean of the residuals
+SEEN = 5.0  # least indentation force in standard deviations of the baseline
+SHORT = 0.02  # least baseline, as a fraction of the depth of the curve
+FEW = 8  # fewest points in contact
+HALF = 0.5  # of the largest depth
+
+
+class Deviation(NamedTuple):
+    """left (5,): change of the coordinates that the intervals must include; against: reasons for rejection; notes."""
+
+    left: np.ndarray
+    against: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Deviation:
+    """Return the systematic deviation of a solved force curve."""
+    nothing = np.zeros(solved.theta.size)
+    missing = _missing(force, solved)
+    if missing:
+        return Deviation(nothing, missing, ())
+    found = Sample.assess(problem.sample, solved, problem.p, problem.level).evidence
+    if not found.refused:
+        return Deviation(nothing, (), ())
+    trend, softer = _trend(force, solved), _change(force, solved)
+    if softer is None:
+        return Deviation(nothing, ("too few points in contact to judge the trend of the residuals",), ())
+    size = f"a trend of {100 * trend:.1f} % of the largest force ({trend * force.units[0] * 1e12:.3g} pN)"
+    change = math.expm1(abs(softer[0]))
+    way = "falls" if softer[0] > 0 else "rises"
+    if trend > TREND or abs(softer[0]) > CHANGE:
+        why = f"the residuals have {size}, and the modulus {way} by {100 * change:.0f} % from half the depth to the whole"
+        return Deviation(np.abs(softer), (f"{why}: {_meaning(softer[0], force)}",), ())
+    note = (
+        f"the residuals have {size}; the intervals include the change of the modulus from half the depth to the whole,"
+        f" by which it {way} by {100 * change:.1f} %: {_meaning(softer[0], force)}"
+    )
+    return Deviation(np.abs(softer), (), (note,))
+
+
+def _missing(force: ForceProblem, solved: Solved) -> tuple[str, ...]:
+    """Return the reasons why a curve has no indentation, or no baseline."""
+    curve, theta = force.curve, solved.theta
+    outside = np.asarray(curve.depth) < theta[2]
+    if outside.sum() < max(5, SHORT * outside.size):
+        return (
+            f"the contact is among the first points ({int(outside.sum())} before it): the curve has no baseline, so that"
+            " the contact point is not determined",
+        )
+    if (~outside).sum() < FEW:
+        return (f"no indentation: {int((~outside).sum())} points after the contact point",)
+    deviations = solved.residual / solved.weights / force.units[0]
+    noise = float(np.std(deviations[outside]))
+    pushed = float(indentation_force(theta, curve.depth[-1] - theta[2], curve))
+    if pushed < SEEN * noise:
+        return (
+            f"no indentation: the force rises by {pushed * force.units[0] * 1e12:.3g} pN, the noise of the baseline is"
+            f" {noise * force.units[0] * 1e12:.3g} pN",
+        )
+    return ()
+
+
+def _trend(force: ForceProblem, solved: Solved) -> float:
+    """Return the largest running mean of the residuals in contact over the largest force."""
+    deviations = solved.residual / solved.weights / force.units[0]
+    width = max(int(WINDOW * deviations.size), 3)
+    mean = np.convolve(deviations, np.ones(width) / width, mode="valid")
+    return float(np.max(np.abs(mean)))
+
+
+def _change(force: ForceProblem, solved: Solved) -> np.ndarray | None:
+    """Return the coordinates (5,) of the fit to all points minus those of the fit up to half the largest depth."""
+    depth, theta = np.asarray(force.curve.depth), solved.theta
+    some = depth - theta[2] <= HALF * (depth[-1] - theta[2])
+    if np.sum(some & (depth > theta[2])) < 5:
+        return None
+    objective = force.objective(np.where(some, solved.weights, 0.0))
+    objective.lower, objective.upper = (bound.copy() for bound in force.space.bounds)
+    return theta - nonlinear.minimise(objective, theta).theta
+
+
+def _meaning(softer: float, force: ForceProblem) -> str:
+    """Return what a change of the modulus with depth may mean, in a microscopist's words."""
+    if softer > 0:
+        return (
+            "the sample seems to soften with depth: adhesion or repulsion near the contact, a tip blunter than assumed, or"
+            " a stiff surface; fit a larger depth, or check the tip"
+        )
+    if force.setup.thickness is None:
+        return (
+            "the sample seems to stiffen with depth: a thin sample on a hard base (give its --thickness), a brush or"
+            " membrane above it, or a tip sharper than assumed"
+        )
+    return "the sample seems to stiffen with depth: thinner than given, a brush above it, or large strains"
+
+
+# Figure of the fit of a force curve: force over depth with the contact point, and the residuals.
+
+
+PICO = 1e12
+
+
+def draw(fit: Any, path: Any) -> Any:
+    """Return a Figure of a ``ForceFit``; saved where a path is given."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.5, 6.5), layout="constrained")
+    sheet.title(figure, fit)
+    places = figure.add_gridspec(3, 1, height_ratios=(3, 1, 0.5))
+    top = figure.add_subplot(places[0])
+    bottom = figure.add_subplot(places[1], sharex=top)
+    _, low, high = fit.nuisances["contact_point"]
+    half = 0.5 * abs(high - low)
+    top.plot(fit.depth, fit.force, ".", markersize=3, color="0.4", label="data, baseline subtracted")
+    top.plot(fit.depth, fit.model_force, color="C0", label="model")
+    top.plot(0.0, 0.0, "o", color="C1", label="contact point")
+    for axes in (top, bottom):
+        axes.axvspan(-half, half, color="C1", alpha=0.3, linewidth=0)
+        axes.axvline(0.0, color="C1", linewidth=0.8)
+    sheet.axis_label(top.yaxis, "force", "N", fit.force)
+    top.tick_params(labelbottom=False)
+    top.legend()
+    bottom.plot(fit.depth, PICO * (fit.force - fit.model_force), ".", markersize=3, color="0.4")
+    bottom.axhline(0.0, color="0.4", linewidth=0.8)
+    sheet.axis_label(bottom.xaxis, "depth below the contact point", "m", np.abs(fit.depth))
+    bottom.set_ylabel("residual [pN]")
+    _values(figure.add_subplot(places[2]), fit)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
+def _values(axes: Any, fit: Any) -> None:
+    """Print Young's modulus and the contact point with their intervals, and what the modulus is conditional on."""
+    axes.axis("off")
+    factor, unit = sheet.multiple("Pa", fit.youngs_modulus[0])
+    E, low, high = (value / factor for value in fit.youngs_modulus)
+    lines = [f"E = {E:.4g} {unit}, {100 * fit.level:g} % interval {low:.4g} to {high:.4g} {unit}"]
+    value, first, last = fit.nuisances["contact_point"]
+    factor, unit = sheet.multiple("m", max(abs(first), abs(last)))
+    place = f"{value / factor:.5g} {unit}, {first / factor:.5g} to {last / factor:.5g} {unit}"
+    lines.append(f"contact point at {place}")
+    axes.text(0.0, 1.0, "\n".join(lines), va="top", family="monospace", fontsize="x-small")
+
 
 TURNS, SETTLED = (
     8,
@@ -61,7 +706,7 @@ class ForceFit(Fit):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of force over depth with the contact point, and of the residuals; saved where a path is given."""
-        return force_picture.draw(self, path)
+        return draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with Young's modulus, the nuisance parameters and the given quantities."""
@@ -173,8 +818,8 @@ def fit_force(
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     weights = "estimated" if weights is None and sigma is None else weights
     setup = Setup.of(indenter, nu, thickness, bounds, substrate)
-    errors = force_calibration.check(errors, spring_constant)
-    bare = force_drag.corrected(data, drag)
+    errors = check(errors, spring_constant)
+    bare = corrected(data, drag)
     taken = lambda curve: trimmed(ApproachCurve.of(curve), setup).thinned()
 
     def searched(
@@ -196,9 +841,9 @@ def fit_force(
     found = conclude(problem, solved)
     modulus = lambda curve: _modulus(*searched(curve))
     fields, given = found.fields, (errors, spring_constant, modulus)
-    fields = fields | force_calibration.calibrated(fields, problem, approach, *given)
+    fields = fields | calibrated(fields, problem, approach, *given)
     extra = bare.error(data, lambda curve: modulus(taken(curve)))
-    fields = fields | force_calibration.widened(fields, problem, extra, "drag")
+    fields = fields | widened(fields, problem, extra, "drag")
     own = _own(force, solved, found._replace(fields=fields), polynomials, bare.interval(level))
     return found._replace(fields=fields).fit(ForceFit, **own)
 
@@ -258,7 +903,7 @@ def _polynomials(force: ForceProblem, solved: Any, E: float) -> dict[str, tuple[
     """Return {name: (E [Pa], relative deviation)} with the approximations for this indenter and nu."""
     found = {}
     setup, depth = force.setup, force.units[1]
-    for name, layer in thickness_polynomials.approximations(
+    for name, layer in thin_layer.approximations(
         setup.indenter, setup.thickness, setup.sought.volume.value
     ).items():
         scaled = layer._replace(scale=layer.scale * depth**layer.power)

@@ -7,7 +7,7 @@ knot: with the jumps and slopes of the stress, and p_a(t) = t^a/Gamma(1 + a),
     strain = stress/G + 1/V sum_i (jump_i p_alpha(t - t_i) + slope_i (p_(1+alpha)(t - t_(i-1)) - p_(1+alpha)(t - t_i))).
 
 For a Kelvin-Voigt law, or under a history of many knots, the strain is that of the Prony approximation of the law
-(``jaxcontact.inputs.fractional``), evaluated as in ``history.py``, up to alpha = 0.98. The modes that are faster than
+(``jaxcontact.bodies.materials``), evaluated as in ``history.py``, up to alpha = 0.98. The modes that are faster than
 any gap of the data are represented by one fast retardation time, because a springpot has no strain at the instant of a
 step.
 """
@@ -22,6 +22,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jax.scipy.special import gammaln
 from jax.tree_util import Partial
 
 import jaxcontact as jc
@@ -29,7 +30,7 @@ from fitting.data.curves import CreepData
 from fitting.models import history
 from fitting.models.search_space import Landscape, ParameterSpace
 from fitting.models.structure import ParameterList, Sought, Structure, by_name, resolve
-from fitting.search import creep_search, padding
+from fitting.search import nonlinear, varpro
 from fitting.search.nonlinear import Objective
 
 LAWS = {law.__name__: law for law in (jc.Springpot, jc.FractionalKelvinVoigt, jc.FractionalMaxwell)}
@@ -144,11 +145,11 @@ class ScaledCreepCurve:
     def of(cls, data: CreepData, weight: np.ndarray) -> "ScaledCreepCurve":
         """Return the scaled curve of the data with weights (n,)."""
         size, duration = float(np.max(np.abs(data.response))), float(data.t[-1])
-        basis, stress = creep_search.basis(data)
+        basis, stress = varpro.basis(data)
         times = np.append(0.0, data.t) if data.J is not None else np.sort(np.append(data.t, data.stress[0]))
         gaps = np.diff(times)
         decades = math.ceil(math.log10(duration / float(np.min(gaps[gaps > 0]))))
-        y, weight = padding.repeated(data.response / size), padding.without_weight(weight * size)
+        y, weight = nonlinear.repeated(data.response / size), nonlinear.without_weight(weight * size)
         return cls(basis, y, weight, size / stress, duration, max(decades, 1), data.t.size)
 
     @property
@@ -282,3 +283,133 @@ def _powers(basis: history.History, alpha: Array) -> Array:
 def _slopes(theta: Array, *arrays: Any, model: type, decades: int) -> Array:
     """Return the Jacobian (n, m) of the residuals with respect to the coordinates."""
     return jax.jacfwd(lambda at: _residual(at, *arrays, model=model, decades=decades))(jnp.asarray(theta))
+
+
+# Fractional laws fitted to a modulus over time or frequency, in the coordinates log G, log V and alpha.
+#
+# With the springpot's modulus V (i omega)^alpha, in closed form,
+#
+#     springpot     G* = V (i omega)^alpha               G(t) = V t^-alpha/Gamma(1 - alpha)
+#     Kelvin-Voigt  G* = G + V (i omega)^alpha           G(t) = G + V t^-alpha/Gamma(1 - alpha)
+#     Maxwell       1/G* = 1/G + 1/(V (i omega)^alpha)   G(t) = G E_alpha(-(t/tau)^alpha),  tau = (V/G)^(1/alpha)
+#
+# with the Mittag-Leffler function E_alpha. Source: A. Jaishankar, G. H. McKinley, Proc. R. Soc. A 469 (2013)
+# 20120284.
+
+
+MODULUS_EDGE = 25.0  # e-folds beyond the range of the data at which log G and log V are bounded
+MODULUS_STARTS = tuple(itertools.product((0.2, 0.5, 0.8), (0.0, 0.5, 1.0)))  # alpha, place of the transition
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Relaxed:
+    """A modulus over times [s] or angular frequencies [rad/s] x (n,), G' followed by G'' of an oscillation.
+
+    y (n,): the modulus over its largest value ``unit`` [Pa].
+    """
+
+    relaxed: bool
+    x: np.ndarray
+    y: np.ndarray
+    unit: float
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Shortest and longest time [s] of the data."""
+        low, high = float(self.x.min()), float(self.x.max())
+        return (low, high) if self.relaxed else (1.0 / high, 1.0 / low)
+
+    def bounded(self, sought: Sought) -> Sought:
+        """Return the sought law with bounds of alpha, its material approximated over the times of the data."""
+        assert isinstance(sought.structure, Law)
+        law = dataclasses.replace(sought.structure, span=self.span)
+        return sought._replace(structure=law, table=orders(sought.table))
+
+    def space(self, sought: Sought) -> LawSpace:
+        """Return the search space of log G, log V and alpha, in SI units."""
+        size, (first, last) = np.log(self.unit), np.log(self.span)
+        reach = (size - MODULUS_EDGE + min(first, 0.0), size + MODULUS_EDGE + max(last, 0.0))
+        whole = {"G": (size - MODULUS_EDGE, size + MODULUS_EDGE), "V": reach, "alpha": (ORDERS[0], 1.0)}
+        whole["alpha"] = (ORDERS[0], ORDERS[1] if self.relaxed else 1.0)
+        names = sought.structure.where
+        box = [_within(whole[name], name, sought.table[name]) for name in names]
+        return LawSpace.of(sought.structure, np.array(box), np.array([name != "alpha" for name in names]))
+
+    def starts(self, law: Law) -> list[np.ndarray]:
+        """Return starting coordinates from pairs of alpha and the place of the transition on the logarithmic time axis."""
+        first, last = np.log(self.span)
+        pairs = MODULUS_STARTS if "G" in law.where else MODULUS_STARTS[::3]
+        return [self._start(law, alpha, first + place * (last - first)) for alpha, place in pairs]
+
+    def _start(self, law: Law, alpha: float, log_tau: float) -> np.ndarray:
+        """Return the coordinates of a law whose spring and springpot are equal at a time."""
+        size = np.log(self.unit)
+        if law.model is jc.FractionalKelvinVoigt:
+            size = np.log(np.median(np.abs(self.y)) * self.unit)
+        at = {"G": size, "V": size + alpha * log_tau, "alpha": alpha}
+        return np.array([at[name] for name in law.where])
+
+    def objective(self, space: LawSpace, weights: np.ndarray) -> Objective:
+        """Return the least-squares objective for weights (n,) of y."""
+        kind = {"model": space.structure.model, "relaxed": self.relaxed}
+        arrays = self.x, self.y, weights, np.log(self.unit)
+        return Objective(
+            lambda theta: np.asarray(_moduli_residual(theta, *arrays, **kind)),
+            lambda theta, free: np.asarray(_moduli_slopes(theta, *arrays, **kind))[:, free],
+            *space.bounds,
+            floor=1e-26 * float(np.sum((weights * self.y) ** 2)),
+        )
+
+    def landscape(self, space: LawSpace, theta: np.ndarray, weights: np.ndarray) -> Landscape:
+        """Return the residuals as a function of the parameters about theta (m,), relative to their best values."""
+        values = space.values(theta)
+        box = np.stack([space.values(end) for end in space.bounds], -1) / values[:, None]
+        run = functools.partial(
+            _moduli_at_values, space.structure.model, self.relaxed, tuple(space.logarithmic.tolist())
+        )
+        arrays = values, self.x, self.y, weights, np.log(self.unit)
+        return Landscape(Partial(run, *arrays), np.ones(values.size), box, values)
+
+
+def modulus(model: type, values: dict, x: Array, relaxed: bool) -> Array:
+    """Return G(t) (1, n) at times x [s], or G' and G'' (2, n) at angular frequencies x [rad/s]."""
+    V, alpha, G = values["V"], values["alpha"], values.get("G")
+    if relaxed:
+        if model is jc.FractionalMaxwell:
+            strain = jc.FractionalKelvinVoigt(G=1.0, V=V / G, alpha=alpha).creep(x)  # 1 - E_alpha
+            return (G * (1.0 - strain))[None]
+        pot = V * jnp.exp(-alpha * jnp.log(x) - gammaln(1.0 - alpha))
+        return (pot if G is None else G + pot)[None]
+    pot = V * jnp.exp(alpha * jnp.log(x)) * jnp.exp(0.5j * jnp.pi * alpha)
+    if model is jc.FractionalMaxwell:
+        pot = G * pot / (G + pot)
+    found = pot if G is None or model is jc.FractionalMaxwell else G + pot
+    return jnp.stack([found.real, found.imag])
+
+
+@functools.partial(jax.jit, static_argnames=("model", "relaxed"))
+def _moduli_residual(
+    theta: Array, x: Array, y: Array, weights: Array, log_unit: Array, *, model: type, relaxed: bool
+) -> Array:
+    """Return the weighted residuals (n,) at coordinates (m,), of which the last two are log V and alpha."""
+    *spring, log_V, alpha = theta
+    values = {"V": jnp.exp(log_V - log_unit), "alpha": alpha}
+    values |= {"G": jnp.exp(spring[0] - log_unit)} if spring else {}
+    once = x if relaxed else x[: x.size // 2]
+    return weights * (modulus(model, values, once, relaxed).ravel() - y)
+
+
+@functools.partial(jax.jit, static_argnames=("model", "relaxed"))
+def _moduli_slopes(theta: Array, *arrays: Array, model: type, relaxed: bool) -> Array:
+    """Return the Jacobian (n, m) of the residuals."""
+    return jax.jacfwd(lambda at: _moduli_residual(at, *arrays, model=model, relaxed=relaxed))(
+        jnp.asarray(theta)
+    )
+
+
+def _moduli_at_values(model: type, relaxed: bool, logs: tuple[bool, ...], unit: Array, *rest: Array) -> Array:
+    """Return the weighted residuals at parameters relative to ``unit``, which come last."""
+    *arrays, values = rest
+    by_log = np.array(logs)
+    theta = jnp.where(by_log, jnp.log(values * unit), values * unit)
+    return _moduli_residual(theta, *arrays, model=model, relaxed=relaxed)

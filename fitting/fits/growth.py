@@ -1,27 +1,490 @@
 """Fit of growth kinetics to the thickness of a film over time, at one or several stresses and temperatures."""
 
 import dataclasses
+import functools
 import math
 import warnings
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy
 from jax import Array
 
+import jaxcontact as jc
 from fitting.data.curves import evaluation_times
 from fitting.data.growth import GrowthData
-from fitting.fits.growth_search import STRUCTURE, Curves, to_si
-from fitting.inference import common_shape, student
+from fitting.data.weights import choose_weights
+from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
+from fitting.inference.noise import two_sided
 from fitting.inference.result import Fit, plain
-from fitting.models.kinetics import GrowthKinetics
-from fitting.models.rubbed_contact import RubbedContact
-from fitting.models.structure import Sought, limits
-from fitting.search.uncertainty import linear_sd
-from fitting.views import growth_picture, report
+from fitting.inference.verdict import Sample
+from fitting.models.search_space import ParameterSpace
+from fitting.models.structure import ParameterList, Sought, limits
+from fitting.search import nonlinear
+from fitting.search.nonlinear import Objective, linear_sd
+from fitting.views import sheet, text
+from jaxcontact._support.exponential import phi1
+
+# Stress-activated growth of a film with removal in proportion to its thickness, in closed form.
+
+
+BOLTZMANN = 1.380649e-23  # J/K, exact
+DIMENSIONS = {"rate": "m/s", "activation_energy": "J", "activation_volume": "m3", "removal_rate": "1/s"}
+
+
+@functools.partial(jax.tree_util.register_dataclass, data_fields=list(DIMENSIONS), meta_fields=[])
+@dataclasses.dataclass(frozen=True)
+class GrowthKinetics:
+    """Kinetics of a film that grows by a stress-activated process and is removed in proportion to its thickness.
+
+        dh/dt = R - removal_rate h,     R = rate exp(-(activation_energy - activation_volume stress)/(k T))
+        h(t) = initial exp(-removal_rate t) + R (1 - exp(-removal_rate t))/removal_rate
+
+    at constant stress and temperature T; k is Boltzmann's constant.
+
+    Source: N. N. Gosvami et al., Science 348 (2015) 102; J. Zhang, H. Spikes, Tribol. Lett. 63 (2016) 24.
+
+    Args:
+        rate: pre-exponential factor [m/s].
+        activation_energy: [J].
+        activation_volume: [m3].
+        removal_rate: [1/s]; 0 without removal.
+
+    Example:
+        >>> kinetics = fitting.GrowthKinetics(1e-2, 1.2e-19, 4e-30, 1e-4)
+        >>> print(f"{kinetics.thickness(3600.0, stress=1e9, temperature=373.0):.3g} m")
+        4.99e-09 m
+    """
+
+    rate: Array | float
+    activation_energy: Array | float
+    activation_volume: Array | float
+    removal_rate: Array | float
+
+    def growth_rate(self, stress: Any, temperature: Any) -> Array:
+        """Return R [m/s] at a stress [Pa] and a temperature [K], of any shapes that broadcast."""
+        energy = self.activation_energy - self.activation_volume * jnp.asarray(stress)
+        return self.rate * jnp.exp(-energy / (BOLTZMANN * jnp.asarray(temperature)))
+
+    def thickness(self, t: Any, stress: Any, temperature: Any, initial: Any = 0.0) -> Array:
+        """Return the thickness h(t) [m] at times t [s], with an initial thickness [m]; the shapes must broadcast."""
+        t = jnp.asarray(t, dtype=float)
+        decay = self.removal_rate * t
+        return initial * jnp.exp(-decay) + self.growth_rate(stress, temperature) * t * phi1(decay)
+
+    def law(self, temperature: float | None = None, stress: str = "pressure") -> Any:
+        """Return the law for ``jaxcontact.rub`` at a temperature [K], by default that of the contact.
+
+        stress: the stress that drives the growth, "pressure" or "shear".
+        """
+        grown = (self.rate, self.activation_energy, self.activation_volume)
+        return jc.StressActivated(*grown, temperature, stress=stress) + jc.ProportionalRemoval(
+            self.removal_rate
+        )
+
+
+# The thickness of a film that grows in a contact, with the pressure of the contact on the film as it grows.
+
+
+FIELDS = ("body", "indenter", "grid", "velocity", "friction", "radius", "thickest")
+
+
+@functools.partial(
+    jax.tree_util.register_dataclass, data_fields=list(FIELDS), meta_fields=["stress", "substeps"]
+)
+@dataclasses.dataclass(frozen=True, repr=False)
+class RubbedContact:
+    """The contact in which growth curves were measured, for ``fit_growth(contact=...)``.
+
+    The film is rubbed in place (``jaxcontact.rub``): its thickness changes the pressure, which drives its growth. The
+    measured thickness is the mean over all cells whose centres lie within ``radius`` of the axis.
+
+    Args:
+        body: a ``LayeredHalfSpace`` with one ``Layer`` on an elastic substrate; the thickness of the layer is replaced by
+            the initial thickness of each curve.
+        indenter: the indenter.
+        grid: the ``Grid``, whose cells should be well below the contact radius: about 24 across the grid suffice for a fit.
+        velocity: rubbing velocity [m/s].
+        friction: coefficient of friction.
+        radius: of the area over which the thickness is measured [m]; at least half the diagonal of a cell.
+        thickest: largest thickness that the film may reach in the search [m], with a margin.
+        stress: the stress that drives the growth, "pressure" or "shear" for friction x pressure.
+        substeps: steps between two points of a curve.
+
+    Example:
+        >>> steel, film = jc.Elastic.from_young(210e9), jc.Elastic.from_young(40e9)
+        >>> body = jc.LayeredHalfSpace([jc.Layer(film, 0.0)], substrate=steel)
+        >>> contact = fitting.RubbedContact(body, jc.Sphere(9.5e-3, steel), jc.Grid.square(n=16, width=400e-6), velocity=0.1,
+        ...                                 friction=0.1, radius=30e-6, thickest=5e-7, stress="shear")
+        >>> kinetics = fitting.GrowthKinetics(1e-2, 1.04e-19, 4e-29, 1e-3)
+        >>> h = contact.thickness(kinetics, [600.0, 1200.0], load=60.0, temperature=373.0)
+        >>> bool(h[1] > h[0] > 1e-9)
+        True
+    """
+
+    body: Any
+    indenter: Any
+    grid: Any
+    velocity: Any
+    friction: Any
+    radius: Any
+    thickest: Any
+    stress: str = "pressure"
+    substeps: int = 1
+
+    def __repr__(self) -> str:
+        cells = " x ".join(map(str, self.grid.shape))
+        return (
+            f"RubbedContact of a {type(self.indenter).__name__} at {self.velocity:.4g} m/s on {cells} cells, thickness"
+            f" within {self.radius:.4g} m, growth by {self.stress}"
+        )
+
+    def thickness(
+        self, kinetics: GrowthKinetics, t: Any, *, load: Any, temperature: Any, initial: Any = 0.0
+    ) -> Array:
+        """Return the mean thickness [m] at times t (n,) [s] under a load [N] at a temperature [K], (n,).
+
+        It is nan from a time on at which there is no solution, or the film is thicker than ``thickest``.
+        """
+        run = self.run(kinetics, t, load=load, temperature=temperature, initial=initial)
+        usable = [jc.Status.FINE, jc.Status.STEP_TOO_LONG, jc.Status.INHERITED]
+        failed = jnp.cumsum(~jnp.isin(run.status, jnp.array(usable))) > 0
+        found: Array = jnp.where(failed, jnp.nan, run.saved)[1:]
+        return found
+
+    def run(
+        self, kinetics: GrowthKinetics, t: Any, *, load: Any, temperature: Any, initial: Any = 0.0
+    ) -> Any:
+        """Return the ``RubbingHistory`` of a curve at the times 0 and t, with the mean thickness in ``saved``."""
+        law, measured = kinetics.law(temperature, stress=self.stress), self.cells()
+        t, (film,) = jnp.asarray(t, dtype=float), self.body.sublayers()
+        body = jc.LayeredHalfSpace([jc.Layer(film.material, initial)], self.body.substrate)
+
+        def mean_thickness(step: Any) -> Array:
+            return jnp.sum(measured * step.thickness)
+
+        return jc.rub(
+            body, self.indenter, jc.Load(load), jnp.append(0.0, t), velocity=self.velocity, law=law, grid=self.grid,
+            friction=self.friction, thickest=self.thickest, substeps=self.substeps,
+            save=mean_thickness,
+        )  # fmt: skip
+
+    def cells(self) -> Array:
+        """Return the weight of each cell in the mean, (nx, ny)."""
+        x, y = self.grid.coordinates()
+        inside = (x**2 + (0.0 if self.grid.plane_strain else y**2)) <= jnp.asarray(self.radius) ** 2
+        return jnp.where(inside, 1.0, 0.0) / jnp.maximum(jnp.sum(inside), 1)
+
+    def check(self) -> None:
+        """Raise ValueError where the thickness would be measured at no cell."""
+        if not np.any(np.asarray(self.cells()) > 0.0):
+            raise ValueError(
+                f"contact radius [m]: expected one that contains the centre of a cell, got {float(self.radius):g}"
+            )
+
+
+# Coordinates, residuals and starting values of the search for growth kinetics.
+#
+# The search is over log rate, activation energy over k T0, activation volume over k T0/s0 and removal rate times the
+# duration, with T0 a mean temperature and s0 the largest stress of the data. The logarithm of the growth rate is
+# linear in the first three, so that the valley in which they compensate each other is straight, and the search and
+# its profiles follow it however narrow the range of temperatures and stresses is.
+
+
+LARGEST = 200.0  # activation energy and work of the stress over k T0 at which the search ends
+REACH = 230.0  # of log rate, likewise, about the logarithm of a growth rate of the data
+OPEN = 100.0  # of both, beyond which the end of an interval is that of the search and not of the data
+SAME = 1e-6  # singular value below which conditions are the same
+FASTEST = 1e4  # removal rate times the duration
+STARTS = (0.0, 0.3, 3.0, 30.0)  # removal rates times the duration
+WAITS = (0.0, 0.1, 0.25, 0.5)  # induction times of the starts over the duration
+LATEST = 0.95  # induction time over the duration at which the search ends
+EXPECTED = (20.0, 1.0)  # energy and work over k T0 to start from where the data do not determine them
+IN_CONTACT = 1e-9  # relative change of the sum of squares at convergence with a contact, solved to 1e-8
+WEAK = 1e-3  # weight of these beside the logarithm of a growth rate
+STRUCTURE = ParameterList.of(
+    GrowthKinetics, DIMENSIONS, zeros=("activation_energy", "activation_volume", "removal_rate")
+)
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class GrowthSpace(ParameterSpace):
+    """Coordinates log rate, energy, work, removal and induction time.
+
+    lost: places of those that the conditions of the curves leave open.
+    """
+
+    lost: tuple[int, ...] = ()
+
+    def spans(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """Return the ends of the intervals: open for what is lost, and where an end is that of the search."""
+        middle = np.array([0.5 * (self.lower[0] + self.upper[0]), 0.0, 0.0, np.nan, np.nan])[:, None]
+        away = (np.abs(ends - middle) >= OPEN) & (self.lower < self.upper)[:, None]
+        away[list(self.lost)] = True
+        return super().spans(theta, np.where(away, np.stack(self.bounds, -1), ends))
+
+
+class Curves(NamedTuple):
+    """Growth curves one after the other: each array (n,), in SI; which: the curve of a point."""
+
+    data: tuple[GrowthData, ...]
+    t: np.ndarray
+    measured: np.ndarray
+    stress: np.ndarray
+    temperature: np.ndarray
+    initial: np.ndarray
+    which: np.ndarray
+
+    @classmethod
+    def of(cls, data: tuple[GrowthData, ...]) -> "Curves":
+        """Return the points of all curves."""
+        count = [one.t.size for one in data]
+        repeat = lambda name: np.repeat([getattr(one, name) for one in data], count)
+        stress, temperature, initial = (repeat(name) for name in ("stress", "temperature", "initial"))
+        t, measured = (np.concatenate([getattr(one, name) for one in data]) for name in ("t", "thickness"))
+        return cls(data, t, measured, stress, temperature, initial, np.repeat(np.arange(len(data)), count))
+
+    @property
+    def duration(self) -> float:
+        """Duration of the longest curve [s]."""
+        return float(self.t.max())
+
+    @property
+    def mean_temperature(self) -> float:
+        """Harmonic mean temperature of all points [K]."""
+        return 1.0 / float(np.mean(1.0 / self.temperature))
+
+    @property
+    def reference(self) -> tuple[float, float]:
+        """Mean conditions (stress [Pa], temperature [K]), at which 1/T and stress/T have their mean over all points."""
+        mean = self.mean_temperature
+        return float(np.mean(self.stress / self.temperature)) * mean, mean
+
+    @property
+    def unit(self) -> np.ndarray:
+        """SI values (5,) of coordinates of one."""
+        energy, end = BOLTZMANN * self.mean_temperature, self.duration
+        return np.array([1.0, energy, energy / (float(self.stress.max()) or 1.0), 1.0 / end, end])
+
+    def sample(self, weights: str | None) -> Sample:
+        """Return the points with their weights."""
+        spread = None
+        if self.data[0].sigma is not None:
+            spread = np.concatenate([one.sigma for one in self.data])
+        if weights is None and spread is None:
+            weights = "estimated"
+        apart = self.t - 2.0 * self.duration * self.which  # so that no difference spans two curves
+        point_weights, label = choose_weights(apart, self.measured, weights, None if weights else spread)
+        return Sample.of(("thickness", "m", self.t, self.measured), point_weights, label, self.which)
+
+    def space(self, table: dict[str, tuple[float, float]], induction: str | float | None) -> ParameterSpace:
+        """Return the box of the search from the bounds of the parameters; induction: as in ``fit_growth``."""
+        middle = math.log(float(np.max(np.abs(self.measured))) / self.duration)
+        whole = [(middle - REACH, middle + REACH), (0.0, LARGEST), (0.0, LARGEST), (0.0, FASTEST)]
+        logarithmic = np.arange(4) == 0
+        with np.errstate(divide="ignore"):
+            given = [
+                np.log(table[name]) if log else np.array(table[name])
+                for name, log in zip(table, logarithmic, strict=True)
+            ]
+        rows = [
+            _within(own, bound / unit) for own, bound, unit in zip(whole, given, self.unit[:4], strict=True)
+        ]
+        held = 0.0 if induction is None else induction
+        waits = (0.0, LATEST) if isinstance(held, str) else (held / self.duration,) * 2
+        lower, upper = np.array([*rows, waits]).T
+        own = np.arange(5) < 4
+        space = GrowthSpace(
+            structure=STRUCTURE, lower=lower, upper=upper, unit=self.unit, logarithmic=np.arange(5) == 0,
+            material=own, names=(*STRUCTURE.where, "induction"), open=np.ones((5, 2), dtype=bool),
+        )  # fmt: skip
+        lost = self.lost(table)
+        bounded = any(table[list(DIMENSIONS)[i]] != (0.0, math.inf) for i in lost)
+        return space if bounded else dataclasses.replace(space, lost=lost)
+
+    def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
+        """Return the least squares over the coordinates (5,)."""
+        columns = (self.t, self.measured, self.stress, self.temperature, self.initial)
+        arrays = (*map(nonlinear.repeated, columns), nonlinear.without_weight(weights), self.unit)
+        n = self.t.size
+        return Objective(
+            lambda theta: np.asarray(_residual(theta, *arrays))[:n],
+            lambda theta, free: np.asarray(_slopes(theta, *arrays))[:n, free],
+            *space.bounds,
+            floor=1e-26 * float(np.sum((weights * self.measured) ** 2)),
+        )
+
+    def objective_in(self, contact: RubbedContact, space: ParameterSpace, weights: np.ndarray) -> Objective:
+        """Return the least squares with the pressure of a contact, curve by curve."""
+        ends = np.cumsum([one.t.size for one in self.data])[:-1]
+        given = [
+            (CurveInContact(one.t, one.thickness, one.load, one.temperature, one.initial), weight, self.unit)
+            for one, weight in zip(self.data, np.split(weights, ends), strict=True)
+        ]
+        each = lambda function, theta: np.concatenate(
+            [np.asarray(function(theta, contact, *curve)) for curve in given]
+        )
+        return dataclasses.replace(
+            self.objective(space, weights),
+            residual=lambda theta: each(_residual_in, theta),
+            jacobian=lambda theta, free: each(_slopes_in, theta)[:, free],
+            ftol=IN_CONTACT,
+        )
+
+    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
+        """Return coordinates (5,) for several removal rates and induction times: growth rates of the curves, and their
+        regression."""
+        lower, upper = space.bounds
+        removal = np.unique(np.clip(STARTS, lower[3], upper[3]))
+        waits = np.unique(np.clip(WAITS if upper[4] > lower[4] else lower[4:], lower[4], upper[4]))
+        found = [
+            np.append(self._regression(decay, wait, lower[:3], upper[:3]), [decay, wait])
+            for decay in removal
+            for wait in waits
+        ]
+        return [np.clip(one, lower, upper) for one in found]
+
+    def _regression(self, removal: float, wait: float, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
+        """Log rate, energy and work (3,) within bounds, for a removal rate and an induction time over the duration."""
+        since = np.maximum(self.t - wait * self.duration, 0.0)
+        decay = removal * since / self.duration
+        grown, rest = since * np.asarray(phi1(decay)), self.measured - self.initial * np.exp(-decay)
+        of_curve = lambda values: np.bincount(self.which, values)
+        speed = of_curve(grown * rest) / of_curve(grown**2)
+        A = self._design()
+        y = np.log(np.maximum(speed, 1e-3 * np.max(np.abs(speed))))
+        A, y = np.concatenate([A, WEAK * np.eye(3)[1:]]), np.append(y, WEAK * np.array(EXPECTED))
+        free, x = lower < upper, lower.copy()
+        if free.any():
+            rest = y - A[:, ~free] @ x[~free]
+            x[free] = scipy.optimize.lsq_linear(A[:, free], rest, (lower[free], upper[free])).x
+        return x
+
+    def _design(self) -> np.ndarray:
+        """Derivative (curves, 3) of the log growth rate of each curve with respect to log rate, energy and work."""
+        first = np.unique(self.which, return_index=True)[1]
+        over = self.mean_temperature / self.temperature[first]
+        return np.stack(
+            [np.ones(first.size), -over, over * self.stress[first] / (self.stress.max() or 1.0)], -1
+        )
+
+    def lost(self, table: dict[str, tuple[float, float]]) -> tuple[int, ...]:
+        """Return the places of the parameters that the conditions of the curves do not determine, whatever the errors."""
+        free = [i for i, name in enumerate(list(DIMENSIONS)[:3]) if table[name][0] < table[name][1]]
+        A = self._design()[:, free]
+        rank = lambda columns: np.linalg.matrix_rank(columns, tol=SAME)
+        return tuple(i for k, i in enumerate(free) if rank(np.delete(A, k, 1)) == rank(A))
+
+    def notes(self, table: dict[str, tuple[float, float]]) -> list[str]:
+        """Return a note on such parameters."""
+        lost = ", ".join(list(DIMENSIONS)[i] for i in self.lost(table))
+        temperatures, stresses = (np.unique(values).size for values in (self.temperature, self.stress))
+        note = (
+            f"temperatures: {temperatures}, stresses: {stresses}: the curves do not determine {lost} separately, only the"
+            " growth rate; hold what is known by fixed=, or add curves at other temperatures or stresses"
+        )
+        return [note] if lost else []
+
+
+def _within(whole: tuple[float, float], given: np.ndarray) -> tuple[float, float]:
+    """The range of a coordinate cut to its bounds, beyond which it is moved where they lie outside."""
+    low, high = map(float, given)
+    if low == high:
+        return low, high
+    size = whole[1] - whole[0]
+    least = whole[0] if high > whole[0] else high - size
+    most = whole[1] if low < whole[1] else low + size
+    return max(least, low), min(most, high)
+
+
+def to_si(theta: Array, unit: Array) -> Array:
+    """Parameters (4,) of coordinates, or with the induction time (5,)."""
+    return jnp.append(jnp.exp(theta[:1]), theta[1:]) * unit[: theta.size]
+
+
+@jax.jit
+def _residual(
+    theta: Array, t: Array, measured: Array, stress: Array, temperature: Array, initial: Array, weight: Array, unit: Array
+) -> Array:  # fmt: skip
+    """Weighted residuals (n,)."""
+    *parameters, induction = to_si(theta, unit)
+    since = jnp.maximum(t - induction, 0.0)
+    return weight * (GrowthKinetics(*parameters).thickness(since, stress, temperature, initial) - measured)
+
+
+class CurveInContact(NamedTuple):
+    """A growth curve that was measured in a contact under a load [N]; times and thicknesses (n,)."""
+
+    t: Array
+    thickness: Array
+    load: Array
+    temperature: Array
+    initial: Array
+
+
+@jax.jit
+def _residual_in(
+    theta: Array, contact: RubbedContact, curve: CurveInContact, weight: Array, unit: Array
+) -> Array:
+    """Return the weighted residuals (n,) of one curve in a contact."""
+    kinetics = GrowthKinetics(*to_si(theta[:4], unit))
+    given = {"load": curve.load, "temperature": curve.temperature, "initial": curve.initial}
+    return weight * (contact.thickness(kinetics, curve.t, **given) - curve.thickness)
+
+
+@jax.jit
+def _slopes_in(theta: Array, *given: Any) -> Array:
+    """Return the Jacobian (n, 4) of the residuals."""
+    return jax.jacfwd(lambda at: _residual_in(at, *given))(jnp.asarray(theta))
+
+
+@jax.jit
+def _slopes(theta: Array, *arrays: Array) -> Array:
+    """Return the Jacobian (n, 4) of the residuals."""
+    return jax.jacfwd(lambda at: _residual(at, *arrays))(jnp.asarray(theta))
+
+
+# The figure of a growth fit: thickness over time of every curve with the fit, residuals and parameters.
+
+
+def draw(fit: Any, path: Any) -> Any:
+    """Return a Figure of a ``GrowthFit``, a colour for each curve; saved where a path is given."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.5, 7.0), layout="constrained")
+    sheet.title(figure, fit)
+    places = figure.add_gridspec(3, 1, height_ratios=(3, 1, 0.7))
+    top = figure.add_subplot(places[0])
+    bottom = figure.add_subplot(places[1], sharex=top)
+    ends = np.cumsum([one.t.size for one in fit.data])[:-1]
+    parts = (np.split(values, ends) for values in (fit.residuals, fit.fitted))
+    for k, (one, residual, fitted) in enumerate(zip(fit.data, *parts, strict=True)):
+        colour, line = f"C{k % 10}", np.linspace(0.0, one.t[-1], 200)
+        top.plot(one.t, one.thickness, ".", markersize=4, color=colour)
+        label = f"{one.stress / 1e6:.4g} MPa, {one.temperature:.4g} K"
+        if fit.contact is not None:  # the band at a prescribed stress would be another one
+            load = f"{one.load:.4g} N, {one.temperature:.4g} K"
+            top.plot(one.t, fitted, color=colour, label=load)
+        else:
+            grown = fit.predict(line, one.stress, one.temperature, one.initial)
+            top.plot(line, grown, color=colour, label=label)
+            low, high = fit.band(line, one.stress, one.temperature, one.initial)
+            if np.all(np.isfinite(high)):
+                top.fill_between(line, low, high, color=colour, alpha=0.2)
+        bottom.plot(one.t, -residual, ".", markersize=4, color=colour)
+    sheet.axis_label(top.yaxis, "thickness", "m", fit.curve[3])
+    top.tick_params(labelbottom=False)
+    top.legend(fontsize="small")
+    bottom.axhline(0.0, color="0.4", linewidth=0.8)
+    bottom.set(xlabel="t [s]", ylabel=f"residual\n({fit.weights})")
+    sheet.parameters(figure.add_subplot(places[2]), fit)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -102,11 +565,11 @@ class GrowthFit(Fit):
         z = np.concatenate([np.log(best[:1]), best[1:] / unit[1:4], [self.induction[0] / unit[4]]])
         gradient = np.asarray(jax.jacfwd(moved)(jnp.asarray(z)))
         sd = linear_sd(self.slopes, np.atleast_2d(gradient)[:, free], np.ones(len(free), dtype=bool))
-        return student.two_sided(self.level) * sd.reshape(gradient.shape[:-1])
+        return two_sided(self.level) * sd.reshape(gradient.shape[:-1])
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of the curves with the fit, the residuals and the parameters; save it where a path is given."""
-        return growth_picture.draw(self, path)
+        return draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the conditions of the curves and the growth rate at their mean."""
@@ -134,7 +597,7 @@ class GrowthFit(Fit):
     def _combination_lines(self) -> list[str]:
         best, low, high = self.growth_rate()
         stress, temperature = self.reference
-        interval = report.span(low, high) if math.isfinite(high) else "not determined"
+        interval = text.span(low, high) if math.isfinite(high) else "not determined"
         return [
             f"  growth rate at {stress:.4g} Pa and {temperature:.4g} K = {best:.5g} m/s, {100 * self.level:g} %"
             f" interval {interval}"
@@ -214,7 +677,7 @@ def fit_growth(
             contact, curves, GrowthKinetics(*to_si(jnp.asarray(solved.theta[:4]), curves.unit))
         )
     noise = sample.noise(solved, problem.p)
-    against = common_shape.reason(solved.residual, solved.jacobian, curves.which, curves.t, noise.white)
+    against = verdict.reason(solved.residual, solved.jacobian, curves.which, curves.t, noise.white)
     if against and induction is None and contact is None:
         against = (f'{against[0]}, as an induction time would be (induction="fit")',)
     found = conclude(problem, solved._replace(notes=notes, against=against))
@@ -239,7 +702,7 @@ def _of_contact(contact: RubbedContact, curves: Curves, kinetics: GrowthKinetics
                 kinetics, one.t, load=one.load, temperature=one.temperature, initial=one.initial
             )
             notes += [(note.kind, note) for note in run.notes]
-    return [f"contact of {line}" for line in report.counted(notes, len(curves.data))]
+    return [f"contact of {line}" for line in text.counted(notes, len(curves.data))]
 
 
 def _check_induction(induction: Any, curves: Curves, contact: Any) -> None:

@@ -1,15 +1,16 @@
 """Fit of a material to the indentation curve of a half-space, a thin sample, or a film on a substrate."""
 
 import dataclasses
+import functools
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
+import jax
 import numpy as np
 
 import jaxcontact as jc
-from fitting.data.indentation import IndentationData
-from fitting.data.probe import paraboloid_note, probe_of
+from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.fits.adhesion import (
     AdhesiveChoices,
     AdhesiveFit,
@@ -18,21 +19,420 @@ from fitting.fits.adhesion import (
     check_none,
     check_side,
     fit_adhesive,
+    fit_creeping_film,
     is_fitted,
     is_law,
 )
-from fitting.fits.adhesion_creep import fit_creeping_film
 from fitting.inference.conclusion import FitProblem, conclude, solution
-from fitting.inference.evidence import Sample, Solved, settled
 from fitting.inference.result import Fit, plain
-from fitting.models import thin_layer
+from fitting.inference.verdict import Sample, Solved, settled
+from fitting.models import adhesive_contact, halfspace, thin_layer
 from fitting.models.coordinates import NUISANCES, Space
+from fitting.models.halfspace import Curve
+from fitting.models.history import merge
 from fitting.models.structure import Sought, Volume, structure_of
-from fitting.search import half_space_search, layered_search
-from fitting.search.layered import Coating
-from fitting.search.nonlinear import Best, Objective
-from fitting.search.press import Found, IndentationProblem, Instrument, Medium, Pressing, prepare
-from fitting.views import report
+from fitting.models.thin_layer import ThinLayer
+from fitting.search import layered, nonlinear
+from fitting.search.layered import Coating, FilmTest, Mesh
+from fitting.search.nonlinear import Best, Objective, inverse, minimise, moved
+from fitting.search.press import (
+    Found,
+    IndentationProblem,
+    Instrument,
+    Medium,
+    Pressing,
+    prepare,
+    spread_starts,
+    start,
+)
+from fitting.views import text
+from jaxcontact._support.prefixes import told_apart
+from jaxcontact._support.status import PRECEDENCE
+
+# Search of the fit of a probe on a half-space, or on a layer bonded to a rigid base: its objective, starts and notes.
+#
+# Under depth control, or with an unknown contact point, there may be several minima. The search then starts from
+# several retardation times on a subset of the points, and continues with all points from the lowest minimum.
+
+
+STRAIN = 0.2  # depth over the thickness of a layer beyond which linear theory is doubtful
+FALL = 0.02  # fraction of the largest depth by which the depth may fall without the contact shrinking
+FEW = 126  # number of points on which several minima are sought
+
+
+def search_half_space(press: IndentationProblem) -> Found:
+    """Return the optimum of a test on a half-space or a layer on a rigid base."""
+    rise = press.pressing.rise
+    knots, values = (press.t, press.load) if rise is None else _held(press, rise)
+    falls = bool(np.any(press.depth < np.maximum.accumulate(press.depth) - FALL))
+    shrinks = falls and press.probe.power > 1.0  # the contact of a flat punch does not change
+    kind = "load" if press.pressing.control == "load" else "ting" if shrinks else "depth"
+    kind = f"sticky {press.pressing.control}" if press.pressing.adhesion else kind
+    whole, few = np.arange(press.t.size), _some(press)
+    objective = _objective(press, whole, knots, values, kind)
+    coarse = _objective(press, few, knots, values, kind) if few.size < whole.size else objective
+    low = nonlinear.minimise_from(coarse, _starts(press, knots, values, kind))
+    best = low if coarse is objective else nonlinear.minimise(objective, low.theta)
+    best = best._replace(starts=low.starts, agreed=low.agreed, others=low.others)
+    curve = _curve(press, whole, knots, values)
+    notes, moves = (
+        _half_space_notes(best, press, kind),
+        functools.partial(_half_space_moves, press, best, curve, kind),
+    )
+    residual = functools.partial(_residual_at, press.space, curve, kind, whole.size)
+    found = Found(press, best, objective, notes, moves, Medium(press.pressing.thickness), residual)
+    if not press.pressing.adhesion:
+        return found
+    slow = nonlinear.minimise(_objective(press, whole, knots, values, kind, edge=1.0), best.theta)
+    return _stuck(found._replace(slow=slow), curve, kind)
+
+
+def _residual_at(space: Space, curve: Curve, kind: str, n: int, theta: Any) -> Any:
+    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
+    return halfspace.evaluate(space.point(theta), curve, kind=kind)[:n]
+
+
+def _stuck(found: Found, curve: Curve, kind: str) -> Found:
+    """Return the result with the notes and reasons for rejection that concern adhesion."""
+    press = found.press
+    scaled = halfspace.sticky_area(press.space.point(found.best.theta), curve, kind)
+    alpha, creep = (np.asarray(part)[: press.t.size] for part in scaled)
+    radius = float(press.pressing.indenter.radius)
+    widest = float(np.sqrt(radius * press.units.depth * alpha.max()))
+    modulus = 2.0 / (creep[0] * press.units.compliance * press.sought.volume.share)
+    doubled = press.t[creep > 2.0 * creep[0]]
+    lives = 1.0 / doubled[0] if doubled.size else 1.0
+    doubts = adhesive_contact.doubts(press.pressing.adhesion, radius, widest, modulus, lives)
+    return found._replace(notes=(*found.notes, *doubts), against=adhesive_contact.against(alpha))
+
+
+def _objective(
+    press: IndentationProblem,
+    points: np.ndarray,
+    knots: np.ndarray,
+    values: np.ndarray,
+    kind: str,
+    edge: float = 0.0,
+) -> Objective:
+    """Return the least-squares objective over some of the points, padded internally.
+
+    Residuals and Jacobian are one program: a second one for the residuals alone would take longer to compile than it
+    saves.
+    """
+    curve, space, n = _curve(press, points, knots, values)._replace(edge=edge), press.space, points.size
+
+    @functools.lru_cache(maxsize=2)
+    def linear(theta: bytes) -> list[np.ndarray]:
+        both = halfspace.linear(space.point(np.frombuffer(theta)), space.free, curve, kind=kind)
+        return [np.asarray(part)[:n] for part in both]
+
+    return Objective(
+        lambda theta: linear(theta.tobytes())[0],
+        lambda theta, free: linear(theta.tobytes())[1],
+        *space.bounds,
+        floor=1e-26 * float(np.sum((press.weights * press.measured) ** 2)),
+    )
+
+
+def _curve(press: IndentationProblem, points: np.ndarray, knots: np.ndarray, values: np.ndarray) -> Curve:
+    """Return the samples at ``points``, padded."""
+    t, load, depth = (nonlinear.repeated(y[points]) for y in (press.t, press.load, press.depth))
+    basis = merge(t, nonlinear.repeated(knots), nonlinear.repeated(values))
+    weights = nonlinear.without_weight(press.weights[points])
+    return Curve(
+        t, load, depth, weights, basis, press.extra, press.bulk, press.probe.power, int(np.argmax(depth)),
+        press.pull, layer=press.layer,
+    )  # fmt: skip
+
+
+def _some(press: IndentationProblem) -> np.ndarray:
+    """Return a subset of the points, evenly spaced and including the largest depth."""
+    even = np.linspace(0, press.t.size - 1, min(FEW, press.t.size)).round().astype(int)
+    return np.unique(np.append(even, np.argmax(press.depth)))
+
+
+def _held(press: IndentationProblem, rise: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return knots and values of a linear rise to the mean load after it."""
+    size, end = float(press.load[press.kept].mean()), rise / press.units.duration
+    if rise == 0.0:
+        return np.array([0.0, 1.0]), np.array([size, size])
+    return np.array([0.0, end, 1.0]), np.array([0.0, size, size])
+
+
+def _starts(press: IndentationProblem, knots: np.ndarray, values: np.ndarray, kind: str) -> list[np.ndarray]:
+    """Return starting coordinates from variable projection: depth^power is linear in the compliances under the measured
+    load."""
+    depth, n = np.maximum(press.depth, 1e-3), press.probe.power
+    use = press.kept & ((kind != "ting") | (np.arange(press.t.size) <= int(np.argmax(press.depth))))
+    # weights of the depth: those of the fit under load control, uniform otherwise
+    even = press.weights if press.pressing.control == "load" else np.ones(press.t.size)
+    raised = depth**n if press.layer is None else depth**n * np.exp(press.layer.log_factor(depth))
+    power = nonlinear.repeated(raised - press.extra * press.load)
+    weights = nonlinear.without_weight(use * depth / (n * raised) * even)
+    basis = merge(nonlinear.repeated(press.t), nonlinear.repeated(knots), nonlinear.repeated(values))
+    one = kind == "load" and np.all(press.space.material[press.space.free])
+    several = [] if one else spread_starts(press, power, weights, basis)
+    # a single start searches over every retardation time
+    return several or [start(press, power, weights, basis, least=1e-6)]
+
+
+def _half_space_moves(
+    press: IndentationProblem, best: Best, curve: Curve, kind: str, name: str
+) -> np.ndarray:
+    """Return the derivative of the coordinates with respect to a held quantity; with nu every compliance scales as 1/(1
+    - nu)."""
+    space = press.space
+    if name != press.sought.volume.name and (name != "thickness" or press.layer is None):
+        raise ValueError(f"spread: a half-space has no {name}")
+    if name in ("nu", "thickness"):
+        alone = np.where(space.logarithmic, 1.0, best.theta) * space.material / press.sought.volume.share
+        found = alone if name == "nu" else np.zeros(best.theta.size)
+        return found if press.layer is None else found + _layer_moves(press, best, curve, kind, name)
+    slope = np.asarray(halfspace.bulk_slope(space.point(best.theta), curve, kind))[: press.t.size]
+    return moved(best, space.free, slope * press.units.compliance)
+
+
+def _layer_moves(press: IndentationProblem, best: Best, curve: Curve, kind: str, name: str) -> np.ndarray:
+    """Return the derivative of the coordinates with respect to nu or the thickness in the factor of a layer."""
+    tip, depth = press.pressing.indenter, press.units.depth
+    held = {"thickness": press.pressing.thickness, "nu": press.sought.volume.value}
+
+    def layer(value: Any) -> ThinLayer:
+        found = ThinLayer.of(tip, **(held | {name: value}))
+        return found._replace(scale=found.scale * depth**found.power)
+
+    change = jax.jvp(layer, (held[name],), (1.0,))[1]
+    slope = np.asarray(halfspace.layer_slope(press.space.point(best.theta), curve, change, kind))
+    return moved(best, press.space.free, slope[: press.t.size])
+
+
+def _half_space_notes(best: Best, press: IndentationProblem, kind: str) -> tuple[str, ...]:
+    """Return the notes on an optimum: the contact shrinks, or the strain of a layer is large."""
+    thickness, deepest = press.pressing.thickness, press.units.depth
+    if thickness is not None and deepest > STRAIN * thickness:
+        share = told_apart(deepest / thickness, STRAIN)
+        of = f"the depth is {share} of the thickness: beyond {STRAIN:g} linear theory is doubtful"
+        press = press._replace(notes=(*press.notes, of))
+    if kind == "ting":
+        return (*press.notes, "the depth falls: Ting's solution from its maximum on")
+    if kind == "load" and press.probe.power > 1.0:
+        on = press.weights > 0
+        depth = press.depth[on] + best.residual[on] / press.weights[on]
+        fall = float(np.max(np.maximum.accumulate(depth) - depth))
+        if fall > FALL:
+            note = f"the contact shrinks (depth falls by {100 * fall:.1f} %): Lee and Radok only approximate"
+            return (*press.notes, note)
+    return press.notes
+
+
+# Search of the fit of a film on a substrate, on a mesh that is fine enough for the data.
+#
+# The start is quasi-elastic: the approach of the ball on an elastic film is solved once over a range of the film's
+# compliance and inverted point by point; the resulting compliances are then fitted as creep under the measured load.
+# The width of the grid follows from the contact of that start. The effect of the grid and the time steps on the
+# parameters is measured by a run with more cells and steps at the optimum and added to the model as a correction. The
+# mesh is refined until the remaining bias is small compared with the noise, or below a thousandth of the parameters,
+# which is less than the uncertainty of radius and thickness in any test.
+#
+# A growing contact is at first only a few cells wide, and its load then depends on the position of the cells. Samples
+# at such times are part of the load history but are not fitted.
+
+
+CELLS, MOST_CELLS, START_CELLS = 32, 128, 32
+FINER, STEPS_FINER = 4, 3  # factors on cells and steps of the run that corrects an automatic grid
+LEFT = 8.0  # second order: of the change, an eighth remains for the steps, a fifteenth for the cells
+FINER_GIVEN, LEFT_GIVEN = 2, 3.0  # the same for a given grid
+MARGIN = 1.2  # width of the grid over that of the contact
+WIDER = 1.3
+WEIGHTS = 1e-3  # relative change of the weights above which a film is fitted again
+ACROSS = 4.0  # least number of cells across the contact of a fitted sample; the solver needs 3
+LEAST_POINTS = 5  # least number of fitted points
+LEAST_GIVEN = 16  # least number of cells along a side of a given grid
+SMALL = 0.2  # acceptable bias over standard error
+PER_MILLE = 1e-3  # acceptable bias of the logarithm of a parameter
+Scene = Callable[[Mesh], FilmTest]
+# function that returns the weights (n,) that follow from an optimum
+Reweighed = Callable[[IndentationProblem, Best, Objective], np.ndarray]
+RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
+
+
+def search_layered(press: IndentationProblem, coating: Coating, grid: Any, reweighed: Reweighed) -> Found:
+    """Minimise on meshes of doubled fineness until the remaining bias is small compared with the noise."""
+    if isinstance(press.pressing.indenter, jc.FlatPunch):
+        raise ValueError(
+            "indenter: expected a Sphere or a Cone on a film, got FlatPunch, whose edge is as wide as a cell"
+        )
+    if press.space.structure.model is jc.KelvinVoigt:
+        raise ValueError("model: a Kelvin-Voigt film has J(0) = 0: expected StandardLinearSolid or another")
+    _check_grid(grid)
+    theta, radius = _start(press, coating)
+    chosen, runs = not isinstance(grid, jc.Grid), np.zeros(2, int)
+    cells = CELLS if grid is None else grid if chosen else grid.shape[0]
+    mesh = Mesh(cells, 2.0 * MARGIN * radius if chosen else float(grid.width[0]))
+    finer, order = (FINER, LEFT) if grid is None else (FINER_GIVEN, LEFT_GIVEN)
+    fitted = press.kept
+    while True:
+        press, coarse, objective, mesh = _resolved(press, coating, theta, mesh, chosen)
+        weights = reweighed(press, coarse, objective)
+        if not np.allclose(weights, press.weights, rtol=WEIGHTS, atol=0.0):
+            press = press._replace(weights=weights)
+            runs += objective.residual_runs, objective.jacobian_runs
+            coarse, objective = _minimise(press, layered.scene(press, coating, mesh), coarse.theta)
+        scene = functools.partial(layered.scene, press, coating)
+        runs += objective.residual_runs + 3, objective.jacobian_runs
+        film = _corrected(press, scene, coarse, mesh, finer)
+        best, objective = _minimise(press, film, coarse.theta)
+        left = np.abs(best.theta - coarse.theta) / order
+        bias = left / _standard_errors(best, press)
+        small = np.all((bias < SMALL) | (left < PER_MILLE))
+        if small or grid is not None or 2 * mesh.cells > MOST_CELLS:
+            break
+        theta, mesh = best.theta, mesh._replace(cells=2 * mesh.cells)
+    objective.residual_runs += int(runs[0])
+    objective.jacobian_runs += int(runs[1])
+    named = {press.space.names[i]: float(bias[i]) for i in press.space.free}
+    medium = Medium(
+        coating.thickness, coating.substrate, jc.Grid.square(n=mesh.cells, width=mesh.width), left, named
+    )
+    press = press._replace(notes=(*press.notes, *_layered_notes(press, film, best, fitted)))
+    return Found(
+        press, best, objective, press.notes, functools.partial(_layered_moves, press, best, film), medium
+    )
+
+
+def _layered_notes(press: IndentationProblem, film: FilmTest, best: Best, fitted: np.ndarray) -> list[str]:
+    """Return the notes on points (n,) bool that could not be fitted, and on the strain of the film."""
+    notes, few = [], int(np.sum(fitted & ~press.kept))
+    if few:
+        notes.append(f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across")
+    strain = float(np.max(layered.evaluate(press.space.point(best.theta), film)[3]))
+    if strain > STRAIN:
+        notes.append(
+            f"the strain of the top layer reaches {told_apart(strain, STRAIN)}: beyond {STRAIN:g} linear theory is doubtful"
+        )
+    return notes
+
+
+def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, float]:
+    """Return starting coordinates, and the largest contact radius [m] there."""
+    depth, radius = _elastic(press, coating)
+    on = press.kept & (press.load > 0.3)
+    scaled = np.where(on, press.depth * np.maximum(press.load, 1e-3) ** (-1.0 / press.probe.power), depth[0])
+    J = np.exp(np.interp(scaled, depth, RANGE))
+    slope = np.interp(scaled, depth, np.gradient(depth, RANGE)) / J
+    weights = np.where(on, slope / np.maximum(press.load, 0.3), 0.0)
+    basis = merge(press.t, press.t, press.load)
+    widest = radius[min(int(np.searchsorted(depth, scaled[on].max())) + 1, depth.size - 1)]
+    return start(press, J * press.load, weights, basis, least=1e-2), float(widest)
+
+
+def _elastic(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, np.ndarray]:
+    """Return scaled depth and contact radius [m] under the largest load on elastic films of compliances ``RANGE``."""
+    width = 2.4 * press.probe.widest(press.units.depth)
+    grid = jc.Grid.square(n=START_CELLS, width=width)
+    film = press.sought.volume.keyword, press.pressing.indenter, coating, press.units.load, grid
+    rows = [layered.elastic(np.exp(x) * press.units.compliance, *film) for x in RANGE]
+    depth, radius = np.array(rows).T
+    return np.maximum.accumulate(depth / press.units.depth), radius
+
+
+def _minimise(press: IndentationProblem, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
+    """Minimise from theta with a loose tolerance on RSS, because each evaluation is expensive."""
+    at = press.space.point
+    objective = Objective(
+        lambda theta: layered.evaluate(at(theta), film)[0],
+        lambda theta, free: layered.slopes(at(theta), free, film),
+        *press.space.bounds, ftol=1e-5, close=1e-2,
+    )  # fmt: skip
+    return minimise(objective, theta), objective
+
+
+def _resolved(
+    press: IndentationProblem, coating: Coating, theta: np.ndarray, mesh: Mesh, chosen: bool
+) -> tuple[IndentationProblem, Best, Objective, Mesh]:
+    """Return the optimum on a mesh.
+
+    An automatic mesh is widened while the contact reaches its edge; samples at which the contact is only a few cells
+    across get zero weight.
+    """
+    press = _coarse_left_out(press, layered.scene(press, coating, mesh), theta, mesh)
+    while True:
+        film = layered.scene(press, coating, mesh)
+        best, objective = _minimise(press, film, theta)
+        statuses = np.asarray(layered.evaluate(press.space.point(best.theta), film)[1])
+        failed = [code for code in PRECEDENCE[:-1] if code in statuses and code != jc.Status.TOO_COARSE]
+        status = failed[0] if failed else jc.Status.FINE
+        if status == jc.Status.AT_EDGE and chosen:
+            mesh = mesh._replace(width=WIDER * mesh.width)
+            press = _coarse_left_out(press, layered.scene(press, coating, mesh), best.theta, mesh)
+        elif status:
+            n, what = mesh.cells, jc.Status(status).message
+            raise ValueError(f"grid: the contact of the best fit on {n} x {n} cells: {what}")
+        elif not np.any(_touching(film, statuses == jc.Status.TOO_COARSE) & press.kept):
+            return press, best, objective, mesh
+        else:
+            press = _coarse_left_out(press, film, best.theta, mesh)
+        theta = best.theta
+
+
+def _coarse_left_out(
+    press: IndentationProblem, film: FilmTest, theta: np.ndarray, mesh: Mesh
+) -> IndentationProblem:
+    """Return the test without the samples at which the contact at theta is fewer than ``ACROSS`` cells across."""
+    _, statuses, radius, _ = layered.evaluate(press.space.point(theta), film)
+    few = 2.0 * np.asarray(radius) < ACROSS * mesh.width / mesh.cells
+    kept = press.kept & ~_touching(film, few | (np.asarray(statuses) == jc.Status.TOO_COARSE))
+    if kept.sum() < max(LEAST_POINTS, press.space.free.size + 1):
+        raise ValueError(
+            f"grid: expected at least {LEAST_POINTS} points at which the contact is {ACROSS:g} cells across, got"
+            f" {kept.sum()} on {mesh.cells} x {mesh.cells} cells over {mesh.width:.3g} m: a finer grid"
+        )
+    return press._replace(kept=kept, weights=np.where(kept, press.weights, 0.0))
+
+
+def _touching(film: FilmTest, marked: np.ndarray) -> np.ndarray:
+    """Return which samples (n,) are interpolated from a march time that is marked, (m,) bool."""
+    return np.interp(np.asarray(film.t), np.asarray(film.times), marked.astype(float)) > 0.0
+
+
+def _check_grid(grid: Any) -> None:
+    """Raise ValueError unless the grid is None, a number of cells, or a square ``jc.Grid`` without period."""
+    if isinstance(grid, jc.Grid):
+        (n, m), (width, depth) = grid.shape, (float(side) for side in grid.width)
+        if n != m or abs(width - depth) > 1e-9 * width or any(grid.periodic):
+            raise ValueError(f"grid: expected a square jc.Grid that is not periodic, got {grid!r}")
+    elif grid is not None and (
+        isinstance(grid, bool) or not isinstance(grid, int | np.integer) or grid < LEAST_GIVEN
+    ):
+        raise ValueError(
+            f"grid: expected a jc.Grid, or a whole number of cells of at least {LEAST_GIVEN}, got {grid!r}"
+        )
+
+
+def _corrected(press: IndentationProblem, scene: Scene, best: Best, mesh: Mesh, finer: int) -> FilmTest:
+    """Return the test corrected by the change of the response at the optimum on a finer mesh.
+
+    The finer mesh has ``finer`` times the cells and three times the steps.
+    """
+    point, coarse = press.space.point(best.theta), scene(mesh)
+    fine = scene(mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER))
+    bare = {"weights": np.ones(press.t.size), "response": np.zeros(press.t.size)}
+    response = lambda film: layered.evaluate(point, film._replace(**bare))[0]
+    return coarse._replace(correction=response(fine) - response(coarse))
+
+
+def _layered_moves(press: IndentationProblem, best: Best, film: FilmTest, name: str) -> np.ndarray:
+    """Return d theta/d nuisance at the optimum, (m,)."""
+    slope = layered.nuisance_slope(press.space.point(best.theta), film, name=name)
+    return moved(best, press.space.free, np.asarray(slope))
+
+
+def _standard_errors(best: Best, press: IndentationProblem) -> np.ndarray:
+    """Return the standard errors of the coordinates (m,), infinite where held."""
+    spread = np.full(best.theta.size, np.inf)
+    variance = 1.0 if press.label == "sigma" else best.rss / (press.kept.sum() - best.jacobian.shape[1])
+    spread[press.space.free] = np.sqrt(np.diag(inverse(best.jacobian)) * variance)
+    return np.maximum(spread, 1e-300)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -88,7 +488,7 @@ class IndentationFit(Fit):
     def _nuisance_lines(self) -> list[str]:
         lines = []
         for name, (value, low, high) in self.nuisances.items():
-            between = report.span(low, high) if low > 0 else f"{low:.4g} to {high:.4g}"
+            between = text.span(low, high) if low > 0 else f"{low:.4g} to {high:.4g}"
             lines.append(f"  {name} = {value:.5g} {NUISANCES[name]}, {between}")
         return lines
 
@@ -163,15 +563,15 @@ def fit_indentation(
             fitted, and no history before the first point is used.
         adhesion: of an adhesive ball; a known work of adhesion [J/m2] on a half-space: the theory of Johnson, Kendall and
             Roberts with the hereditary integral, for a growing contact, from the jump into contact at the first sample
-            (derived in ``fitting/models/adhesion.py``). The edge is assumed to respond with the instantaneous
+            (derived in ``fitting/models/adhesive_contact.py``). The edge is assumed to respond with the instantaneous
             compliance; ``slow_edge`` holds the parameters for the opposite limit. "fit": the work of adhesion and the
             strength of the attraction are parameters of an elastic half-space (``model="Elastic"``), for approach and
             retraction under ``control="depth"`` (D. Maugis, J. Colloid Interface Sci. 150 (1992) 243); "JKR": the same
             for an attraction of short range, also on an elastic film (``layer=`` a thickness, ``substrate=`` an
-            ``Elastic``; ``fitting/models/adhesive_film.py``); ``bounds`` of G must say whether it is softer or stiffer.
+            ``Elastic``; ``fitting/models/adhesive_contact.py``); ``bounds`` of G must say whether it is softer or stiffer.
             A law of adhesion (``jc.ExponentialAdhesion(work, range)`` or ``jc.DugdaleAdhesion``): material and work of a
             film that creeps on an elastic base, with the range or strength of the law held and its work as the start, for
-            approach, dwell and retraction by the contact solver (``fitting/search/creeping_film_search.py``), in minutes;
+            approach, dwell and retraction by the contact solver (``fitting/fits/adhesion.py``), in minutes;
             ``bounds`` must say that G1 (or G) is at most that of the base.
             ``fixed`` and ``bounds`` take "work" and "strength" too, and the result is an ``AdhesiveFit``. Where the
             residuals have a trend, its intervals include the changes of modulus and work with half the contact and, for
@@ -231,7 +631,7 @@ def fit_indentation(
     problem = FitProblem(press.data, sought, press.space, _sample(press), press.units.duration, level)
     if film:
         _check_layered(press.pressing)
-        found = layered_search.search(press, Coating.of(layer, layers, substrate), grid, _reweighed)
+        found = search_layered(press, Coating.of(layer, layers, substrate), grid, _reweighed)
     else:
         found = _half_space(press)
     return _concluded(problem, found, started)
@@ -263,7 +663,7 @@ def _half_space(press: IndentationProblem) -> Found:
 
     def again(changed: list[np.ndarray]) -> list[Solved]:
         own = press._replace(weights=np.where(press.kept, changed[0] * unit, 0.0))
-        found = half_space_search.search(own)
+        found = search_half_space(own)
         return [solution(found.objective, found.best, changed[0], press.kept)._replace(whole=found)]
 
     # points that are not fitted have a weight for the reweighting alone

@@ -1,35 +1,668 @@
 """Time-temperature superposition: shift factors of curves at several temperatures, and the law that they follow."""
 
 import dataclasses
+import functools
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from scipy import special
 
+import jaxcontact as jc
 from fitting.data.curves import CreepData
-from fitting.data.moduli import OscillationData
-from fitting.fits.master_data import SAME, checked, sweeps_of
-from fitting.fits.master_search import LAWS, Shifting, initial_shifts
-from fitting.fits.master_verdict import (
-    STRAYED,
-    MasterSample,
-    apart,
-    deviation,
-    exceeds,
-    gaps,
-    off_law,
-    strayed,
-)
-from fitting.inference import student
+from fitting.data.moduli import OscillationData, RelaxationData
+from fitting.fits.growth import BOLTZMANN
+from fitting.inference import noise
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.models.master_curve import basis, log_factors, master
-from fitting.models.structure import Sought, limits
+from fitting.inference.verdict import Assessment, Sample, Solved
+from fitting.models.search_space import ParameterSpace
+from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear, profiles
-from fitting.search.nonlinear import Best
-from fitting.search.uncertainty import linear_sd
-from fitting.views import master_picture
+from fitting.search.nonlinear import Best, Objective, linear_sd
+from fitting.views import sheet
+
+# Master curve of time-temperature superposition: a cubic spline over the logarithm of the reduced frequency.
+#
+# A curve measured at temperature T, of complex moduli G*(omega) or of a modulus G(t), lies on the master curve f if
+#
+#     ln b_T G(omega, T) = f(ln omega + ln a_T),
+#
+# with the shift factor a_T of the times and the vertical factor b_T of the moduli. For moduli over frequency, f has
+# two parts, ln |G*| and the phase angle, so that errors in proportion to |G*| are equal in both; for moduli over
+# time, omega is 1/t. Each part is a cubic B-spline with equidistant knots over the range of the shifted data. Source:
+# J. D. Ferry, Viscoelastic Properties of Polymers, 3rd ed., 1980, ch. 11.
+
+
+class Sweeps(NamedTuple):
+    """Curves at several temperatures one after the other.
+
+    temperature (m,) [K], increasing; reference: place of the reference among them; x (n,): logarithm of the frequency
+    [rad/s], or of 1/t; y (n,): logarithm of the modulus [Pa], or phase angle [rad]; which, part, block (n,): place of the
+    temperature, 1 for a phase angle, and number of the measured curve.
+    """
+
+    temperature: np.ndarray
+    reference: int
+    x: np.ndarray
+    y: np.ndarray
+    which: np.ndarray
+    part: np.ndarray
+    block: np.ndarray
+
+    @property
+    def parts(self) -> int:
+        """Number of parts of the master curve, 1 or 2."""
+        return int(self.part.max()) + 1
+
+    @property
+    def others(self) -> np.ndarray:
+        """Places (m - 1,) of the temperatures other than the reference."""
+        return np.delete(np.arange(self.temperature.size), self.reference)
+
+
+class Master(NamedTuple):
+    """A master curve at given shifts.
+
+    values, slope (n, parts (K + 3)): basis of the coefficients at the shifted data, with a block for each part, and its
+    derivative with respect to the place u in knot intervals; u (n,); ends: smallest and largest shifted x, and their curves.
+    """
+
+    values: np.ndarray
+    slope: np.ndarray
+    u: np.ndarray
+    ends: tuple[float, float, int, int]
+
+
+def basis(u: np.ndarray, intervals: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cubic B-splines (n, intervals + 3) at places u (n,) in knot intervals, and their derivatives."""
+    i = np.clip(np.floor(u), 0, intervals - 1).astype(int)
+    t = u - i
+    four = np.stack([(1 - t) ** 3, 3 * t**3 - 6 * t**2 + 4, -3 * t**3 + 3 * t**2 + 3 * t + 1, t**3], -1) / 6.0
+    rise = np.stack([-((1 - t) ** 2), 3 * t**2 - 4 * t, -3 * t**2 + 2 * t + 1, t**2], -1) / 2.0
+    values, slope = np.zeros((2, u.size, intervals + 3))
+    rows, columns = np.arange(u.size)[:, None], i[:, None] + np.arange(4)
+    values[rows, columns], slope[rows, columns] = four, rise
+    return values, slope
+
+
+def master(sweeps: Sweeps, shifts: np.ndarray, intervals: int) -> Master:
+    """Return the basis of the master curve at ln a_T (m,)."""
+    x = sweeps.x + shifts[sweeps.which]
+    first, last = int(np.argmin(x)), int(np.argmax(x))
+    u = intervals * (x - x[first]) / (x[last] - x[first])
+    ends = float(x[first]), float(x[last]), int(sweeps.which[first]), int(sweeps.which[last])
+    both = [_by_part(one, sweeps) for one in basis(u, intervals)]
+    return Master(both[0], both[1], u, ends)
+
+
+def _by_part(columns: np.ndarray, sweeps: Sweeps) -> np.ndarray:
+    """Return columns (n, k) in the block of the part of each point, (n, parts k)."""
+    return np.concatenate([columns * (sweeps.part == k)[:, None] for k in range(sweeps.parts)], axis=1)
+
+
+def by_shift(found: Master, coefficients: np.ndarray, sweeps: Sweeps, intervals: int) -> np.ndarray:
+    """Return the derivative (n, m) of the master curve at the data with respect to ln a_T, knots moving included."""
+    low, high, first, last = found.ends
+    rise = found.slope @ coefficients * intervals / (high - low)
+    count, share = sweeps.temperature.size, found.u / intervals
+    own = np.eye(count)[sweeps.which]
+    own[:, first] -= 1.0 - share
+    own[:, last] -= share
+    return rise[:, None] * own
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ShiftStructure(ParameterList):
+    """A law of the shift factor about a reference temperature [K] as the list of its parameters; ``dict`` for no law."""
+
+    reference: float = 0.0
+
+    def material(self, values: dict[str, Any], volume: Any) -> Any:
+        """Return the law, or the shift factors by name where there is none."""
+        return values if self.model is dict else self.model(**values, reference=self.reference)
+
+
+@functools.partial(jax.jit, static_argnames="law")
+def log_factors(law: type, parameters: Any, reference: Any, temperature: Any) -> tuple[Any, Any]:
+    """Return ln a_T (m,) of a law at temperatures (m,), and the derivatives (m, k) by the logarithms of its parameters."""
+    shifts = lambda z: law(*jnp.exp(z), reference).log_factor(temperature)
+    z = jnp.log(jnp.asarray(parameters, dtype=float))
+    return shifts(z), jax.jacfwd(shifts)(z)
+
+
+# Preparation of curves at several temperatures for their superposition.
+
+
+KINDS = (OscillationData, RelaxationData, CreepData)
+SAME = 0.5  # difference [K] below which temperatures are one
+LEAST = 3  # fewest temperatures
+
+
+def checked(data: Any) -> tuple[Any, ...]:
+    """Return the curves; ValueError unless they are of one kind and have their temperatures."""
+    several = tuple(data) if isinstance(data, Sequence) else ()
+    kinds = sorted({type(one).__name__ for one in several}) or [type(data).__name__]
+    if len(kinds) > 1 or not all(isinstance(one, KINDS) for one in several) or not several:
+        names = ", ".join(kind.__name__ for kind in KINDS)
+        raise ValueError(f"data: expected a list of curves of one kind of {names}, got {', '.join(kinds)}")
+    without = sum(one.temperature is None for one in several)
+    if without:
+        raise ValueError(
+            f"data: expected the temperature of every curve, got none for {without} of {len(several)}"
+        )
+    if isinstance(several[0], CreepData) and any(one.J is None for one in several):
+        raise ValueError("data: expected creep curves with a compliance J, got strain under a stress history")
+    return several
+
+
+def sweeps_of(curves: tuple[Any, ...], reference: float | None) -> Sweeps:
+    """Return the logarithms of all curves; ValueError for fewer than three temperatures."""
+    T = np.array([one.temperature for one in curves])
+    order = np.argsort(T, kind="stable")
+    new = np.diff(T[order], prepend=-np.inf) > SAME
+    group = np.empty(T.size, dtype=int)
+    group[order] = np.cumsum(new) - 1
+    mean = np.bincount(group, T) / np.bincount(group)
+    if mean.size < LEAST:
+        raise ValueError(f"data: expected curves at {LEAST} or more temperatures, got {mean.size}")
+    place = mean.size // 2 if reference is None else int(np.argmin(np.abs(mean - reference)))
+    if reference is not None and not abs(mean[place] - reference) <= SAME + 0.5 * _gap(mean):
+        raise ValueError(
+            f"reference: expected a temperature from {mean[0]:.5g} to {mean[-1]:.5g} K, got {reference!r}"
+        )
+    rows = [(x, y, part, k) for k, one in enumerate(curves) for x, y, part in _parts(one)]
+    of = lambda place: np.concatenate([np.broadcast_to(row[place], row[0].shape) for row in rows])
+    block = of(3).astype(int)
+    return Sweeps(mean, place, of(0), of(1), group[block], of(2).astype(int), block)
+
+
+def _gap(temperatures: np.ndarray) -> float:
+    """Return the largest gap between neighbouring temperatures [K]."""
+    return float(np.max(np.diff(temperatures)))
+
+
+def _parts(one: Any) -> list[tuple[np.ndarray, np.ndarray, int]]:
+    """Return (x, y, part) of the parts of a curve: ln |G*| and phase, ln G(t), or -ln J(t)."""
+    if isinstance(one, OscillationData):
+        x, G = np.log(one.omega), one.shear
+        return [(x, np.log(np.abs(G)), 0), (x, np.angle(G), 1)]
+    values = one.shear if isinstance(one, RelaxationData) else one.compliance
+    known = (one.t > 0) & (values > 0)
+    if np.sum(known) < 5:
+        raise ValueError(
+            f"data: expected at least 5 points with values > 0 at times > 0 in every curve, got {np.sum(known)}"
+            f" at {one.temperature:.5g} K"
+        )
+    sign = 1.0 if isinstance(one, RelaxationData) else -1.0
+    return [(-np.log(one.t[known]), sign * np.log(values[known]), 0)]
+
+
+# Search for the shift factors of time-temperature superposition, or for the parameters of their law.
+#
+# The coordinates are those of the shift (ln a_T of every temperature but the reference, or logarithms of the
+# parameters of a law), the logarithms of the vertical factors where these are fitted, and the coefficients of the
+# master curve. All but the first enter linearly.
+
+
+LAWS = {
+    "WLF": (jc.WLFShift, {"c1": "", "c2": "K"}),
+    "Arrhenius": (jc.ArrheniusShift, {"activation_energy": "J"}),
+}
+INTERVALS = (2, 3, 4, 5, 6, 8, 10, 13, 16, 20, 25, 32, 40)  # numbers of knot intervals that are tried
+PER_POINT = 0.25  # largest number of coefficients per point
+STEPS = 241  # number of trial shifts of two neighbouring curves
+SHARED = 0.2  # least overlap of two curves, as a fraction of the narrower one
+REACH = 0.5  # bound of ln a_T about its start, as a fraction of the curve's width
+EDGE = 25.0  # bound of the logarithm of a parameter of a law, about its start
+WIDE = np.geomspace(1.0, 1e4, 60)  # trial values of c2 [K] above its lower bound
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Shifting:
+    """A way to shift the curves: every temperature by a factor of its own (law None), or by a law.
+
+    sweeps: the curves; law: of ``LAWS``, or None; vertical: whether vertical factors are fitted; intervals: number of knot
+    intervals of the master curve; start (m,): ln a_T to start from; table: bounds of the parameters of the law.
+    """
+
+    sweeps: Sweeps
+    law: str | None
+    vertical: bool
+    intervals: int
+    start: np.ndarray
+    table: dict[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
+
+    @property
+    def structure(self) -> ShiftStructure:
+        """The parameters that are sought."""
+        T, own = self.sweeps.temperature, self.sweeps.reference
+        if self.law is None:
+            names = {f"a({T[k]:.6g} K)": "" for k in self.sweeps.others}
+            return ShiftStructure.of(dict, names)
+        law, dimensions = LAWS[self.law]
+        return dataclasses.replace(ShiftStructure.of(law, dimensions), reference=float(T[own]))
+
+    @property
+    def count(self) -> tuple[int, int, int]:
+        """Numbers of the coordinates of the shift, of vertical factors, and of coefficients."""
+        m = self.sweeps.temperature.size - 1
+        return len(self.structure.where), m if self.vertical else 0, self.sweeps.parts * (self.intervals + 3)
+
+    def space(self) -> ParameterSpace:
+        """Return the search space about the start."""
+        structure, (k, v, c) = self.structure, self.count
+        own = self._law_box() if self.law else self._factor_box()
+        free = np.tile([-np.inf, np.inf], (v + c, 1))
+        lower, upper = np.concatenate([own, free]).T
+        first = np.arange(k + v + c) < k
+        return ParameterSpace(
+            structure=structure, lower=lower, upper=upper, unit=np.ones(lower.size), logarithmic=first, material=first,
+            names=(*structure.where, *[""] * (v + c)), open=np.stack([first, first], -1),
+        )  # fmt: skip
+
+    def _factor_box(self) -> np.ndarray:
+        """Bounds (m - 1, 2) of ln a_T within which a curve keeps its neighbours."""
+        x, which = self.sweeps.x, self.sweeps.which
+        width = np.array([np.ptp(x[which == k]) for k in self.sweeps.others])
+        return self.start[self.sweeps.others][:, None] + REACH * np.outer(width, (-1.0, 1.0))
+
+    def _law_box(self) -> np.ndarray:
+        """Bounds (k, 2) of the logarithms of the parameters; c2 keeps every temperature above that of infinite times."""
+        box = self.law_start()[:, None] + np.array([-EDGE, EDGE])
+        if self.law == "WLF":
+            box[1, 0] = max(box[1, 0], np.log(least_c2(self.sweeps)))
+        with np.errstate(divide="ignore"):
+            given = np.log([self.table[name] for name in self.structure.where])
+        held = given[:, 0] == given[:, 1]
+        box = np.stack([np.maximum(box[:, 0], given[:, 0]), np.minimum(box[:, 1], given[:, 1])], -1)
+        return np.where(held[:, None], given, box)
+
+    def law_start(self) -> np.ndarray:
+        """Return the logarithms (k,) of the parameters that fit the starting ln a_T best."""
+        T, T0 = self.sweeps.temperature, self.sweeps.temperature[self.sweeps.reference]
+        if self.law == "Arrhenius":
+            return np.log(
+                [max(_slope((1.0 / T - 1.0 / T0) / BOLTZMANN, self.start)[0], 1e-3 * BOLTZMANN * T0)]
+            )
+        above = T - T0
+        trials = least_c2(self.sweeps) + WIDE
+        found = [(_slope(-np.log(10.0) * above / (c2 + above), self.start), c2) for c2 in trials]
+        (c1, _), c2 = min((one for one in found), key=lambda one: one[0][1])
+        return np.log([max(c1, 1e-3), c2])
+
+    def shifts(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return ln a_T (m,) and its derivatives (m, k) by the coordinates of the shift."""
+        T, place, k = self.sweeps.temperature, self.sweeps.reference, self.count[0]
+        if self.law is None:
+            return np.insert(theta[:k], place, 0.0), np.insert(np.eye(k), place, 0.0, axis=0)
+        found = log_factors(LAWS[self.law][0], np.exp(theta[:k]), T[place], T)
+        return np.asarray(found[0]), np.asarray(found[1])
+
+    def verticals(self, theta: np.ndarray) -> np.ndarray:
+        """Return ln b_T (m,)."""
+        k, v, _ = self.count
+        some = theta[k : k + v] if self.vertical else np.zeros(self.sweeps.temperature.size - 1)
+        return np.insert(some, self.sweeps.reference, 0.0)
+
+    def columns(self, basis: np.ndarray) -> np.ndarray:
+        """Return the derivatives (n, v + c) of the residuals by the linear coordinates, with the basis of a ``Master``."""
+        if not self.vertical:
+            return basis
+        lifted = -(np.eye(self.sweeps.temperature.size)[self.sweeps.which] * (self.sweeps.part == 0)[:, None])
+        return np.concatenate([lifted[:, self.sweeps.others], basis], axis=1)
+
+    def linear(self, shifts: np.ndarray) -> tuple[np.ndarray, float]:
+        """Return the best linear coordinates (v + c,) at ln a_T (m,), and their RSS; inf where data leave some open."""
+        A = self.columns(master(self.sweeps, shifts, self.intervals).values)
+        z, _, rank, _ = np.linalg.lstsq(A, self.sweeps.y, rcond=1e-10)
+        return z, float(np.sum((A @ z - self.sweeps.y) ** 2)) if rank == A.shape[1] else np.inf
+
+    def first(self) -> np.ndarray:
+        """Return the coordinates of the start."""
+        own = self.start[self.sweeps.others]
+        if self.law:
+            own = np.clip(self.law_start(), *self._law_box().T)
+        theta = np.append(own, np.zeros(sum(self.count[1:])))
+        return np.append(own, self.linear(self.shifts(theta)[0])[0])
+
+    def residual(self, theta: np.ndarray) -> np.ndarray:
+        """Return the master curve minus the data (n,), in logarithms and radians."""
+        found = master(self.sweeps, self.shifts(theta)[0], self.intervals)
+        return self.columns(found.values) @ theta[self.count[0] :] - self.sweeps.y
+
+    def slopes(self, theta: np.ndarray) -> np.ndarray:
+        """Return the derivative (n, k + v + c) of the residuals."""
+        shifts, inner = self.shifts(theta)
+        found, (k, v, _) = master(self.sweeps, shifts, self.intervals), self.count
+        moved = by_shift(found, theta[k + v :], self.sweeps, self.intervals) @ inner
+        return np.concatenate([moved, self.columns(found.values)], axis=1)
+
+    def objective(self, weights: np.ndarray) -> Objective:
+        """Return the least-squares objective for weights (n,)."""
+        space = self.space()
+        return Objective(
+            lambda theta: weights * self.residual(theta),
+            lambda theta, free: weights[:, None] * self.slopes(theta)[:, free],
+            *space.bounds,
+            floor=1e-26 * float(np.sum((weights * self.sweeps.y) ** 2)),
+        )
+
+    def resolved(self) -> "Shifting":
+        """Return the same with the number of knot intervals of lowest AIC at the start.
+
+        The BIC takes fewer, with which the stiffness of the spline biases the shifts by more than their errors.
+        """
+        return min((dataclasses.replace(self, intervals=k) for k in INTERVALS), key=lambda one: one.aic())
+
+    def aic(self) -> float:
+        """Return the AIC at the starting shifts, for few points (C. M. Hurvich, C.-L. Tsai, Biometrika 76 (1989) 297); inf
+        where the data do not determine every coefficient."""
+        n, p = self.sweeps.y.size, sum(self.count[1:])
+        if p > PER_POINT * n:
+            return np.inf
+        rss = self.linear(self.start)[1]
+        return n * np.log(max(rss, 1e-26 * float(np.sum(self.sweeps.y**2)))) + 2.0 * p * n / (n - p - 1.0)
+
+
+def least_c2(sweeps: Sweeps) -> float:
+    """Return the lower bound of c2 [K]: 1 K beyond the lowest temperature."""
+    return max(float(sweeps.temperature[sweeps.reference] - sweeps.temperature.min()), 0.0) + 1.0
+
+
+def _slope(x: np.ndarray, y: np.ndarray) -> tuple[float, float]:
+    """Return the slope of the line through zero closest to y, and its sum of squares."""
+    slope = float(x @ y / (x @ x))
+    return slope, float(np.sum((y - slope * x) ** 2))
+
+
+def initial_shifts(sweeps: Sweeps) -> np.ndarray:
+    """Return ln a_T (m,) that bring each curve onto its neighbour."""
+    between = [_between(sweeps, k) for k in range(sweeps.temperature.size - 1)]
+    total = np.append(0.0, np.cumsum(between))
+    return total - total[sweeps.reference]
+
+
+def _between(sweeps: Sweeps, k: int) -> float:
+    """Return the shift of curve k + 1 that brings it onto curve k."""
+    one, two = (_curves(sweeps, place) for place in (k, k + 1))
+    widths = [np.ptp(curve[0][0]) for curve in (one, two)]
+    reach = max(widths) + min(widths) * (1.0 - 2.0 * SHARED)
+    middle = 0.5 * (one[0][0].min() + one[0][0].max() - two[0][0].min() - two[0][0].max())
+    trials = middle + np.linspace(-0.5, 0.5, STEPS) * reach
+    return float(trials[np.argmin([_distance(one, two, shift) for shift in trials])])
+
+
+def _curves(sweeps: Sweeps, place: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return (x, y) of each part of the curves at one temperature, in the order of x."""
+    found = []
+    for part in range(sweeps.parts):
+        on = (sweeps.which == place) & (sweeps.part == part)
+        order = np.argsort(sweeps.x[on], kind="stable")
+        found.append((sweeps.x[on][order], sweeps.y[on][order]))
+    return found
+
+
+def _distance(one: list, two: list, shift: float) -> float:
+    """Return the mean square difference of two curves over their overlap, of which the second is shifted."""
+    total = 0.0
+    for (x, y), (x_two, y_two) in zip(one, two, strict=True):
+        moved = x_two + shift
+        low, high = max(x[0], moved[0]), min(x[-1], moved[-1])
+        if high <= low:
+            return np.inf
+        at = np.linspace(low, high, 40)
+        total += float(np.mean((np.interp(at, x, y) - np.interp(at, moved, y_two)) ** 2))
+    return total
+
+
+# Verdict on a superposition: whether the shifted curves agree, and whether their shifts follow a law.
+
+
+CHANCE = 1e-3  # probability that a difference is found significant by chance
+SIMILAR = (
+    0.03  # rms difference of curves, relative to the modulus, that repeated loading of a rheometer leaves
+)
+NEGLIGIBLE = 1e-6  # likewise, below which a difference is rounding or the flexibility of the spline
+STRAYED = 0.05  # probability above which a deviation from a law counts as chance in the intervals
+WITHIN = 0.5  # rms deviation from a law [K] that the temperature control of a rheometer leaves
+
+
+class MasterSample(Sample):
+    """The points of all curves, of which ``apart`` and ``off_law`` judge the trends in place of the common tests."""
+
+    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
+        """Return the evidence without reasons for rejection."""
+        found = super().assess(solved, p, level)
+        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
+
+
+def apart(shifting: Shifting, theta: np.ndarray) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the reason why curves with free shift factors do not superpose, and a note on smaller differences; () if
+    there are none.
+
+    A parabola in x is added to every part of every curve; the curves do not superpose where these describe the residuals
+    better than chance and differ by more than rheometers do.
+    """
+    sweeps, residual, J = shifting.sweeps, shifting.residual(theta), shifting.slopes(theta)
+    Q = np.linalg.qr(J)[0]
+    A = _parabolas(sweeps)
+    A -= Q @ (Q.T @ A)
+    U, s, _ = np.linalg.svd(A, full_matrices=False)
+    U = U[:, s > 1e-6 * s[0]]
+    systematic = U @ (U.T @ residual)
+    rise, q = float(systematic @ systematic), U.shape[1]
+    rss, dof = float(residual @ residual) - rise, residual.size - J.shape[1] - q
+    rms = float(np.sqrt(rise / residual.size))
+    if rms <= NEGLIGIBLE or not exceeds(rise, q, rss, dof):
+        return (), ()
+    size = np.sqrt(np.bincount(sweeps.which, systematic**2) / np.bincount(sweeps.which))
+    worst = int(np.argmax(size))
+    text = (
+        f"with the best shift factors the curves differ systematically by {100 * rms:.2g} % of the modulus, most at"
+        f" {sweeps.temperature[worst]:.5g} K ({100 * size[worst]:.2g} %)"
+    )
+    if rms <= SIMILAR:
+        return (), (f"{text}, which is within the {100 * SIMILAR:g} % of repeated loading of a rheometer",)
+    hint = "" if shifting.vertical else "; vertical factors may help"
+    return (f"the curves do not superpose: {text}{hint}",), ()
+
+
+def gaps(shifting: Shifting, theta: np.ndarray) -> tuple[str, ...]:
+    """Return the reasons why shift factors are not determined: temperatures between which no values of the modulus are
+    common, and factors at the end of their search; () if there are none.
+
+    Curves that share no value cannot be brought onto each other. With vertical factors, which change the values, they must
+    share a range of the shifted abscissa.
+    """
+    sweeps, found = shifting.sweeps, []
+    shift = shifting.shifts(theta)[0]
+    first = sweeps.part == 0
+    values = (sweeps.x + shift[sweeps.which]) if shifting.vertical else sweeps.y
+    ends = np.array(
+        [
+            (values[on].min(), values[on].max())
+            for on in (first & (sweeps.which == k) for k in range(shift.size))
+        ]
+    )
+    order = np.argsort(ends[:, 0])
+    reached = np.maximum.accumulate(ends[order, 1])
+    for k in np.flatnonzero(ends[order[1:], 0] > reached[:-1] + SIMILAR):
+        below = order[: k + 1][np.argmax(ends[order[: k + 1], 1])]
+        one, two = sorted((sweeps.temperature[below], sweeps.temperature[order[k + 1]]))
+        found.append(
+            f"the curves at {one:.5g} and {two:.5g} K do not overlap: their shift factors follow from the smoothness of the"
+            " master curve alone; measure at temperatures between them, or over more decades"
+        )
+    low, high = (bound[: shifting.count[0]] for bound in shifting.space().bounds)
+    width = high - low
+    own = theta[: shifting.count[0]]
+    at_end = np.flatnonzero((own - low < 1e-6 * width) | (high - own < 1e-6 * width))
+    if at_end.size:
+        shown = ", ".join(f"{sweeps.temperature[sweeps.others[k]]:.5g} K" for k in at_end)
+        found.append(
+            f"the shift factors at {shown} are at the end of their search: the curves do not determine them"
+        )
+    return tuple(found)
+
+
+def _parabolas(sweeps: Sweeps) -> np.ndarray:
+    """Return the columns 1, x and x^2 of every part of every curve, (n, k)."""
+    columns = []
+    for block in np.unique(sweeps.block):
+        for part in range(sweeps.parts):
+            on = (sweeps.block == block) & (sweeps.part == part)
+            x = np.where(on, sweeps.x - np.mean(sweeps.x[on]), 0.0)
+            columns += [on.astype(float), x, x**2]
+    return np.stack(columns, -1)
+
+
+def exceeds(rise: float, q: int, rss: float, dof: int, chance: float = CHANCE) -> bool:
+    """Return whether q further parameters lower the RSS by more than chance (F test); rss: with them, of dof."""
+    return bool(dof > 0 and special.fdtrc(q, dof, max(rise, 0.0) / q * dof / max(rss, 1e-300)) < chance)
+
+
+def deviation(temperature: np.ndarray, law: np.ndarray, free: np.ndarray) -> float:
+    """Return the rms deviation of free ln a_T (m,) from those of a law, as a temperature [K].
+
+    A factor common to all temperatures, such as the error of the reference curve, is no deviation.
+    """
+    off = free - law - np.mean(free - law)
+    return float(np.sqrt(np.mean((off / np.gradient(law, temperature)) ** 2)))
+
+
+def strayed(
+    temperature: np.ndarray, place: int, law: np.ndarray, rise: np.ndarray, slopes: np.ndarray, away: float
+) -> np.ndarray:
+    """Return how errors of every temperature (m,), of the size that the deviation from a law shows, change its coordinates
+    (k, m).
+
+    law (m,): ln a_T; rise (m, k): its derivatives; place: of the reference temperature; slopes (n, c): derivatives of the
+    residuals with free shift factors, which come first; away: deviation [K]. The squares of a row add up to the variance.
+    """
+    m, k = rise.shape
+    others = np.delete(np.arange(m), place)
+    Q = np.linalg.qr(slopes[:, m - 1 :])[0]
+    root = slopes[:, : m - 1] - Q @ (Q.T @ slopes[:, : m - 1])
+    moved = np.eye(m)[others] - np.eye(m)[place]  # an error of the reference moves all others
+    size = away * np.sqrt(m / (m - 1.0 - k)) * np.abs(np.gradient(law, temperature))
+    return np.linalg.lstsq(root @ rise[others], root @ moved, rcond=None)[0] * size
+
+
+def off_law(name: str, away: float, rise: float, q: int, rss: float, dof: int) -> tuple[str, ...]:
+    """Return the reason why shift factors do not follow a law, () if they do; away: rms deviation [K]."""
+    if away <= WITHIN or not exceeds(rise, q, rss, dof):
+        return ()
+    return (
+        f"the shift factors do not follow the {name} law: they deviate by {away:.2g} K (rms), more than chance and more"
+        f" than the {WITHIN:g} K that temperature control leaves",
+    )
+
+
+# Figure of a time-temperature superposition: master curve, shift factors, residuals, and van Gurp-Palmen plot.
+
+
+FINE = 300  # points of a line
+RADIAN = 180.0 / np.pi  # degrees
+
+
+def draw(fit: Any, path: Any) -> Any:
+    """Return a Figure of a ``MasterFit``, a colour for each temperature; saved where a path is given.
+
+    For moduli over frequency the last panel is the van Gurp-Palmen plot, the phase angle over |G*|, in which curves that
+    superpose coincide without any shift of times.
+    """
+    from matplotlib import colormaps
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 8.0), layout="constrained")
+    sheet.title(figure, fit)
+    places = figure.add_gridspec(3, 2, height_ratios=(3, 3, 0.5))
+    T = fit.temperatures
+    colours = colormaps["viridis"](np.linspace(0.0, 0.92, T.size))
+    _drawn_curves(figure.add_subplot(places[0, 0]), fit, colours)
+    _factors(figure.add_subplot(places[0, 1]), fit, colours)
+    _residuals(figure.add_subplot(places[1, 0]), fit, colours)
+    last = figure.add_subplot(places[1, 1])
+    (_palmen if fit.oscillation else _raw)(last, fit, colours)
+    sheet.parameters(figure.add_subplot(places[2, :]), fit)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
+def _drawn_curves(axes: Any, fit: Any, colours: Any) -> None:
+    """Plot the shifted data and the master curve."""
+    for T, colour in zip(fit.temperatures, colours, strict=True):
+        at, values = fit.shifted(T)
+        for k, row in enumerate(values):
+            mark = (
+                {"marker": ".", "markersize": 5}
+                if k == 0
+                else {"marker": "o", "markersize": 3, "mfc": "none"}
+            )
+            label = f"{T:.4g} K" if k == 0 else None
+            axes.loglog(at, row, linestyle="", color=colour, label=label, **mark)
+    line = fit.line(FINE)
+    found = fit.predict(line)
+    rows = (found.real, found.imag) if fit.oscillation else (found,)
+    names = ("G' (dots)", "G'' (circles)") if fit.oscillation else ("master curve",)
+    for row, name, colour in zip(rows, names, ("C3", "C0"), strict=False):
+        axes.loglog(line, row, color=colour, linewidth=1.0, label=name)
+    name, unit = fit.quantity
+    over = "ω a_T [rad/s]" if fit.oscillation else "t/a_T [s]"
+    axes.set(xlabel=f"{over} at {fit.reference:.5g} K", ylabel=f"{name} [{unit}]")
+    axes.legend(fontsize="x-small", ncol=2)
+
+
+def _factors(axes: Any, fit: Any, colours: Any) -> None:
+    """Plot the free shift factors with their intervals, and the law with its band."""
+    T = fit.temperatures
+    fine = np.linspace(T[0], T[-1], 80)
+    law = np.array([fit.factor(t) for t in fine])
+    axes.fill_between(fine, law[:, 1], law[:, 2], color="0.6", alpha=0.4, label=f"{100 * fit.level:g} % band")
+    axes.semilogy(fine, law[:, 0], color="0.2", label=fit.model.__name__)
+    for t, (a, low, high), colour in zip(T, fit.factors, colours, strict=True):
+        axes.errorbar(t, a, [[a - low], [high - a]], fmt="o", markersize=4, capsize=4, color=colour)
+    axes.set(xlabel="temperature [K]", ylabel="shift factor a_T [-]", yscale="log")
+    axes.legend(fontsize="small")
+
+
+def _residuals(axes: Any, fit: Any, colours: Any) -> None:
+    """Plot the residuals in percent of the modulus."""
+    s = fit.shifting.sweeps
+    x = np.exp((s.x + np.log(fit.law_factors)[s.which]) * (1.0 if fit.oscillation else -1.0))
+    for k, colour in enumerate(colours):
+        on = s.which == k
+        axes.semilogx(x[on], -100.0 * fit.residuals[on], ".", markersize=4, color=colour)
+    axes.axhline(0.0, color="0.4", linewidth=0.8)
+    over = "ω a_T [rad/s]" if fit.oscillation else "t/a_T [s]"
+    axes.set(xlabel=over, ylabel=f"residual [% of {'|G*|' if fit.oscillation else fit.quantity[0]}]")
+
+
+def _palmen(axes: Any, fit: Any, colours: Any) -> None:
+    """Plot the phase angle over |G*| of the data as measured."""
+    for one in fit.data:
+        k = int(np.argmin(np.abs(fit.temperatures - one.temperature)))
+        G = one.shear
+        axes.semilogx(np.abs(G), RADIAN * np.angle(G), ".", markersize=4, color=colours[k])
+    axes.set(xlabel="|G*| [Pa]", ylabel="phase angle [°]", title="van Gurp-Palmen plot, not shifted")
+    axes.title.set_fontsize("small")
+
+
+def _raw(axes: Any, fit: Any, colours: Any) -> None:
+    """Plot the data as measured over time."""
+    name, unit = fit.quantity
+    for one in fit.data:
+        k = int(np.argmin(np.abs(fit.temperatures - one.temperature)))
+        values = one.compliance if name == "J" else one.shear
+        axes.loglog(one.t, values, ".", markersize=4, color=colours[k])
+    axes.set(xlabel="t [s]", ylabel=f"{name} [{unit}]", title="as measured")
+    axes.title.set_fontsize("small")
+
 
 LABEL = "equal errors relative to the modulus"
 ERRANT = (
@@ -103,7 +736,7 @@ class MasterFit(Fit):
         free = self.shifting.space().free
         sd = linear_sd(self.slopes, gradient[:, free], np.ones(free.size, dtype=bool))[0]
         own = float(np.linalg.norm(gradient[0, : len(self.values)] @ self.strayed))
-        wide = student.two_sided(self.level) * math.hypot(float(sd), own)
+        wide = noise.two_sided(self.level) * math.hypot(float(sd), own)
         with np.errstate(over="ignore"):
             return math.exp(log), float(np.exp(log - wide)), float(np.exp(log + wide))
 
@@ -167,7 +800,7 @@ class MasterFit(Fit):
     def plot(self, path: Any = None) -> Any:
         """Return a figure of the master curve, the shift factors and the van Gurp-Palmen plot; save it where a path is
         given."""
-        return master_picture.draw(self, path)
+        return draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the shift factors of every temperature."""
@@ -335,13 +968,13 @@ def _strayed(free: Superposed, lawful: Shifting, best: Best, level: float) -> np
         return found
     rows = lawful.space().free[some]
     found[rows] = strayed(T, place, shifts, inner[:, rows], slopes, away)
-    return found * student.two_sided(level, q) / student.two_sided(level)
+    return found * noise.two_sided(level, q) / noise.two_sided(level)
 
 
 def _widened(ends: np.ndarray, theta: np.ndarray, own: np.ndarray, problem: FitProblem) -> np.ndarray:
     """Return interval ends (k, 2) that include the changes ``own`` (k, m) of the coordinates."""
     k = len(own)
-    extra = student.two_sided(problem.level) * np.linalg.norm(own, axis=1)
+    extra = noise.two_sided(problem.level) * np.linalg.norm(own, axis=1)
     low, high = theta[:k] - ends[:k, 0], ends[:k, 1] - theta[:k]
     wide = np.stack([theta[:k] - np.hypot(low, extra), theta[:k] + np.hypot(high, extra)], -1)
     bounds = problem.space

@@ -25,19 +25,88 @@ import jaxcontact as jc
 from fitting.data.curves import check_kind, evaluation_times
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
-from fitting.fits import fractional_modulus
-from fitting.fits.fractional import LAWS, Law, creep_structure
-from fitting.fits.fractional_modulus import Relaxed
-from fitting.inference import student
+from fitting.fits import fractional
+from fitting.fits.fractional import LAWS, Law, Relaxed, creep_structure
+from fitting.inference import noise
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
-from fitting.inference.evidence import Sample, Solved
 from fitting.inference.result import Fit
+from fitting.inference.verdict import Sample, Solved
 from fitting.models.coordinates import NUISANCES, Coordinates, Space
 from fitting.models.halfspace import relaxation_modes
 from fitting.models.structure import Sought, Structure, structure_of
-from fitting.search import padding
+from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
-from fitting.views import modulus_picture
+from fitting.views import sheet
+
+# Figure of the fit of a modulus: G(t), or G' and G'' with tan delta, on logarithmic axes, residuals and parameters.
+
+
+FINE = 200  # points of a line
+NAMES, COLOURS = ("G'", "G''"), ("C3", "C0")
+
+
+def draw(fit: Any, path: Any) -> Any:
+    """Return a Figure of a ``ModulusFit``; saved where a path is given."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 6.5), layout="constrained")
+    sheet.title(figure, fit)
+    places = figure.add_gridspec(3, 2, height_ratios=(3, 1.2, 0.5))
+    top, bottom = figure.add_subplot(places[0, 0]), figure.add_subplot(places[1, 0])
+    rows = _rows(fit)
+    line = np.geomspace(rows[0][0][rows[0][0] > 0.0].min(), rows[0][0].max(), FINE)
+    model, band = fit.modulus(line), fit.modulus_band(line)
+    part = (lambda values, k: values) if fit.relaxed else (lambda values, k: (values.real, values.imag)[k])
+    for k, (name, colour, (x, y, residual)) in enumerate(_named(fit, rows)):
+        top.loglog(
+            x[x > 0.0], np.where(y > 0.0, y, np.nan)[x > 0.0], ".", markersize=4, color=colour, label=name
+        )
+        top.loglog(line, part(model, k), color=colour, linewidth=1.0)
+        top.fill_between(line, part(band[0], k), part(band[1], k), color=colour, alpha=0.3, linewidth=0)
+        bottom.semilogx(x[x > 0.0], -residual[x > 0.0], ".", markersize=4, color=colour)
+    positive = [np.min(y[y > 0.0]) for _, y, _ in rows if np.any(y > 0.0)]
+    low = min([*positive, *(float(np.min(part(model, k))) for k in range(len(rows)))])
+    high = max(float(np.max(y)) for _, y, _ in rows)
+    top.set(ylabel=f"{', '.join(name for name, *_ in _named(fit, rows))} [Pa]", ylim=(0.5 * low, 2.0 * high))
+    top.legend(title=f"{fit.model.__name__}, {100 * fit.level:g} % band", fontsize="small")
+    bottom.axhline(0.0, color="0.4", linewidth=0.8)
+    bottom.set(xlabel="t [s]" if fit.relaxed else "ω [rad/s]", ylabel=f"residual [-]\n({fit.weights})")
+    last = figure.add_subplot(places[:2, 1])
+    if fit.relaxed:
+        sheet.compliance(last, fit)
+    else:
+        _loss_factor(last, fit, rows, line)
+    sheet.parameters(figure.add_subplot(places[2, :]), fit)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
+def _rows(fit: Any) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Return (abscissa, values, residuals) of G, or of G' and of G''."""
+    _, _, x, y = fit.curve
+    count = 1 if fit.relaxed else 2
+    columns = [np.split(one, count) for one in (x, y, fit.residuals)]
+    return [(columns[0][k], columns[1][k], columns[2][k]) for k in range(count)]
+
+
+def _named(fit: Any, rows: list) -> list[tuple[str, str, Any]]:
+    """Return (name, colour, row) of every part."""
+    names = ("G(t)",) if fit.relaxed else NAMES
+    return list(zip(names, COLOURS, rows, strict=False))
+
+
+def _loss_factor(axes: Any, fit: Any, rows: list, line: np.ndarray) -> None:
+    """Plot tan delta = G''/G' of data and fit."""
+    (x, storage, _), (_, loss, _) = rows
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factor = np.where((storage > 0.0) & (loss > 0.0), loss / storage, np.nan)
+    model = fit.modulus(line)
+    axes.loglog(x, factor, ".", markersize=4, color="0.4", label="data")
+    axes.loglog(line, model.imag / model.real, color="C2", label=fit.model.__name__)
+    axes.set(xlabel="ω [rad/s]", ylabel="tan δ = G''/G' [-]")
+    axes.legend(fontsize="small")
+
 
 SHARES = 0.1, 0.5, 0.9  # retarded fractions of the starts
 SHORTEST, LONGEST = 3e-3, 3.0  # retardation times of the starts over the duration, of data over few decades
@@ -85,7 +154,7 @@ class ModulusFit(Fit):
         start = jnp.asarray(self.structure.off_zero(self.estimate.best, self.duration))
         best = np.asarray(self._parts(start, at))
         slope = np.asarray(jax.jacfwd(lambda values: jnp.log(self._parts(values, at)))(start))
-        wide = student.two_sided(self.level) * np.sqrt(
+        wide = noise.two_sided(self.level) * np.sqrt(
             np.maximum(np.einsum("pni,ij,pnj->pn", slope, self.covariance(), slope), 0.0)
         )
         with np.errstate(over="ignore"):
@@ -96,7 +165,7 @@ class ModulusFit(Fit):
         """Return G (1, k), or G' and G'' (2, k), of the list of values of the structure."""
         c, structure = self.structure.compliances(values), self.structure
         if isinstance(structure, Law):
-            return fractional_modulus.modulus(structure.model, structure.parameters(values), at, self.relaxed)
+            return fractional.modulus(structure.model, structure.parameters(values), at, self.relaxed)
         if self.relaxed:
             return _relaxed_modulus(c, at)[None]
         found = _complex_modulus(c, at)
@@ -105,7 +174,7 @@ class ModulusFit(Fit):
     def plot(self, path: Any = None) -> Any:
         """Return a figure of the moduli with the fit and its band, tan delta or J(t), residuals and verdict; save it where
         a path is given."""
-        return modulus_picture.draw(self, path)
+        return draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the numbers of starts."""
@@ -362,7 +431,7 @@ def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarra
 
 def _objective(kind: str, space: Space, x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Objective:
     """Return the least-squares objective of scaled data, which are padded internally."""
-    arrays = padding.repeated(x), padding.repeated(y), padding.without_weight(weight)
+    arrays = nonlinear.repeated(x), nonlinear.repeated(y), nonlinear.without_weight(weight)
     given = space, arrays, kind, x.size
     return Objective(
         functools.partial(_residual_at, *given),

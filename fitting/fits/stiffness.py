@@ -1,20 +1,354 @@
 """Fit of a modulus, and of the thickness of a film, to the contact stiffness over depth."""
 
 import dataclasses
-from collections.abc import Sequence
-from typing import Any
+import functools
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline, PchipInterpolator
 
 import jaxcontact as jc
-from fitting.data.probe import STIFFNESS, paraboloid_note, probe_of
+from fitting.data.indentation import STIFFNESS, paraboloid_note, probe_of
 from fitting.data.stiffness import StiffnessData
-from fitting.fits.stiffness_search import StiffnessProblem, deviation, no_moves, pointwise
+from fitting.data.weights import choose_weights
+from fitting.fits.force import Deviation
+from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.models.contact_stiffness import KINDS, WIDEST, Coated, Tip, contact_area, log_stiffness
-from fitting.models.structure import Sought, limits
-from fitting.views import stiffness_picture
+from fitting.inference.verdict import Assessment, Solved
+from fitting.models.search_space import ParameterSpace
+from fitting.models.structure import ParameterList, Sought, limits
+from fitting.models.thin_layer import Base, contact_factors
+from fitting.search import nonlinear
+from fitting.search.nonlinear import Objective
+from fitting.views import sheet
+
+# Stiffness dF/d depth of an elastic contact with a half-space or with a layer bonded to a base.
+#
+# On a half-space S = 4 G a/(1 - nu) at the contact radius a (G. M. Pharr, W. C. Oliver, F. R. Brotzen, J. Mater. Res.
+# 7 (1992) 613), and on a layer that times the factor of a flat punch of the radius a (``layered_contact.py``), for
+# any tip of revolution, also after plastic flow. An elastic tip adds (1 - nu)/G to the compliance at every
+# wavenumber.
+#
+# The contact radius follows from the depth d of an elastic contact, on a half-space a^2 = R d of a ball and a =
+# (2/pi) d tan(half-angle) of a cone, or from the contact depth of W. C. Oliver, G. M. Pharr (J. Mater. Res. 7 (1992)
+# 1564),
+#
+#     h_c = d - epsilon load/S,     pi a^2 = A(h_c).
+
+
+WIDEST = 20.0  # contact radius over the thickness
+NODES = 48  # contact radii that are solved
+ROOM = (0.4, 2.0)  # factors by which their range exceeds that of a contact with a half-space
+STEP = 1e-30  # of log G, imaginary
+KINDS = {jc.Sphere: "ball", jc.Cone: "cone", jc.FlatPunch: "punch"}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Tip:
+    """The tip and the points at which it is in contact.
+
+    indenter; kind: "ball", "cone" or "punch"; places (n,): depths [m] of an elastic contact, or contact radii [m];
+    known: whether they are radii; beta: factor on the stiffness of a tip that is not of revolution.
+    """
+
+    indenter: Any
+    kind: str
+    places: np.ndarray
+    known: bool
+    beta: float
+
+    @property
+    def radii(self) -> np.ndarray:
+        """Contact radii (n,) [m], on a half-space where they are not known."""
+        if self.known or self.kind == "punch":
+            return self.places
+        if self.kind == "ball":
+            return np.sqrt(float(self.indenter.radius) * self.places)
+        return 2.0 / np.pi * self.places * math.tan(float(self.indenter.half_angle))
+
+    @property
+    def power(self) -> float:
+        """Power of the thickness in the place of a given ratio of contact radius and thickness."""
+        return 2.0 if self.kind == "ball" and not self.known else 1.0
+
+    def place(self, found: dict[str, tuple[complex, complex]], ratio: float, thickness: float) -> complex:
+        """Return the place at a contact radius over the thickness, from its ``contact_factors``."""
+        if self.known or self.kind == "punch":
+            return ratio * thickness
+        chi = found[self.kind][0]
+        if self.kind == "ball":
+            return (chi * thickness) ** 2 / float(self.indenter.radius)
+        return chi * thickness / math.tan(float(self.indenter.half_angle))
+
+
+class Coated(NamedTuple):
+    """The indented body: Poisson's ratio, and the modulus [Pa] and Poisson's ratio of the base of a layer.
+
+    base: None for a half-space, inf for a rigid base; tip: compliance (1 - nu)/G of the tip [1/Pa].
+    """
+
+    nu: float
+    base: float | None
+    base_nu: float
+    tip: float
+
+
+def log_stiffness(G: float, thickness: float, body: Coated, tip: Tip) -> tuple[np.ndarray, np.ndarray]:
+    """Return log S [N/m] at the places (n,), and its derivatives (n, 2) with respect to log G and log thickness; nan
+    where the contact is wider than ``WIDEST`` thicknesses."""
+    own = G / (1.0 - body.nu) * body.tip
+    if body.base is None:
+        log = np.log(4.0 * tip.beta * G * tip.radii / ((1.0 - body.nu) * (1.0 + own)))
+        return log, np.stack([np.full(log.size, 1.0 / (1.0 + own)), np.zeros(log.size)], -1)
+    place, stiffness = _nodes(G, thickness, body, tip)
+    x, order = place.real, np.argsort(place.real)
+    value = CubicSpline(x[order], stiffness.real[order], extrapolate=False)
+    rise = value(x, 1)
+    moved = (stiffness.imag - rise * place.imag) / STEP
+    at = np.log(tip.places)
+    by_G = CubicSpline(x[order], moved[order], extrapolate=False)(at)
+    return value(at), np.stack([by_G, 1.0 - tip.power * value(at, 1)], -1)
+
+
+def _nodes(G: float, thickness: float, body: Coated, tip: Tip) -> tuple[np.ndarray, np.ndarray]:
+    """Return the logarithms of place and stiffness at ``NODES`` contact radii, with a complex step of log G."""
+    own = G * (1.0 + 1j * STEP)
+    share = (1.0 - body.nu) / own
+    assert body.base is not None
+    base = Base(own / body.base if math.isfinite(body.base) else 0.0, body.base_nu, body.tip / share)
+    ends = np.array([tip.radii.min(), tip.radii.max()]) / thickness * ROOM
+    ratios = np.geomspace(ends[0], min(ends[1], WIDEST), NODES)
+    found = [contact_factors(ratio, body.nu, base) for ratio in ratios]
+    places = [tip.place(one, ratio, thickness) for one, ratio in zip(found, ratios, strict=True)]
+    factor = np.array([one["punch"][1] for one in found])
+    stiffness = 4.0 * tip.beta * ratios * thickness * factor / (share * (1.0 + base.tip))
+    return np.log(np.array(places, dtype=complex)), np.log(stiffness)
+
+
+def contact_area(coefficients: Sequence[float], depth: np.ndarray) -> np.ndarray:
+    """Return the area function c0 d^2 + c1 d + c2 d^(1/2) + c3 d^(1/4) + ... [m2] at contact depths (n,) [m]."""
+    powers = np.append(2.0, 2.0 ** -np.arange(len(coefficients) - 1.0))
+    return np.asarray(depth[:, None] ** powers @ np.asarray(coefficients, dtype=float))
+
+
+# Search for modulus and thickness from a contact stiffness over depth, and the judgement of its residuals.
+
+
+REACH = math.log(1e4)  # of log G and of log thickness about their starting values
+THIN = (1.0, 0.3, 3.0, 10.0)  # starting thicknesses over the largest contact radius
+CHANGE, TREND = (
+    0.2,
+    0.1,
+)  # of log G from the deeper half to all points, and of the stiffness: beyond them, rejection
+WINDOW = 0.05  # fraction of the points in a running mean of the residuals
+SPREAD = math.log(100.0)  # of the moduli of single points about that of all
+TRIALS = 13  # moduli at which the stiffness is computed for these
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class ElasticFilm(ParameterList):
+    """The modulus of an elastic half-space or film, and the thickness of the film."""
+
+    nu: float = 0.3
+
+    def material(self, values: dict[str, Any], volume: Any) -> Any:
+        """Return the elastic material."""
+        return jc.Elastic(values["G"], self.nu if volume is None else volume.value)
+
+
+class StiffnessSample(verdict.Sample):
+    """The points of a stiffness curve, whose trends ``deviation`` judges in place of the common tests."""
+
+    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
+        """Return the evidence without reasons for rejection."""
+        found = super().assess(solved, p, level)
+        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
+
+
+class StiffnessProblem(NamedTuple):
+    """Measured stiffness (n,) [N/m], the body, the tip and the parameters.
+
+    start: modulus [Pa] from which the search starts.
+    """
+
+    stiffness: np.ndarray
+    body: Coated
+    tip: Tip
+    sample: StiffnessSample
+    structure: ParameterList
+    start: float
+
+    @classmethod
+    def of(
+        cls, data: StiffnessData, body: Coated, tip: Tip, weights: str | None, sigma: Any, film: bool
+    ) -> "StiffnessProblem":
+        """Return the problem; ValueError on two choices of weights."""
+        sigma = data.sigma if weights is None and sigma is None else sigma
+        weight, label = choose_weights(data.depth, data.stiffness, weights, sigma)
+        sample = StiffnessSample.of(("stiffness", "N/m", data.depth, data.stiffness), weight, label)
+        units = {"G": "Pa"} | ({"thickness": "m"} if body.base is not None else {})
+        structure = dataclasses.replace(ElasticFilm.of(jc.Elastic, units), nu=body.nu)
+        half = body._replace(base=None)
+        rigid = np.median(data.stiffness / np.exp(log_stiffness(1.0, 1.0, half._replace(tip=0.0), tip)[0]))
+        soft = 1.0 / max(
+            1.0 / rigid - body.tip / (1.0 - body.nu), 0.02 / rigid
+        )  # without the tip's compliance
+        return cls(data.stiffness, body, tip, sample, structure, float(soft))
+
+    def space(self, table: dict[str, tuple[float, float]]) -> ParameterSpace:
+        """Return the box of the search for log G and log thickness."""
+        middle = [self.start, float(self.tip.radii.max())][: len(table)]
+        rows = []
+        for name, centre in zip(table, middle, strict=True):
+            low, high = table[name]
+            unit = np.log(centre)
+            with np.errstate(divide="ignore"):
+                ends = np.log([low, high])
+            reach = (-REACH, REACH) if name == "G" else (-math.log(0.5 * WIDEST), REACH)
+            rows.append(ends - unit if low == high else np.clip(ends - unit, *reach))
+        return ParameterSpace.of(
+            self.structure, np.array(rows), np.ones(len(rows), dtype=bool), np.array(middle)
+        )
+
+    def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
+        """Return the least-squares objective for weights (n,) [m/N]."""
+
+        @functools.lru_cache(maxsize=4)
+        def model(key: bytes) -> tuple[np.ndarray, np.ndarray]:
+            theta = np.frombuffer(key)
+            values = space.unit * np.exp(theta)
+            log, slopes = log_stiffness(values[0], values[1] if values.size > 1 else 1.0, self.body, self.tip)
+            found = np.exp(log)
+            return found, found[:, None] * slopes[:, : theta.size]
+
+        return Objective(
+            lambda theta: weights * (model(theta.tobytes())[0] - self.stiffness),
+            lambda theta, free: weights[:, None] * model(theta.tobytes())[1][:, free],
+            *space.bounds,
+            floor=1e-26 * float(np.sum((weights * self.stiffness) ** 2)),
+        )
+
+    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
+        """Return coordinates: the modulus of a half-space and several thicknesses."""
+        low, high = space.bounds
+        if low.size == 1 or low[1] == high[1]:
+            return [np.clip(np.zeros(low.size), low, high)]
+        return [np.clip([0.0, math.log(thin)], low, high) for thin in THIN]
+
+
+def no_moves(name: str) -> np.ndarray:
+    """Raise ValueError: the change of the parameters with a held quantity is not computed."""
+    raise ValueError(f"spread: a fit of a stiffness is conditional on its {name}; fit at other values of it")
+
+
+def deviation(
+    problem: FitProblem, of: Callable[[np.ndarray], Objective], solved: Solved, film: bool
+) -> Deviation:
+    """Return the systematic deviation of the points from the model; of: objective of weights (n,)."""
+    nothing = np.zeros(solved.theta.size)
+    found = verdict.Sample.assess(problem.sample, solved, problem.p, problem.level).evidence
+    if not found.refused:
+        return Deviation(nothing, (), ())
+    depth, measured = problem.sample.t, problem.sample.measured
+    deep = depth > np.median(depth)
+    objective = of(np.where(deep, solved.weights, 0.0))
+    change = solved.theta - nonlinear.minimise(objective, solved.theta).theta
+    width = max(int(WINDOW * depth.size), 3)
+    relative = solved.residual / solved.weights / measured
+    trend = float(np.max(np.abs(np.convolve(relative, np.ones(width) / width, mode="valid"))))
+    size = f"a trend of {100 * trend:.1f} % of the stiffness"
+    stiffer = change[0] > 0
+    how = f"is {100 * math.expm1(abs(change[0])):.1f} % {'higher' if stiffer else 'lower'} with the shallow points"
+    if trend > TREND or abs(change[0]) > CHANGE:
+        return Deviation(
+            np.abs(change),
+            (f"the residuals have {size}, and the modulus {how}: {_meaning(stiffer, film)}",),
+            (),
+        )
+    note = f"the residuals have {size}; the modulus {how}, which the intervals include: {_meaning(stiffer, film)}"
+    return Deviation(np.abs(change), (), (note,))
+
+
+def _meaning(stiffer: bool, film: bool) -> str:
+    """Return what a modulus that depends on the depth may mean, in the words of a user of a nanoindenter."""
+    base = "" if film else ", or the base of a film below (give its thickness)"
+    if stiffer:
+        what = f"a blunt tip (calibrate the area), a hard surface layer, or a soft layer below{base}"
+        return f"{what}; leave out shallow depths"
+    return f"roughness or a soft surface layer, a contact found too early{base}; leave out shallow depths"
+
+
+def pointwise(
+    stiffness: np.ndarray, G: float, body: Coated, tip: Tip, model: Callable[[float], np.ndarray]
+) -> np.ndarray:
+    """Return the shear modulus (n,) [Pa] at which the model has each stiffness alone; nan beyond a factor of 100."""
+    if body.base is None:
+        share = 1.0 - body.nu
+        below = 4.0 * tip.beta * tip.radii / stiffness - body.tip
+        return np.where(below > 0.0, share / np.where(below > 0.0, below, 1.0), np.nan)
+    logs = np.log(G) + np.linspace(-SPREAD, SPREAD, TRIALS)
+    table = np.stack([model(float(np.exp(log))) for log in logs])  # (TRIALS, n)
+    found = [_inverse(row, logs, at) for row, at in zip(table.T, np.log(stiffness), strict=True)]
+    return np.exp(np.array(found))
+
+
+def _inverse(values: np.ndarray, logs: np.ndarray, at: float) -> float:
+    """Return the place where increasing values have a given one, nan outside."""
+    known = np.isfinite(values)
+    if known.sum() < 3 or not values[known][0] <= at <= values[known][-1]:
+        return math.nan
+    return float(PchipInterpolator(values[known], logs[known])(at))
+
+
+# Figure of the fit of a contact stiffness: stiffness and modulus over depth, residuals and parameters.
+
+
+def draw(fit: Any, path: Any) -> Any:
+    """Return a Figure of a ``StiffnessFit``; saved where a path is given."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 6.0), layout="constrained")
+    sheet.title(figure, fit)
+    places = figure.add_gridspec(3, 2, height_ratios=(3, 1, 0.5))
+    top, bottom = figure.add_subplot(places[0, 0]), figure.add_subplot(places[1, 0])
+    _, unit, depth, measured = fit.curve
+    top.plot(depth, measured, ".", markersize=3, color="0.4", label="data")
+    order = np.argsort(depth)
+    top.plot(depth[order], fit.fitted[order], label="model")
+    top.set_ylabel(f"contact stiffness [{unit}]")
+    top.tick_params(labelbottom=False)
+    top.legend()
+    bottom.plot(depth, 100.0 * (measured / fit.fitted - 1.0), ".", markersize=3, color="0.4")
+    bottom.axhline(0.0, color="0.4", linewidth=0.8)
+    bottom.set_ylabel("residual [%]")
+    _moduli(figure.add_subplot(places[:2, 1]), fit, depth)
+    for axes in (top, bottom):
+        sheet.axis_label(axes.xaxis, "depth", "m", depth)
+    top.set_xlabel("")
+    sheet.parameters(figure.add_subplot(places[2, :]), fit)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
+def _moduli(axes: Any, fit: Any, depth: np.ndarray) -> None:
+    """Plot the modulus of single depths, and that of the fit with its interval."""
+    if fit.thickness is not None:
+        axes.plot(depth, fit.apparent, ".", markersize=3, color="0.7", label="with the base")
+    axes.plot(depth, fit.moduli, ".", markersize=3, color="0.4", label="of single depths")
+    E, low, high = fit.youngs_modulus
+    axes.axhline(E, label="of all depths")
+    if np.isfinite(high):
+        axes.axhspan(low, high, alpha=0.3, label=f"{100 * fit.level:g} % interval")
+    top = 1.2 * np.nanmax([E, *fit.moduli, *fit.apparent])
+    axes.set_ylim(0.0, min(top, 5.0 * E))
+    sheet.axis_label(axes.xaxis, "depth", "m", depth)
+    sheet.axis_label(axes.yaxis, "Young's modulus", "Pa", np.array([E]))
+    axes.legend()
+
 
 CONTACTS = ("elastic", "oliver-pharr", "stated")
 LEAST = 5  # fewest points of a fit
@@ -53,7 +387,7 @@ class StiffnessFit(Fit):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of stiffness and modulus over depth, and of the residuals; saved where a path is given."""
-        return stiffness_picture.draw(self, path)
+        return draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with Young's modulus and the given quantities."""
@@ -100,7 +434,7 @@ def fit_stiffness(
         S = beta 4 G a f(a/h)/(1 - nu)
 
     with the contact radius a, and the exact factor f of a film of thickness h bonded to an elastic or rigid base (1 on a
-    half-space); derived in ``fitting/models/contact_stiffness.py``. The compliance of an elastic indenter is included.
+    half-space); derived in ``fitting/fits/stiffness.py``. The compliance of an elastic indenter is included.
     Where the residuals have a trend, the intervals include the change of the parameters from the deeper half of the
     points to all points, and the fit is rejected where that exceeds 22 % of the modulus or the trend 10 % of the stiffness.
     A modulus that the instrument states is printed beside that of the same points on a half-space, and the fit is rejected

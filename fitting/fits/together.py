@@ -4,27 +4,270 @@ The intervals are profile likelihoods in which the error scale of each test is h
 """
 
 import dataclasses
+import functools
 import itertools
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.data.moduli import OscillationData, RelaxationData
-from fitting.fits import joint_search, modulus
+from fitting.fits import modulus
 from fitting.fits.creep import creep_sample
-from fitting.fits.joint_search import Part, Tests
-from fitting.inference.conclusion import FitProblem, conclude
-from fitting.inference.correlation import within
-from fitting.inference.evidence import Solved
+from fitting.inference import noise, verdict
+from fitting.inference.conclusion import FitProblem, conclude, solution
+from fitting.inference.noise import basis, lag_one, within
 from fitting.inference.result import Fit
-from fitting.models.history import Step, merge
+from fitting.inference.verdict import Assessment, Curve, Sample, Solved
+from fitting.models.coordinates import Coordinates, Space
+from fitting.models.history import Step, columns, merge
 from fitting.models.structure import Sought, Structure, structure_of
-from fitting.search import padding
-from fitting.views import fit_picture
+from fitting.search import nonlinear
+from fitting.search.nonlinear import Best, Objective
+from fitting.views import sheet
+
+# Joint least-squares fit of one material to several tests, each with an error scale of its own.
+#
+# The standard deviations of test k are s_k times those implied by its weights. The maximum-likelihood material
+# minimises
+#
+#     sum over the tests of n_k log RSS_k,
+#
+# which is least squares with each test's weights divided by s_k, s_k^2 = RSS_k/(n_k (1 - p/n)), found by iteration
+# (G. E. P. Box, N. R. Draper, Biometrika 52 (1965) 355, for tests without common noise).
+
+
+TURNS, STILL = 50, 1e-6  # iterations of the error scales at most, and their relative change at convergence
+LEAST_SCALE = 1e-9  # smallest error scale s_k
+
+
+class Part(NamedTuple):
+    """One of several tests that are fitted together.
+
+    kind: "creep", "relaxation" or "oscillation"; sample; x, y: the scaled and padded arguments of the residuals; unit:
+    of the response, in that of the sample.
+    """
+
+    kind: str
+    sample: Sample
+    x: Any
+    y: Array
+    unit: float
+
+    def with_weights(self, weights: np.ndarray) -> "Part":
+        """Return the test with new weights (n,)."""
+        return self._replace(sample=self.sample._replace(weights=weights))
+
+    @property
+    def arrays(self) -> tuple[Any, Any, Any]:
+        """The arguments of the residual function: abscissae, values and weights."""
+        return self.x, self.y, nonlinear.without_weight(self.sample.weights * self.unit)
+
+
+class Tests(NamedTuple):
+    """Several tests that are fitted together, with weights divided by the error scales ``errors`` (k,) of the tests.
+
+    This is the sample of a joint fit. As one curve the tests follow one another, each divided by its unit.
+    """
+
+    parts: tuple[Part, ...]
+    errors: np.ndarray
+
+    @property
+    def least_count(self) -> int:
+        """Number of points of the smallest test."""
+        return min(part.sample.least_count for part in self.parts)
+
+    @property
+    def label(self) -> str:
+        """Labels of the weights of the tests."""
+        return ", ".join(dict.fromkeys(part.sample.label for part in self.parts)) + ", of each test apart"
+
+    @property
+    def own_weights(self) -> list[np.ndarray]:
+        """Weights (n,) of each test before division by its error scale."""
+        return [part.sample.weights * s for part, s in zip(self.parts, self.errors, strict=True)]
+
+    @property
+    def ends(self) -> np.ndarray:
+        """Indices among all points at which each test except the last ends."""
+        return np.cumsum([part.sample.t.size for part in self.parts])[:-1]
+
+    def curve(self, kept: np.ndarray) -> Curve:
+        """Return all tests as one curve; no point is left out."""
+        values = [part.sample.measured / part.unit for part in self.parts]
+        return "response", "-", np.concatenate([part.sample.t for part in self.parts]), np.concatenate(values)
+
+    def error(self, solved: Solved, assessment: Assessment) -> tuple[str, ...]:
+        """Return notes on standard deviations that were stated for a test and are contradicted by its error scale, the
+        square of which is chi2 per degree of freedom."""
+        n, p, notes = solved.residual.size, assessment.evidence.p, []
+        for part, s in zip(self.parts, self.errors, strict=True):
+            dof = part.sample.t.size * (1.0 - p / n)
+            side = verdict.contradicted(float(s) ** 2 * dof, dof) if part.sample.known else 0
+            if side:
+                size = "too small for" if side > 0 else "larger than"
+                notes.append(
+                    f"the stated sigma of {part.sample.name} is {size} the scatter of its points: chi2 per degree of freedom"
+                    f" is {float(s) ** 2:.3g}; the intervals follow from the scatter"
+                )
+        return tuple(notes)
+
+    def each(self, solved: Solved) -> list[tuple[Sample, Solved]]:
+        """Return the sample and the residuals of each test."""
+        rows = zip(
+            self.parts, *(np.split(y, self.ends) for y in (solved.residual, solved.jacobian)), strict=True
+        )
+        every = lambda sample: np.ones(sample.t.size, dtype=bool)
+        return [
+            (part.sample, Solved(solved.theta, r, J, solved.inside, every(part.sample), part.sample.weights))
+            for part, r, J in rows
+        ]
+
+    def scaled(self, factors: np.ndarray) -> "Tests":
+        """Return the tests with their error scales multiplied by factors (k,)."""
+        rows = zip(self.parts, factors, strict=True)
+        parts = tuple(part.with_weights(part.sample.weights / factor) for part, factor in rows)
+        return Tests(parts, self.errors * factors)
+
+    def reweighed(self, solved: Solved, p: int) -> "Tests":
+        """Return the tests with weights that follow from the solution."""
+        rows = zip(self.parts, self.errors, self.own_weights, self.each(solved), strict=True)
+        parts = []
+        for part, s, weights, (sample, own) in rows:
+            alone = own._replace(residual=s * own.residual, jacobian=s * own.jacobian, weights=weights)
+            parts.append(part.with_weights(sample.reweighed(alone, p) / s) if sample.adjustable else part)
+        return self._replace(parts=tuple(parts))
+
+    def curves(self, solved: Solved) -> tuple:
+        """Return (name, unit, over, values, fitted) of each test."""
+        return tuple(
+            (one.name, one.unit, one.t, one.measured, one.measured + own.residual / one.weights)
+            for one, own in self.each(solved)
+        )
+
+    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
+        """Return the evidence of all tests; their noise is estimated separately, and one rejected test rejects the
+        joint fit."""
+        rows, n = self.each(solved), solved.residual.size
+        noises = [sample.noise(own, p) for sample, own in rows]
+        # a test alone determines less than all of them
+        parts = np.split(basis(solved.jacobian[:, solved.inside]), self.ends)
+        quality = [
+            verdict.assess(sample, own, found, p, level, Q).evidence
+            for (sample, own), found, Q in zip(rows, noises, parts, strict=True)
+        ]
+        # the parameters are shared, so s^2 of each test is RSS_k/(n_k (1 - p/n))
+        shares = [(own.residual.size - p) / (own.residual.size * (1.0 - p / n)) for _, own in rows]
+        whole = self._whole(solved)
+        lag1 = lag_one(solved.residual, whole.blocks)
+        found = noise.joined(noises, solved.jacobian, shares, lag1, float(n - p))
+        assessment = verdict.assess(whole, solved, found, p, level)
+        refused = tuple(
+            f"{sample.name}: {why}"
+            for (sample, _), one in zip(rows, quality, strict=True)
+            for why in one.refused
+        )
+        r2, misfit = min(one.r2 for one in quality), any(one.misfit for one in quality)
+        whole_evidence = dataclasses.replace(assessment.evidence, refused=refused, r2=r2, misfit=misfit)
+        return assessment._replace(evidence=whole_evidence)
+
+    def _whole(self, solved: Solved) -> Sample:
+        """Return all tests as one sample."""
+        weight = [part.sample.weights * part.unit for part in self.parts]
+        shift = np.cumsum([0, *(part.sample.blocks[-1] + 1 for part in self.parts)])
+        blocks = [part.sample.blocks + k for part, k in zip(self.parts, shift, strict=False)]
+        return Sample.of(self.curve(solved.kept), np.concatenate(weight), "", np.concatenate(blocks))
+
+
+def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Tests, Solved]:
+    """Return the least-squares solution from several starts, alternating with the error scales and the weights
+    that follow from it."""
+    first = nonlinear.minimise_from(_objective(space, tests), starts)
+    tests, solved = _turns(space, tests, first)
+    for _ in range(verdict.TURNS if any(part.sample.adjustable for part in tests.parts) else 0):
+        last, tests = tests, tests.reweighed(solved, space.free.size)
+        tests, solved = _turns(space, tests, solved.whole[0])
+        rows = zip(tests.parts, tests.own_weights, last.own_weights, strict=True)
+        if all(part.sample.agree(new, old) for part, new, old in rows):
+            break
+    best, objective = solved.whole
+    best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)
+    return tests, solution(objective, best, solved.weights)
+
+
+def _turns(space: Space, tests: Tests, best: Best) -> tuple[Tests, Solved]:
+    """Alternate the least-squares solution and the error scales of the tests until the scales have converged."""
+    sizes = np.array([part.sample.t.size for part in tests.parts])
+    dof = sizes * (1.0 - space.free.size / sizes.sum())
+    for _ in range(TURNS):
+        rows = zip(np.split(best.residual, tests.ends), dof, strict=True)
+        factors = np.maximum([float(np.sqrt(r @ r / n)) for r, n in rows], LEAST_SCALE / tests.errors)
+        tests = tests.scaled(factors)
+        objective = _objective(space, tests)
+        best = nonlinear.minimise(objective, best.theta)
+        if np.all(np.abs(factors - 1.0) < STILL):
+            break
+    return tests, solution(objective, best, np.concatenate([part.sample.weights for part in tests.parts]))
+
+
+def _objective(space: Space, tests: Tests) -> Objective:
+    """Return the least-squares objective of all tests, each divided by its error scale."""
+    arrays = tuple(part.arrays for part in tests.parts)
+    kinds, sizes = zip(*((part.kind, part.sample.t.size) for part in tests.parts), strict=True)
+    given = space, arrays, kinds, sizes
+    return Objective(
+        functools.partial(_residual_at, *given),
+        functools.partial(_slopes_at, *given),
+        *space.bounds, floor=1e-26 * sum(float(np.sum((y * w) ** 2)) for _, y, w in arrays),
+    )  # fmt: skip
+
+
+def _residual_at(space: Space, arrays: tuple, kinds: tuple, sizes: tuple, theta: Any) -> Array:
+    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
+    return _evaluate(space.point(theta), arrays, kinds, sizes)
+
+
+def _slopes_at(space: Space, arrays: tuple, kinds: tuple, sizes: tuple, theta: Any, free: Any) -> Array:
+    """Return the Jacobian (n, k) of these residuals."""
+    return _slopes(space.point(theta), free, arrays, kinds, sizes)
+
+
+def _residual(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]) -> Array:
+    """Return the weighted residuals (n,) of all tests."""
+    each = []
+    for (x, y, weight), kind, size in zip(arrays, kinds, sizes, strict=True):
+        if kind == "creep":
+            c = point.compliances()
+            parts = jnp.concatenate(
+                [jnp.stack([c.instantaneous]), c.amplitudes, jnp.stack([jnp.asarray(c.fluidity)])]
+            )
+            one = weight * (columns(x, c.rates) @ parts - y)
+        else:
+            one = modulus.residual(point, x, y, weight, kind)
+        each.append(one[:size])
+    return jnp.concatenate(each)
+
+
+@functools.partial(jax.jit, static_argnames=("kinds", "sizes"))
+def _evaluate(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]) -> Array:
+    return _residual(point, arrays, kinds, sizes)
+
+
+@functools.partial(jax.jit, static_argnames=("kinds", "sizes"))
+def _slopes(
+    point: Coordinates, free: Array, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]
+) -> Array:
+    """Return the Jacobian (n, k) of the residuals with respect to the coordinates at the places ``free`` (k,)."""
+    some = lambda values: _residual(point.moved(free, values), arrays, kinds, sizes)
+    return jax.jacfwd(some)(point.vector()[free])
+
 
 OFFSET = 2.0  # mean residual of a test over the scatter of its points, above which the tests disagree
 LEAST = 1e-3  # relative offset below which tests agree
@@ -58,7 +301,7 @@ class JointFit(Fit):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure with the data and the fit of every test, and the verdict; save it where a path is given."""
-        return fit_picture.draw_tests(self, path)
+        return sheet.draw_tests(self, path)
 
     def _points(self) -> str:
         tests = ", ".join(f"{values.size} of {name}" for name, _, _, values, _ in self.curves)
@@ -120,7 +363,7 @@ def fit_together(
     tests = Tests(tuple(_part(one, unit, duration) for one in data), np.ones(len(data)))
     problem = FitProblem(data, sought, space, tests, duration, level)
     starts = modulus.starts(space, itertools.product(_taus(first), SHARES))
-    tests, solved = joint_search.search(space, tests, starts)
+    tests, solved = search(space, tests, starts)
     best, objective = solved.whole
     solved = solved._replace(
         landscape=space.landscape(best.theta, objective.residual),
@@ -195,17 +438,17 @@ def _part(one: Any, unit: float, duration: float) -> Part:
     else:
         relaxes = isinstance(one, RelaxationData)
         kind, sample, _ = modulus.weighted_sample(one, "estimated" if relaxes else "proportional", None)
-        x = padding.repeated(sample.t / duration if relaxes else sample.t * duration)
+        x = nonlinear.repeated(sample.t / duration if relaxes else sample.t * duration)
         response = 1.0 / unit
-    return Part(kind, sample, x, padding.repeated(sample.measured / response), response)
+    return Part(kind, sample, x, nonlinear.repeated(sample.measured / response), response)
 
 
 def _stressed(one: CreepData, unit: float, duration: float) -> tuple[Any, float]:
     """Return the scaled times of a creep test with its stress, and the unit of its response."""
-    t = padding.repeated(one.t / duration)
+    t = nonlinear.repeated(one.t / duration)
     if one.J is not None:
         return Step(t), unit
     knots, stress = one.stress
     response = unit * float(np.max(np.abs(stress)))
-    at, values = padding.repeated(knots / duration), padding.repeated(stress * unit / response)
+    at, values = nonlinear.repeated(knots / duration), nonlinear.repeated(stress * unit / response)
     return merge(t, at, values), response

@@ -16,15 +16,14 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from fitting.inference import evidence, student
-from fitting.inference.evidence import Assessment, Evidence, Sample, Solved
+from fitting.inference import verdict
+from fitting.inference.noise import two_sided
 from fitting.inference.result import Estimate, Fit, Parameters
-from fitting.inference.verdict import explains
+from fitting.inference.verdict import Assessment, Evidence, Sample, Solved, explains
 from fitting.models.search_space import SearchSpace
 from fitting.models.structure import Sought
 from fitting.search import nonlinear, profiles
-from fitting.search.nonlinear import Best, Objective
-from fitting.search.uncertainty import covariance, inseparable, log_covariance
+from fitting.search.nonlinear import Best, Objective, covariance, inseparable, log_covariance
 
 Kind = TypeVar("Kind", bound=Fit)
 
@@ -47,7 +46,7 @@ class FitProblem:
     level: float
 
     def __post_init__(self) -> None:
-        evidence.check(self.level, self.sample.least_count, self.p)
+        verdict.check(self.level, self.sample.least_count, self.p)
 
     @property
     def p(self) -> int:
@@ -102,7 +101,7 @@ def least_squares(
         return [solution(own, best, changed[0])]
 
     found = [solution(objective(weights), first, weights)]
-    return evidence.settled([problem.sample], found, again, problem.p)[0]
+    return verdict.settled([problem.sample], found, again, problem.p)[0]
 
 
 def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
@@ -130,7 +129,7 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
             low = explains(quality.fitted, some.measured, some.weights, problem.p, quality.r2)
     why = dict.fromkeys([*quality.refused, *solved.against, *low])
     quality = dataclasses.replace(quality, refused=tuple(why))
-    found = _estimate(problem.space, solved, ends, assessment.slopes, student.two_sided(problem.level))
+    found = _estimate(problem.space, solved, ends, assessment.slopes, two_sided(problem.level))
     assessment = assessment._replace(evidence=quality)
     return Conclusion(_fields(problem, solved, assessment, found), ends, assessment)
 
@@ -161,7 +160,7 @@ def _on_search(best: Best, unfinished: int) -> tuple[list[str], list[str]]:
 
 def with_intervals(problem: FitProblem, intervals: dict[str, Any], refused: Any) -> dict[str, Any]:
     """Return the fields of a fit that depend on its intervals, for intervals that were changed after ``conclude``."""
-    found = evidence.identified(intervals, problem.sought.table, problem.level, refused)
+    found = verdict.identified(intervals, problem.sought.table, problem.level, refused)
     return {"intervals": intervals, "identified": found}
 
 
@@ -230,7 +229,7 @@ def _parameters(sought: Sought, found: Estimate, level: float, quality: Evidence
     sd |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
     return Parameters(
         material=structure.material(values, sought.volume), values=values, intervals=intervals,
-        identified=evidence.identified(intervals, table, level, quality.refused), fixed=fixed,
+        identified=verdict.identified(intervals, table, level, quality.refused), fixed=fixed,
         sd_log=sd | dict.fromkeys(fixed, 0.0), tau=structure.times(found.opened), condition=log.condition,
         weakest={names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
         weakest_sd=log.weakest_sd,

@@ -15,17 +15,400 @@ The noise may also change along the curve, as where an instrument settles, and m
 joined. Both are estimated (``variation`` and ``between_runs``) and enter the covariance in the same way.
 """
 
+import dataclasses
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 from scipy import special
 
-from fitting.inference import student
-from fitting.inference.calibration import Calibration, excess
-from fitting.inference.correlation import RHO, basis, forms, inverse_forms, lag_one, log_determinant, within
-from fitting.search.uncertainty import ROUNDING
+from fitting.search.nonlinear import ROUNDING
+
+# AR(1) noise in blocks of data: quadratic forms with its correlation matrix for a grid of rho, and lag-1
+# correlations.
+#
+# The correlation matrix V has V_ij = rho^|i - j| within a block (a segment of a test, G' or G'', one of several
+# curves) and 0 between blocks. Blocks are consecutive points with equal labels, (n,) integers.
+
+
+RHO = np.tanh(np.linspace(0.0, 2.15, 31))  # up to 0.973
+BEYOND_CHANCE = 3.3  # standard errors 1/sqrt(n) of a correlation: one in two thousand series of white noise
+
+
+def basis(jacobian: np.ndarray) -> np.ndarray:
+    """Return orthonormal columns (n, k) that span those of the Jacobian; k is its numerical rank."""
+    size = np.linalg.norm(jacobian, axis=0)
+    U, s, _ = np.linalg.svd(jacobian[:, size > 0] / size[size > 0], full_matrices=False)
+    return U[:, s > ROUNDING * s.max(initial=0.0)]
+
+
+def within(blocks: np.ndarray) -> np.ndarray:
+    """Return whether each point and the next one are in the same block, (n - 1,) bool."""
+    return blocks[1:] == blocks[:-1]
+
+
+def lag_one(residual: np.ndarray, blocks: np.ndarray) -> float:
+    """Return the correlation of neighbouring residuals of a block about their common mean."""
+    r = residual - residual.mean()
+    total, same = float(r @ r), within(blocks)
+    return float(r[1:][same] @ r[:-1][same]) / total if total > 0 else 0.0
+
+
+def inverse_forms(M: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+    """Return M^T V^-1 M of columns M (..., n, m) for every RHO, (..., k, m, m); V^-1 is tridiagonal."""
+    same = within(blocks)
+    turned = np.swapaxes(M, -1, -2)
+    ends = np.append(True, ~same).astype(int) + np.append(~same, True)
+    near = turned[..., 1:][..., same] @ M[..., :-1, :][..., same, :]
+    rho = RHO[:, None, None]
+    inner = (1.0 + rho**2) * (turned @ M)[..., None, :, :]
+    inner = inner - rho * (near + np.swapaxes(near, -1, -2))[..., None, :, :]
+    return (inner - rho**2 * ((turned * ends) @ M)[..., None, :, :]) / (1.0 - rho**2)
+
+
+def forms(M: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
+    """Return M^T V M (..., m, m) of columns M (..., n, m) for one rho."""
+    flat = np.moveaxis(M, -2, 0).reshape(M.shape[-2], -1)
+    bands = np.stack([np.ones(len(flat)), np.append(-rho * within(blocks), 0.0)])
+    # past[i] = M[i] + rho past[i - 1] within a block
+    past = np.moveaxis(
+        scipy.linalg.solve_banded((1, 0), bands, flat).reshape(-1, *M.shape[:-2], M.shape[-1]), 0, -2
+    )
+    half = np.swapaxes(M, -1, -2) @ past
+    return half + np.swapaxes(half, -1, -2) - np.swapaxes(M, -1, -2) @ M
+
+
+def coloured(white: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
+    """Return AR(1) series (..., n) of unit variance from independent standard normal numbers (..., n)."""
+    found, same = white.copy(), within(blocks)
+    for i in np.flatnonzero(same if rho else ~same & same):
+        found[..., i + 1] = rho * found[..., i] + math.sqrt(1.0 - rho**2) * white[..., i + 1]
+    return found
+
+
+def whitened(series: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
+    """Return independent numbers of unit variance (..., n) from AR(1) series (..., n) of unit variance."""
+    found, same = series.copy(), np.append(False, within(blocks))
+    if rho:
+        found[..., same] -= rho * series[..., :-1][..., same[1:]]
+        found[..., same] /= math.sqrt(1.0 - rho**2)
+    return found
+
+
+def log_determinant(blocks: np.ndarray) -> np.ndarray:
+    """Return log |V| for every RHO, (k,)."""
+    return np.sum(within(blocks)) * np.log1p(-(RHO**2))
+
+
+# Quantiles of Student's t distribution, and of the normal distribution for infinite degrees of freedom.
+#
+# The squares of these variables have the distributions F(1, dof) and chi2(1). The functions come from scipy.special,
+# because scipy.stats takes half a second to import.
+
+
+NEWTON, CLOSE, TINY_SPREAD = 30, 1e-5, 1e-100
+FAR, NODES = 12.0, 4096  # table of probabilities: inverse hyperbolic sine of the largest |t|, and its size
+
+
+def quantile(share: float, dof: float = math.inf) -> float:
+    """Return the value below which t lies with probability ``share``."""
+    return float(special.ndtri(share) if math.isinf(dof) else special.stdtrit(dof, share))
+
+
+def two_sided(level: float, dof: float = math.inf) -> float:
+    """Return the value that |t| stays below with probability ``level``."""
+    return quantile(0.5 + 0.5 * level, dof)
+
+
+def share_within(values: np.ndarray, dof: float = math.inf) -> np.ndarray:
+    """Return the probability that |t| stays below each value >= 0."""
+    return 2.0 * (special.ndtr(values) if math.isinf(dof) else special.stdtr(dof, values)) - 1.0
+
+
+def share_and_slope(values: np.ndarray, dof: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the probability that |t| stays below each value >= 0, and its derivative."""
+    if math.isinf(dof):
+        density = np.exp(-0.5 * values**2) / math.sqrt(2.0 * math.pi)
+    else:
+        front = special.gammaln(0.5 * dof + 0.5) - special.gammaln(0.5 * dof) - 0.5 * math.log(math.pi * dof)
+        density = np.exp(front - 0.5 * (dof + 1.0) * np.log1p(values**2 / dof))
+    return share_within(values, dof), 2.0 * density
+
+
+@functools.cache
+def _table(dof: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return values of |t|, the probability that |t| stays below them, and its slopes between them."""
+    values = np.sinh(np.linspace(0.0, FAR, NODES))
+    shares = share_within(values, dof)
+    return values, shares, np.append(np.diff(shares) / np.diff(values), 0.0)
+
+
+def tabulated(values: np.ndarray, dof: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return ``share_and_slope`` to 1e-5, in a tenth of the time, from a table."""
+    nodes, shares, slopes = _table(dof)
+    at = np.minimum((np.arcsinh(values) * ((NODES - 1) / FAR)).astype(int), NODES - 1)
+    slope = slopes[at]
+    return shares[at] + slope * (values - nodes[at]), slope
+
+
+def mixture_half_width(
+    share: np.ndarray, variance: np.ndarray, level: float, dof: float, law: Callable = share_and_slope
+) -> np.ndarray:
+    """Return the half widths (..., q) that contain a probability ``level`` of mixtures of t with shares (..., m) and
+    variances (..., m, q).
+
+    law: ``share_and_slope`` or ``tabulated``. The probability is a concave function of the half width, so Newton's
+    method approaches the solution from below after its first step.
+    """
+    root, single = np.sqrt(variance), two_sided(level, dof)
+    if share.shape[-1] == 1:
+        return single * root[..., 0, :]
+    mean = lambda of_models: np.einsum("...m,...mq->...q", share, of_models)
+    low, some = single * root.min(-2), np.maximum(root, TINY_SPREAD)
+    found = np.maximum(single * np.sqrt(mean(variance)), TINY_SPREAD)
+    for _ in range(NEWTON):
+        below, slope = law(found[..., None, :] / some, dof)
+        change = (mean(below) - level) / np.maximum(mean(slope / some), TINY_SPREAD)
+        found = np.maximum(found - change, low)
+        if np.all(np.abs(change) <= CLOSE * found):
+            break
+    return found
+
+
+# Calibration of the widths of intervals where the dependence of the noise on the values was estimated.
+#
+# The mixture of Student's t distributions over the noise models (``noise.py``) has the stated coverage on average
+# over its prior, but not at every true ratio a/b: where few values are small, the intervals contain the truth too
+# often at a = 0, and too seldom at a/b near the smallest values. So half widths are multiplied by a factor exp(g), a
+# function of the estimated a/b, that makes the coverage as nearly equal to the level as possible at every true a/b.
+# This is prepivoting (R. Beran, Biometrika 74 (1987) 457), with a level that holds over a range of the nuisance
+# parameter rather than at its estimate alone (G. Elliott, U. K. Mueller, M. W. Watson, Econometrica 83 (2015) 771).
+#
+# For every a/b on a grid, data sets of the linearised model are simulated, and their noise and weights are estimated
+# as those of the fit. Given the ratios of the residuals, on which everything else depends, the generalised
+# least-squares estimate with the true covariance, over its standard error, has Student's t distribution; so it is
+# integrated in closed form, and few data sets suffice. g is piecewise linear in the logarithm of the estimated a/b.
+# It minimises the squared deviations of the coverage from the level, with a penalty on its size and its second
+# differences. The random numbers are always the same.
+
+
+MARGIN = 8.0  # factor by which the grid of a/b is shortened at both ends
+NUMBERS, FEWEST, MOST = 8000, 16, 128  # random numbers for each a/b, and limits of its number of data sets
+LARGEST = 2000  # number of points above which nothing is calibrated
+CALIBRATION_FEW = 3  # number of noise models below which nothing is calibrated
+KNOTS, TAIL = 7, 0.02  # of g, and the share of the estimated a/b below the first and above the last
+ACCURACY, SIZE = (
+    0.05,
+    0.3,
+)  # of the logarithm of a width: accuracy aimed at, and size that g and its bends may have
+TURNS, CALIBRATION_REACH = 8, 0.5  # Gauss-Newton steps for g, and the longest
+REWEIGHED = 3  # estimates of a/b, each with the weights of the previous one
+TINY = 1e-300
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Calibration:
+    """The linearised model of a fit with the noise models that were tried.
+
+    residual (n,): weighted; Q (n, k): orthonormal columns that span the weighted Jacobian; shapes (m, n): standard
+    deviations of the weighted noise up to a factor; floors, count (m,): their a/b, and the number of noise models that
+    each represents; rho: correlation of neighbours in blocks (n,); p: number of parameters.
+    """
+
+    residual: np.ndarray
+    Q: np.ndarray
+    shapes: np.ndarray
+    floors: np.ndarray
+    count: np.ndarray
+    rho: float
+    blocks: np.ndarray
+    p: int
+
+    @classmethod
+    def of(
+        cls, residual: np.ndarray, Q: np.ndarray, shapes: np.ndarray, floors: np.ndarray, rho: float,
+        blocks: np.ndarray, p: int,
+    ) -> "Calibration | None":  # fmt: skip
+        """Return the calibration of a fit, None where the noise has hardly more than one model, or the points are many.
+
+        The outermost noise models are the same but for their scale, and the last one that is kept represents them.
+        """
+        inner = np.flatnonzero((floors >= MARGIN * floors[0]) & (floors <= floors[-1] / MARGIN))
+        if inner.size < CALIBRATION_FEW or len(Q) > LARGEST or not Q.size:
+            return None
+        count = np.ones(inner.size)
+        count[0] += inner[0]
+        count[-1] += floors.size - 1 - inner[-1]
+        return cls(residual, Q, shapes[inner], floors[inner], count, rho, blocks, p)
+
+    def factors(self, directions: np.ndarray, level: float) -> np.ndarray:
+        """Return the factors (q,) on the half widths of intervals, at a level, of linear functions of the coordinates.
+
+        directions (k, q): the functions have the errors directions^T Q^T e, e (n,) the weighted noise.
+        """
+        models, drawn, (n, k) = self._models, self._drawn, self.Q.shape
+        variance = drawn.scale[..., None] * models.variances(directions)[drawn.at]
+        half = mixture_half_width(drawn.share, variance, level, float(n - self.p), tabulated)
+        true = np.arange(len(self.floors))
+        error = models.errors(directions)[:, None] * np.sqrt(drawn.rss[true, :, true] / (n - k))[..., None]
+        least = np.take_along_axis(drawn.least, drawn.at[..., None, None], -2)[..., 0, :]
+        half, off = half / error, (least - drawn.best[true, :, true]) @ directions / error
+        hats, own = self._hats
+        rows = zip(np.moveaxis(half, -1, 0), np.moveaxis(off, -1, 0), strict=True)
+        return np.exp([own @ _flattest(*row, hats, level, float(n - k)) for row in rows])
+
+    @functools.cached_property
+    def _models(self) -> "_Models":
+        return _Models.of(self.Q, self.shapes, self.rho, self.blocks)
+
+    @functools.cached_property
+    def _drawn(self) -> "_Estimates":
+        """Estimates from the simulated data sets (m, s), s for each true a/b."""
+        n, m = len(self.Q), len(self.floors)
+        sets = min(max(NUMBERS // n, FEWEST), MOST)
+        white = np.random.default_rng(0).standard_normal((m, sets, n))
+        return self._estimates(self.shapes[:, None, :] * coloured(white, self.rho, self.blocks))
+
+    @functools.cached_property
+    def _hats(self) -> tuple[np.ndarray, np.ndarray]:
+        """Hat functions of the estimated a/b, for the simulated data sets (m, s, K) and for the data (K,)."""
+        drawn = self._drawn.floor
+        low, high = np.quantile(drawn, (TAIL, 1.0 - TAIL)).tolist()
+        knots = np.linspace(low, high, KNOTS)
+        hats = lambda x: np.stack([np.interp(x, knots, one) for one in np.eye(KNOTS)], -1)
+        return hats(drawn), hats(self._estimates(self.residual).floor)
+
+    def _estimates(self, e: np.ndarray) -> "_Estimates":
+        """Return the estimates from weighted noise e (..., n), as a fit finds them (``noise.py``)."""
+        models, n, k = self._models, *self.Q.shape
+        rows = zip(self.shapes, models.plain, models.whitened, strict=True)
+        fits = [_both_fits(e / shape, plain, best, self.rho, self.blocks) for shape, plain, best in rows]
+        squares, tails, least, rss, best = (
+            np.moveaxis(np.stack(x), 0, e.ndim - 1) for x in zip(*fits, strict=True)
+        )
+        likelihood = -0.5 * (models.log_determinant + (n - k) * np.log(np.maximum(rss, TINY)))
+        floor, at = np.zeros(e.shape[:-1]), np.full(e.shape[:-1], len(self.floors) // 2)
+        for _ in range(REWEIGHED):
+            own = np.take_along_axis(squares, at[..., None], -1)
+            scale = own * (n - k) / (n - self.p) / models.expected[at]
+            tempered = likelihood / np.take_along_axis(tails, at[..., None], -1)
+            share = np.exp(tempered - tempered.max(-1, keepdims=True)) * self.count
+            share /= share.sum(-1, keepdims=True)
+            floor = 0.5 * np.log(
+                (share * scale) @ self.floors**2 / np.maximum(np.sum(share * scale, -1), TINY)
+            )
+            at = np.argmin(np.abs(np.log(self.floors) - floor[..., None]), -1)
+        return _Estimates(share, scale, at, floor, rss, least, best)
+
+
+class _Estimates(NamedTuple):
+    """Estimates from data sets (...).
+
+    share (..., m): probability of each noise model, and scale (..., m), its variance; at (...): index of the weights;
+    floor (...): logarithm of a/b; rss (..., m): by generalised least squares with each noise model; least, best (..., m,
+    k): coefficients of Q by least squares with each of the weights, and by generalised least squares.
+    """
+
+    share: np.ndarray
+    scale: np.ndarray
+    at: np.ndarray
+    floor: np.ndarray
+    rss: np.ndarray
+    least: np.ndarray
+    best: np.ndarray
+
+
+class _Models(NamedTuple):
+    """Linear algebra of the noise models.
+
+    plain, whitened: QR factors, (n, k) and (k, k), of Q with the weights of each model, and whitened; log_determinant
+    (m,): of the covariances, before and after the fit; spread (m, m, k, k): covariance of the coefficients of Q with the
+    weights of one model and the noise of another, and expected (m, m): RSS of this noise.
+    """
+
+    plain: list[tuple[np.ndarray, np.ndarray]]
+    whitened: list[tuple[np.ndarray, np.ndarray]]
+    log_determinant: np.ndarray
+    spread: np.ndarray
+    expected: np.ndarray
+
+    @classmethod
+    def of(cls, Q: np.ndarray, shapes: np.ndarray, rho: float, blocks: np.ndarray) -> "_Models":
+        """Return those of standard deviations ``shapes`` (m, n) up to a factor."""
+        plain = [np.linalg.qr(Q / shape[:, None]) for shape in shapes]
+        best = [np.linalg.qr(whitened((Q / shape[:, None]).T, rho, blocks).T) for shape in shapes]
+        log = [
+            2.0 * (np.sum(np.log(s)) + np.sum(np.log(np.abs(np.diag(R)))))
+            for s, (_, R) in zip(shapes, best, strict=True)
+        ]
+        ratio = shapes[None] / shapes[:, None]
+        inner = forms(np.stack([U for U, _ in plain])[:, None] * ratio[..., None], rho, blocks)
+        expected = np.sum(ratio**2, -1) - np.trace(inner, axis1=-2, axis2=-1)
+        back = np.stack([np.linalg.inv(R) for _, R in plain])[:, None]
+        return cls(plain, best, np.array(log), back @ inner @ np.swapaxes(back, -1, -2), expected)
+
+    def variances(self, directions: np.ndarray) -> np.ndarray:
+        """Return the variances (m, m, q) of functions with directions (k, q), by weights and by noise."""
+        return np.einsum("kq,ijkl,lq->ijq", directions, self.spread, directions, optimize=True)
+
+    def errors(self, directions: np.ndarray) -> np.ndarray:
+        """Return the standard errors (m, q) of functions with directions (k, q) by generalised least squares."""
+        return np.stack([np.linalg.norm(np.linalg.solve(R.T, directions), axis=0) for _, R in self.whitened])
+
+
+def _both_fits(
+    y: np.ndarray,
+    plain: tuple[np.ndarray, np.ndarray],
+    best: tuple[np.ndarray, np.ndarray],
+    rho: float,
+    blocks: np.ndarray,
+) -> tuple[np.ndarray, ...]:
+    """Return RSS, ``excess`` and coefficients (..., k) of the fit to y (..., n), and RSS and coefficients of that to the
+    whitened y."""
+    (U, R), (V, S) = plain, best
+    c = y @ U
+    residual, white = y - c @ U.T, whitened(y, rho, blocks)
+    d = white @ V
+    rss = np.sum(white**2, -1) - np.sum(d**2, -1)
+    return np.sum(residual**2, -1), excess(residual), c @ np.linalg.inv(R).T, rss, d @ np.linalg.inv(S).T
+
+
+def excess(residual: np.ndarray) -> np.ndarray:
+    """Return 1 + kappa/2, kappa the excess kurtosis of residuals (..., n), at least 1.
+
+    This is the variance of the score of a scale relative to that of Gaussian noise, by which heavy tails weaken a
+    likelihood of scales.
+    """
+    square = (residual - residual.mean(-1, keepdims=True)) ** 2
+    return np.maximum(0.5 * np.mean(square**2, -1) / np.maximum(np.mean(square, -1) ** 2, TINY) - 0.5, 1.0)
+
+
+def _flattest(half: np.ndarray, off: np.ndarray, hats: np.ndarray, level: float, dof: float) -> np.ndarray:
+    """Return g (K,) at the knots for the coverage nearest to the level at every true a/b.
+
+    half, off (m, s): half widths, and distances of the estimates from the generalised least-squares ones, over the
+    standard errors of the latter, which have dof degrees of freedom; hats (m, s, K).
+    """
+    z, size = two_sided(level, dof), hats.shape[-1]
+    unit = ACCURACY * z * float(tabulated(np.array(z), dof)[1])
+    g, penalty = np.zeros(size), np.concatenate([np.eye(size), np.diff(np.eye(size), 2, axis=0)]) / SIZE
+    for _ in range(TURNS):
+        width = half * np.exp(hats @ g)
+        low, high = width - off, width + off
+        below, slope_low = tabulated(np.abs(low), dof)
+        above, slope_high = tabulated(np.abs(high), dof)
+        covered = 0.5 * np.mean(np.sign(low) * below + np.sign(high) * above, 1)
+        slope = np.einsum("ms,msk->mk", 0.5 * width * (slope_low + slope_high), hats) / half.shape[1]
+        rise, short = (
+            np.concatenate([slope / unit, penalty]),
+            np.append((level - covered) / unit, -penalty @ g),
+        )
+        g = g + np.clip(np.linalg.lstsq(rise, short, rcond=None)[0], -CALIBRATION_REACH, CALIBRATION_REACH)
+    return g
+
 
 WHITE = 0.3  # prior probability of white noise
 MORE_LIKELY_THAN_NOT = 0.5
@@ -45,7 +428,6 @@ FEW, RAGGED = (
     5,
     0.1,
 )  # fewest abscissae of repeated runs, and share of them that may have another number of points
-TINY = 1e-300
 ALIKE = 0.1  # prior probability that repeated runs do not differ beyond their noise
 APART = np.geomspace(0.3, 300.0, 40)  # trial standard deviations between runs, over the error of one of them
 
@@ -100,7 +482,7 @@ class Noise(NamedTuple):
         variance = np.einsum("kq,mkl,lq->mq", directions, self.variance, directions)
         mean = np.trace(self.variance, axis1=1, axis2=2) / max(len(self.columns), 1)
         variance = np.where(size > 0, variance, mean[:, None])
-        half = student.mixture_half_width(self.share, variance, level, self.dof)
+        half = mixture_half_width(self.share, variance, level, self.dof)
         if self.calibration is not None and np.any(size > 0):
             half[size > 0] *= self.calibration.factors(directions[:, size > 0], level)
         return half**2
@@ -113,8 +495,8 @@ class Noise(NamedTuple):
         if not self.columns.size:
             return 1.0
         mean = np.trace(self.variance, axis1=1, axis2=2)[:, None] / len(self.columns)
-        half = float(student.mixture_half_width(self.share, mean, level, self.dof)[0])
-        found = half / max(scale, 1e-300) / student.two_sided(level, self.dof)
+        half = float(mixture_half_width(self.share, mean, level, self.dof)[0])
+        found = half / max(scale, 1e-300) / two_sided(level, self.dof)
         return 1.0 if abs(found - 1.0) < ROUNDING else found
 
     def whitened(self, jacobian: np.ndarray, spread: float) -> np.ndarray:

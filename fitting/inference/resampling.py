@@ -14,12 +14,12 @@ import math
 
 import numpy as np
 
+from fitting.data.contact import sample_noise
 from fitting.data.curves import CreepData
 from fitting.data.indentation import IndentationData
 from fitting.data.moduli import RelaxationData
-from fitting.data.segments import noise
 from fitting.data.weights import noise_floor
-from fitting.inference.correlation import BEYOND_CHANCE
+from fitting.inference.noise import BEYOND_CHANCE
 
 FEW = 4  # number of samples in a bin below which they are kept unchanged
 LONG = 30  # number of samples of a bin from which the correlation is estimated
@@ -128,7 +128,7 @@ def _parts(data: IndentationData, marks: np.ndarray) -> np.ndarray:
         late = hold[hold.size // 2 :]
         held = min((data.load, data.depth), key=lambda y: np.ptp(y[late]) / (np.ptp(y) or 1.0))
         off = np.abs(held[hold] - np.median(held[hold]))
-        part[hold[np.argmax(off <= SURE * noise(held) + SAME * np.ptp(held))] :] += 1
+        part[hold[np.argmax(off <= SURE * sample_noise(held) + SAME * np.ptp(held))] :] += 1
     return part
 
 

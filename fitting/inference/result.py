@@ -11,13 +11,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.data.curves import evaluation_times
-from fitting.inference import student
-from fitting.inference.evidence import Curve, Evidence
+from fitting.inference import noise
+from fitting.inference.verdict import Curve, Evidence
 from fitting.models.search_space import Landscape
 from fitting.models.structure import Structure
-from fitting.search.uncertainty import LogCovariance
-from fitting.views import fit_picture, report
-from jaxcontact.inputs.spectrum import Spectrum
+from fitting.search.nonlinear import LogCovariance
+from fitting.views import sheet, text
+from jaxcontact.bodies.materials import Spectrum
 
 
 class Estimate(NamedTuple):
@@ -138,14 +138,14 @@ class Fit(Evidence, Parameters):
         """Return the result as text for the terminal."""
         lines = [
             "; ".join([f"{self.model.__name__} fit of {self._points()}", *self._choices()]),
-            *(report.parameter(self, name) for name in self.values),
+            *(text.parameter(self, name) for name in self.values),
             *self._nuisance_lines(),
         ]
         lines += [
-            *report.separation(self),
+            *text.separation(self),
             *self._combination_lines(),
-            *report.quality(self),
-            *report.verdict(self),
+            *text.quality(self),
+            *text.verdict(self),
         ]
         return "\n".join([*lines, *self._conditions(), *(f"note: {note}" for note in self.notes)])
 
@@ -170,7 +170,7 @@ class Fit(Evidence, Parameters):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of data, fit, band, residuals and verdict; save it where a path is given."""
-        return fit_picture.draw(self, path)
+        return sheet.draw(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers with the unit in every key, ready for JSON; an infinite number is None."""
@@ -185,7 +185,7 @@ class Fit(Evidence, Parameters):
             "duration_over_tau": plain(self.t_over_tau),
             "condition_log_parameters": plain(self.condition), "weakest_direction": dict(self.weakest),
             "r2": plain(self.r2), "aic": plain(self.aic), "bic": plain(self.bic), "noise": self.noise,
-            "verdict": self.verdict, "verdict_in_words": report.in_words(self), "reasons": list(self.refused),
+            "verdict": self.verdict, "verdict_in_words": text.in_words(self), "reasons": list(self.refused),
             "chi2_per_degree_of_freedom": plain(self.chi2),
             "lag1_residual_correlation": self.lag1, "misfit": self.misfit, "interval_widening": self.widening,
             "notes": list(self.notes),
@@ -209,7 +209,7 @@ def linear_band(structure: Structure, found: Estimate, level: float, t: Any) -> 
     log_creep = lambda values: jnp.log(structure.compliances(values).creep(times))
     slope = np.nan_to_num(np.asarray(jax.jacfwd(log_creep)(jnp.asarray(found.best))))
     spread = np.sqrt(np.einsum("ni,ij,nj->n", slope, found.covariance, slope))
-    z = student.two_sided(level)
+    z = noise.two_sided(level)
     best = np.asarray(structure.compliances(jnp.asarray(found.best)).creep(times))
     with np.errstate(over="ignore"):
         return best * np.exp(-z * spread), best * np.exp(z * spread)

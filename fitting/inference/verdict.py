@@ -5,15 +5,17 @@ independent normal errors, is at most ``TREND`` for a trend and for systematic r
 outliers (``reasons``). Together they reject less than 1.5 % of right fits.
 """
 
+import dataclasses
 import math
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import special
 
-from fitting.inference import student
-from fitting.inference.correlation import BEYOND_CHANCE, RHO, basis, within
-from fitting.inference.noise import Noise
+from fitting.inference import noise
+from fitting.inference.noise import BEYOND_CHANCE, RHO, Noise, basis, lag_one, two_sided, within
+from fitting.models.search_space import Landscape
 
 TREND = 5e-3  # probability of a trend, or of systematic residuals, in a series of white noise
 LARGE = 200  # points above which the distribution of the Durbin-Watson statistic is normal
@@ -182,7 +184,7 @@ def outlying(residuals: np.ndarray, Q: np.ndarray, blocks: np.ndarray | None = N
     own = residuals**2 / left
     others = np.maximum(np.maximum(residuals @ residuals - own, CURVED * own), 1e-300) / dof
     score = np.abs(residuals) / np.sqrt(others * left)
-    far = np.flatnonzero(score > student.two_sided(1.0 - CHANCE / n, dof))
+    far = np.flatnonzero(score > two_sided(1.0 - CHANCE / n, dof))
     return [int(i) for i in far if isolated(residuals, i, blocks)]
 
 
@@ -202,7 +204,7 @@ def slipped(residuals: np.ndarray, k: int, blocks: np.ndarray | None = None) -> 
         return None
     i = int(np.argmax(np.abs(jumps)))
     rest = np.delete(jumps, i)
-    far = student.two_sided(1.0 - CHANCE / count, dof) * math.sqrt(rest @ rest / dof)
+    far = two_sided(1.0 - CHANCE / count, dof) * math.sqrt(rest @ rest / dof)
     single = np.max(np.abs(rest)) <= ISOLATED * abs(jumps[i])
     between = 0 < i < jumps.size - 1 and same[i - 1] and same[i + 1]
     return i if between and single and abs(jumps[i]) > far else None
@@ -228,3 +230,614 @@ def _moves(residuals: np.ndarray, Q: np.ndarray, i: int) -> float:
         residuals.size - Q.shape[1] - 1, 1
     )
     return float(abs(residuals[i]) * math.sqrt(own) / ((1.0 - own) * math.sqrt(max(others, 1e-300))))
+
+
+# Inference from the residuals of a fit: noise, intervals and goodness of fit.
+#
+# An interval holds the values for which the smallest residual sum of squares (RSS) exceeds the minimum by no more
+# than a given level. For white noise of known relative weights that level is F s^2, F the quantile of F(1, n - p) and
+# s^2 = RSS/(n - p), or chi^2 where sigma is given (D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988,
+# sec. 6.1). Where the noise may be correlated, or its dependence on the values was estimated, each coordinate has a
+# level of its own (``noise.py``). ``verdict.py`` rejects a model whose residuals show that it does not describe the
+# data.
+#
+# A standard deviation that the user states is compared with the residuals: their RSS has a chi-square distribution
+# with n - p degrees of freedom where it is right. Where its value is improbable on either side, a note says so and
+# the intervals follow from the scatter of the residuals instead.
+
+
+NOT_DETERMINED = 0.5  # sd of a log parameter above which it is not identifiable
+ROUNDING = 1e-13  # fraction of the data's sum of squares below which a rise of RSS is rounding
+NEGLIGIBLE = 1e-8  # fraction of the data's sum of squares below which no fit is rejected
+EXACT = 1e-20  # fraction of the data's sum of squares below which residuals are rounding
+TURNS = 4  # reweighting iterations at most
+SAME = 0.05  # relative change of estimated weights at convergence
+CONSTANT = 1e-3  # the same of weights in proportion to the fitted values
+PROPORTIONAL = 1e-6  # largest relative deviation of weights from the reciprocals of measured values
+BIASED = 0.5  # bias over standard error of a common factor above which a note is given
+STATED = (
+    0.005  # probability, on each side, of an RSS with which a right standard deviation is found to be wrong
+)
+ALIKE = 2.0  # standard errors of a correlation of neighbours above which noise is not said to change along the curve
+BETTER = 0.05  # probability of as high a likelihood of an error model that changes, where the noise does not
+FAINT = 1e-6  # ratio of the terms of an error model below which the smaller one is left out
+NOISELESS = (
+    1e-4  # RSS per degree of freedom, with a stated sigma, below which data are taken as free of noise
+)
+APART = 0.01  # probability of a difference between runs that have nothing but noise, below which it is called significant
+LEAST = 0.1, 1e-9  # smallest fitted value in a weight, over the measured one and over the largest one
+
+Curve = tuple[str, str, np.ndarray, np.ndarray]  # name, unit, abscissa (n,), values (n,)
+
+
+class Sample(NamedTuple):
+    """The data of a fit as a curve, with their weights.
+
+    name, unit: of the measured quantity; t (n,) [s], or another abscissa in its unit; measured (n,); weights (n,)
+    [1/unit of measured], 0 for a point that is not fitted, and their label; blocks (n,): integers, equal for points of
+    one series; final: whether the weights are used unchanged; paired: whether the second half of the values are the
+    imaginary parts of the first.
+    """
+
+    name: str
+    unit: str
+    t: np.ndarray
+    measured: np.ndarray
+    weights: np.ndarray
+    label: str
+    blocks: np.ndarray
+    final: bool = False
+    paired: bool = False
+
+    @classmethod
+    def of(
+        cls, curve: Curve, weights: np.ndarray, label: str, blocks: np.ndarray | None = None, paired: bool = False
+    ) -> "Sample":  # fmt: skip
+        """Return the sample of a curve (name, unit, t, measured), one series unless blocks (n,) are given."""
+        blocks = np.zeros(weights.size, dtype=int) if blocks is None else blocks
+        return cls(*curve, weights, label, blocks, paired=paired)
+
+    @property
+    def abscissa(self) -> tuple[str, str]:
+        """The symbol and the unit of t; paired values are those of an oscillation."""
+        return ("omega", "rad/s") if self.paired else ("t", "s")
+
+    @property
+    def known(self) -> bool:
+        """True if the weights are the reciprocals of known standard deviations."""
+        return self.label == "sigma"
+
+    @property
+    def proportional(self) -> bool:
+        """True if the errors are a fraction of the fitted values."""
+        return self.label == "proportional"
+
+    @property
+    def adjustable(self) -> bool:
+        """True if the weights follow from a fit: from its residuals, or as a fraction of its values."""
+        return self.label in ("estimated", "proportional") and not self.final
+
+    @property
+    def least_count(self) -> int:
+        """Number of fitted points."""
+        return int(np.count_nonzero(self.weights))
+
+    @property
+    def size(self) -> float:
+        """Weighted sum of squares of the data."""
+        return float(np.sum((self.weights * self.measured) ** 2))
+
+    def curve(self, kept: np.ndarray) -> Curve:
+        """Return (name, unit, t, measured) of the points kept (n,) bool."""
+        return self.name, self.unit, self.t[kept], self.measured[kept]
+
+    def of_solution(self, solved: "Solved") -> tuple["Sample", "Solved"]:
+        """Return the fitted points with the weights of a solution, and the solution restricted to them."""
+        on = solved.kept
+        some = {name: getattr(self, name)[on] for name in ("t", "measured", "blocks")}
+        return self._replace(weights=solved.weights[on], **some), solved.some(on)
+
+    def noise(self, solved: "Solved", p: int) -> Noise:
+        """Return the noise model of the residuals of a fit of p parameters to all these points.
+
+        Runs at equal abscissae that were joined are series of their own, each with a common factor as a random error.
+        """
+        residual, slopes = solved.residual, self.smooth(solved.residual, solved.jacobian)
+        fitted, real, runs = self.measured + residual / self.weights, self.real(residual, p), None
+        labels = None if self.final else noise.runs_of(self.t, self.blocks)
+        order, blocks = np.arange(residual.size), self.blocks
+        if labels is not None and real:
+            # neighbours are those of a run, and a run's own factor is no noise of its points
+            Q = basis(slopes[:, solved.inside])
+            runs = noise.compared(residual, Q, self.weights * fitted, labels, p, self.known)
+            residual = residual - runs.offset
+            blocks = self.blocks * (int(labels.max()) + 1) + labels
+            order = np.argsort(blocks, kind="stable")
+        dof = residual.size - p
+        rss = float(residual @ residual)
+        # a stated standard deviation that the scatter contradicts is replaced by that of the residuals
+        side = 0 if self.final or not self.known else contradicted(rss, dof)
+        shapes, floors = np.ones((1, self.t.size)), np.zeros(1)
+        if self.label == "estimated":
+            floors = noise.floors_for(fitted)
+            shapes = np.hypot(floors[:, None], fitted) * self.weights
+        tried = noise.ErrorModels(shapes[:, order], floors)
+        given = residual[order], slopes[order], solved.inside, blocks[order], tried, p
+        found = noise.noise_model(*given, self.known and not side, real)
+        correlated = BEYOND_CHANCE / math.sqrt(residual.size)
+        if side < 0 and (found.lag1 > correlated or rss < NOISELESS * dof):
+            # smaller than stated, but no noise of its own: nothing better is known than what was stated
+            real = rss > 0.5 * dof
+            found = noise.noise_model(*given, True, real)
+        if real and not self.final:
+            # changes along the curve, beyond those that follow from the fitted values: of the estimated error model, or of
+            # one of its two terms alone where that describes the residuals better
+            size, best = float(np.max(np.abs(fitted))), None
+            bases = (found.floor, FAINT * size, size / FAINT) if self.label == "estimated" else (None,)
+            for floor in bases:
+                shape = np.ones(residual.size) if floor is None else np.hypot(floor, fitted) * self.weights
+                shape = shape / math.sqrt(float(np.mean(shape**2)))
+                own = basis(slopes[:, solved.inside] / shape[:, None])
+                sizes = noise.variation(residual / shape, own, self.t, p)
+                spreads = shape if sizes is None else shape * sizes
+                # minus twice the log likelihood, up to a constant
+                level = residual / spreads
+                cost = 2.0 * float(np.sum(np.log(spreads))) + residual.size * math.log(float(level @ level))
+                if best is None:  # the reference: the estimated error model without a change
+                    reference = residual / shape
+                    best = 2.0 * float(np.sum(np.log(shape))) + residual.size * math.log(
+                        float(reference @ reference)
+                    )
+                    best -= special.chdtri(noise.DEGREE + 1, BETTER) * float(noise.excess(level))
+                # where neighbours are alike, it is the model that changes along the curve, not the noise
+                raw, even = (lag_one((residual / one)[order], blocks[order]) for one in (shape, spreads))
+                if (
+                    sizes is None
+                    or cost > best
+                    or raw > 2.0 * ALIKE / math.sqrt(residual.size)
+                    or even > ALIKE / math.sqrt(residual.size)
+                ):
+                    continue
+                rows = shapes if floor is None else np.hypot(floor, fitted)[None] * self.weights
+                tried = noise.ErrorModels(rows[:, order], np.array([0.0 if floor is None else floor]))
+                one = residual[order], slopes[order], solved.inside, blocks[order], tried, p
+                best, changed = cost, noise.noise_model(*one, False, real, sizes[order])
+                found = changed._replace(sizes=sizes, spreads=spreads)
+        if runs is not None:
+            found = noise.between_runs(found, runs, basis(slopes[order]), self.weights * fitted, order)
+        return found
+
+    def assess(self, solved: "Solved", p: int, level: float) -> "Assessment":
+        """Return the evidence from the residuals of a fit of p parameters, for intervals at a level."""
+        some, left = self.of_solution(solved)
+        return assess(some, left, some.noise(left, p), p, level)
+
+    def reweighed(self, found: "Solved", p: int) -> np.ndarray:
+        """Return the weights (n,) that follow from a solution.
+
+        Errors that are proportional to the values are a fraction of the fitted ones, because a reading that is too low by
+        chance would get a larger weight than one that is too high, and the fit would be too low by the variance of the
+        relative error. The limit is the maximum of the likelihood of a gamma distribution (P. McCullagh, J. A. Nelder,
+        Generalized Linear Models, 1989, chapter 8).
+        """
+        fitted = self.measured + found.residual / found.weights
+        if self.proportional:
+            size, ratio, least = self.magnitude(self.measured), *LEAST
+            floor = np.maximum(ratio * size, least * float(np.max(size)))
+            own = self.magnitude(fitted) if self.paired else np.sign(self.measured) * fitted
+            return 1.0 / np.maximum(own, floor)
+        some, left = self.of_solution(found)
+        if not some.real(left.residual, p):
+            return found.weights
+        model = some.noise(left, p)
+        sizes = np.ones(fitted.size)
+        if model.sizes is not None:  # points that are left out are given the size of their neighbours
+            sizes = np.interp(np.arange(fitted.size), np.flatnonzero(found.kept), model.sizes)
+        return 1.0 / (np.hypot(model.floor, fitted) * sizes)
+
+    def smooth(self, residual: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
+        """Return the Jacobian (n, k) for relative weights taken from fitted values, because weights from noisy data add
+        noise to it."""
+        if self.label != "relative":
+            return jacobian
+        return jacobian * (self.measured / (self.measured + residual / self.weights))[:, None]
+
+    @property
+    def robust(self) -> bool:
+        """True if isolated points may be left out, as with estimated errors."""
+        return self.label == "estimated" and not self.final
+
+    def agree(self, one: np.ndarray, other: np.ndarray) -> bool:
+        """Return whether weights (n,) agree closely enough to end the iteration."""
+        return bool(np.max(np.abs(np.log(one / other))) <= (CONSTANT if self.proportional else SAME))
+
+    def magnitude(self, values: np.ndarray) -> np.ndarray:
+        """Return the absolute values (n,), of a pair those of the complex number."""
+        return np.tile(np.hypot(*np.split(values, 2)), 2) if self.paired else np.abs(values)
+
+    def spread(self) -> float:
+        """Return the sum of the log variances of points over those of the measured values, 0 where they do not follow from
+        the fitted ones."""
+        if not self.proportional:
+            return 0.0
+        return -2.0 * float(np.sum(np.log(self.weights * self.magnitude(self.measured))))
+
+    def bias(self, deviation: float) -> tuple[str, ...]:
+        """Return a note where weights from the measured values make a fit too low by more than half a standard error.
+
+        A reading that is too low by chance gets the larger weight. For relative errors s of n points a common factor of
+        the curve is then too low by s^2, and its standard error is s/sqrt(n). deviation: of the weighted residuals.
+        """
+        on = self.weights > 0.0
+        sizes = (self.weights * self.magnitude(self.measured))[on]
+        own = float(sizes[0])
+        if np.ptp(self.weights[on]) == 0.0 or own == 0.0 or np.ptp(sizes) > PROPORTIONAL * own:
+            return ()
+        s = deviation / own
+        ratio = s * math.sqrt(sizes.size)
+        if ratio < BIASED:
+            return ()
+        return (
+            f"weights from the measured values make this fit about {100 * s**2:.2g} % too low ({ratio:.1f} standard errors);"
+            ' "proportional" weights, which follow the fitted values, do not',
+        )
+
+    def real(self, residual: np.ndarray, p: int) -> bool:
+        """Return whether weighted residuals exceed rounding; otherwise they carry no information."""
+        return float(residual @ residual) > EXACT * self.size
+
+    def error(self, solved: "Solved", assessment: "Assessment") -> tuple[str, ...]:
+        """Return notes on the error of the points."""
+        deviation, sizes = assessment.evidence.noise, assessment.noise.sizes
+        if self.known or self.label == "relative":
+            return self.bias(deviation)
+        if self.label != "estimated":
+            return ()
+        some, _ = self.of_solution(solved)
+        floor = math.sqrt(max(float(np.min(some.weights**-2 - some.measured**2)), 0.0))
+        floor = floor if sizes is None else assessment.noise.floor
+        unit = "of strain" if self.unit == "-" else self.unit
+        return (
+            f"standard deviation of a point, estimated: {100 * deviation:.2g} % of its value and"
+            f" {deviation * floor:.2g} {unit}",
+        )
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
+class Evidence:
+    """Measures of how well a model describes the data of its fit.
+
+    fitted, residuals (n,): response and weighted residuals; rss: weighted residual sum of squares; noise: standard
+    deviation of the weighted residuals (a fraction of the data for relative weights); lag1: correlation of neighbouring
+    residuals; misfit: whether lag1 is significant; widening: factor on the intervals due to possible correlation of the
+    noise; refused: the reasons why the fit is rejected, () if it is accepted. r2 (unweighted), nan for constant data;
+    aic, bic; p: number of free parameters. chi2: RSS per degree of freedom where standard deviations were stated, near
+    1 if they are right, nan otherwise; stated: whether the intervals follow from stated standard deviations; doubts: what
+    the noise of the data does otherwise than assumed, as notes.
+    """
+
+    fitted: np.ndarray
+    residuals: np.ndarray
+    rss: float
+    noise: float
+    lag1: float
+    misfit: bool
+    widening: float
+    refused: tuple[str, ...]
+    r2: float
+    aic: float
+    bic: float
+    p: int
+    chi2: float = math.nan
+    stated: bool = False
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def agrees(self) -> bool:
+        """True unless the residuals contradict stated standard deviations."""
+        return not any("the stated sigma is" in doubt for doubt in self.doubts)
+
+
+class Assessment(NamedTuple):
+    """Evidence of a fit with the quantities from which its intervals follow.
+
+    evidence; slopes (m, k): the whitened Jacobian of the free coordinates, whose normal matrix is the inverse of their
+    covariance; noise: the model of the noise; level: confidence level; rss: the smallest residual sum of squares, and
+    least: the rise of it that is rounding.
+    """
+
+    evidence: Evidence
+    slopes: np.ndarray
+    noise: Noise
+    level: float
+    rss: float
+    least: float
+
+    def levels(self, gradients: np.ndarray | None = None) -> np.ndarray:
+        """Return the RSS (q,) that bounds the intervals of functions of the free coordinates with gradients (k, q), by
+        default of the coordinates themselves."""
+        some = np.eye(self.noise.columns.shape[1]) if gradients is None else gradients
+        return self.rss + np.maximum(self.noise.rises(some, self.level), self.least)
+
+
+class Solved(NamedTuple):
+    """A least-squares solution with further results of its search.
+
+    theta (m,): coordinates; residual (n,): weighted; jacobian (n, k): of the free coordinates; inside (k,) bool: the
+    free coordinates that are not at a bound; kept (n,) bool: the fitted points; weights (n,); profile(assessment) (m, 2):
+    interval ends of the coordinates, and further rows that the search returns; whole: the result of the search itself.
+
+    notes; moves(name) (m,): derivative of the coordinates with respect to a quantity that was held; landscape: the
+    residuals as a function of the parameters, None where they are expensive; left (m,): a remaining bias of the
+    coordinates that the intervals must include; against: reasons for rejection beyond those of the residuals.
+    """
+
+    theta: np.ndarray
+    residual: np.ndarray
+    jacobian: np.ndarray
+    inside: np.ndarray
+    kept: np.ndarray
+    weights: np.ndarray
+    profile: Callable[[Assessment], np.ndarray] | None = None
+    whole: Any = None
+    notes: Sequence[str] = ()
+    moves: Callable[[str], np.ndarray] | None = None
+    landscape: Landscape | None = None
+    left: np.ndarray | None = None
+    against: tuple[str, ...] = ()
+
+    def some(self, on: np.ndarray) -> "Solved":
+        """Return the solution restricted to the points ``on`` (n,) bool."""
+        return self._replace(
+            residual=self.residual[on],
+            jacobian=self.jacobian[on],
+            kept=self.kept[on],
+            weights=self.weights[on],
+        )
+
+
+def check(level: float, n: int, p: int) -> None:
+    """Raise ValueError unless intervals at this level can be found from n points with p parameters."""
+    if not 0.0 < level < 1.0:
+        raise ValueError(f"level: expected between 0 and 1, got {level!r}")
+    if n <= p:
+        raise ValueError(f"data: expected more points than the {p} free parameters, got {n}")
+
+
+def assess(
+    sample: Sample, solved: Solved, found: Noise, p: int, level: float, Q: np.ndarray | None = None
+) -> Assessment:
+    """Return the evidence of a fit of p parameters to all points of a sample, with the estimated noise model.
+
+    Q (n, k): where the sample is part of the data, the rows for its points of orthonormal columns that span the Jacobian
+    of all data.
+    """
+    residual, jacobian = solved.residual, solved.jacobian
+    own = basis(sample.smooth(residual, jacobian[:, solved.inside])) if Q is None else Q
+    bound = Q is None and not np.all(solved.inside)
+    whole = basis(sample.smooth(residual, jacobian)) if bound else None
+    quality = _weigh(sample, residual, own, found, p, level, whole)
+    spread = (1.0 if found.known else quality.noise) * quality.widening
+    rss, least = float(residual @ residual), ROUNDING * sample.size
+    return Assessment(quality, found.whitened(jacobian, spread), found, level, rss, least)
+
+
+def settled(
+    samples: Sequence[Sample], first: list[Solved], solve: Callable[[list[np.ndarray]], list[Solved]], p: int
+) -> list[Solved]:
+    """Return solutions whose weights are consistent with them, from initial solutions.
+
+    solve: function from the weights (n,) of each sample to their solutions. Estimated weights follow from the variance of
+    the noise averaged over its posterior (``noise.py``), proportional ones from the fitted values; others are kept.
+    """
+    found, one = first, samples[0]
+    for turn in range(TURNS if one.adjustable else 0):
+        weights = [sample.reweighed(last, p) for sample, last in zip(samples, found, strict=True)]
+        same = all(one.agree(new, last.weights) for new, last in zip(weights, found, strict=True))
+        if same and (turn or one.proportional):
+            break
+        found = solve(weights)
+    return found
+
+
+def _weigh(
+    sample: Sample, residuals: np.ndarray, Q: np.ndarray, found: Noise, p: int, level: float,
+    whole: np.ndarray | None = None,
+) -> Evidence:  # fmt: skip
+    """Return the evidence; Q (n, k): orthonormal columns that span the Jacobian of coordinates not at a bound; whole (n,
+    q): those of all free coordinates where some are."""
+    measured, n, rss, known = sample.measured, sample.t.size, float(residuals @ residuals), sample.known
+    dof = n - p
+    fitted = measured + residuals / sample.weights
+    r2 = coefficient_of_determination(measured, fitted)
+    # deviations that stay within the stated error and have a trend are no evidence against the model
+    real = sample.real(residuals, p) and not (found.known and rss <= 0.5 * dof)
+    misfit = bool(real and found.lag1 > BEYOND_CHANCE / math.sqrt(n))
+    matters = real and rss > NEGLIGIBLE * sample.size
+    # the tests see the residuals without the factors of runs, each run as a series of its own
+    level_residuals, order, blocks = residuals, np.arange(n), sample.blocks
+    if found.runs is not None:
+        level_residuals = residuals - found.runs.offset
+        blocks = sample.blocks * found.runs.factors.size + found.runs.labels
+        order = np.argsort(blocks, kind="stable")
+    where = Places(sample.t[order], blocks[order], *sample.abscissa)
+    sizes = None if found.spreads is None else found.spreads[order]
+    whole = None if whole is None else whole[order]
+    why = reasons(level_residuals[order], Q[order], found, where, sizes, whole) if matters else ()
+    why = (*explains(fitted, measured, sample.weights, p, r2), *why) if real else why
+    scale = math.sqrt(rss / dof)
+    aic, bic = criteria(rss, n, p, known, sample.spread())
+    widening = found.widening(level, 1.0 if found.known else scale)
+    stated = known and not sample.final
+    doubts = [*_of_sigma(rss, dof, found)] if stated else []
+    if found.sizes is not None:
+        first, last = found.sizes[np.argmin(sample.t)], found.sizes[np.argmax(sample.t)]
+        most = float(np.max(found.sizes) / np.min(found.sizes))
+        symbol = sample.abscissa[0]
+        doubts.append(
+            f"the noise changes along {symbol}: its standard deviation at the end is {last / first:.2g} times that at the"
+            f" beginning, and varies by a factor of {most:.2g} in all; the intervals allow for it"
+        )
+    if found.runs is not None:
+        doubts.append(_of_runs(found.runs))
+    if misfit:
+        doubts.append(
+            "MISFIT: the residuals are significantly correlated; intervals were widened by a factor of"
+            f" {widening:.2g} and hold only if the model does"
+        )
+    return Evidence(
+        fitted=fitted, residuals=residuals, rss=rss, noise=scale, lag1=found.lag1, misfit=misfit, widening=widening,
+        refused=tuple(why), r2=r2, aic=aic, bic=bic, p=p, chi2=rss / dof if stated else math.nan, stated=found.known,
+        doubts=tuple(doubts),
+    )  # fmt: skip
+
+
+def contradicted(rss: float, dof: float) -> int:
+    """Return 1 where stated standard deviations are too small for a RSS of weighted residuals with ``dof`` degrees of
+    freedom, -1 where they are too large, 0 where they agree.
+
+    Of right standard deviations of normal errors a share of ``STATED`` is found to be wrong on each side, for any number
+    of points.
+    """
+    if special.chdtrc(dof, rss) < STATED:
+        return 1
+    return -1 if special.chdtr(dof, rss) < STATED else 0
+
+
+def _of_sigma(rss: float, dof: int, found: Noise) -> list[str]:
+    """Return a note on stated standard deviations that the residuals contradict."""
+    rss = rss if found.runs is None else rss - float(found.runs.offset @ found.runs.offset)
+    side = contradicted(rss, dof)
+    if side == 0:
+        return []
+    low, high = (special.chdtri(dof, share) / dof for share in (1.0 - STATED, STATED))
+    what = (
+        "the stated sigma is too small for the scatter of the points, or the model is incomplete"
+        if side > 0
+        else "the stated sigma is larger than the scatter of the points"
+    )
+    then = "the stated sigma" if found.known else "the scatter"
+    return [
+        f"{what}: chi2 per degree of freedom is {rss / dof:.3g}, expected {low:.2g} to {high:.2g}; the intervals follow from"
+        f" {then}"
+    ]
+
+
+def _of_runs(runs: noise.Runs) -> str:
+    """Return a note on the difference of joined runs."""
+    m, size = runs.factors.size, 100.0 * float(np.ptp(runs.factors))
+    which = "significantly, " if runs.chance < APART else "not significantly, "
+    return (
+        f"{m} joined runs at equal abscissae differ {which}by a factor of {size:.2g} % (error of a run"
+        f" {100.0 * runs.error:.2g} %, probability by chance {runs.chance:.2g}); the intervals include the variation between"
+        f" runs, of which {m} runs tell little"
+    )
+
+
+def coefficient_of_determination(measured: np.ndarray, fitted: np.ndarray) -> float:
+    """Return R2, nan where the data are constant to rounding."""
+    if np.ptp(measured) <= FLAT * np.max(np.abs(measured)):
+        return math.nan
+    total = float(np.sum((measured - measured.mean()) ** 2))
+    return 1.0 - float(np.sum((measured - fitted) ** 2)) / total
+
+
+def criteria(rss: float, n: int, p: int, known: bool, spread: float = 0.0) -> tuple[float, float]:
+    """Return (AIC, BIC) for Gaussian errors, up to a constant common to all models of the same data and weights.
+
+    -2 log L = spread + rss where sigma is known, spread + n log(rss/n) otherwise, with one more parameter for it; spread:
+    the sum of log variances that depend on the model.
+    """
+    if known:
+        return spread + rss + 2 * p, spread + rss + p * math.log(n)
+    fit = spread + n * math.log(max(rss, 1e-300) / n)
+    return fit + 2 * (p + 1), fit + (p + 1) * math.log(n)
+
+
+def identified(intervals: dict, table: dict, level: float, refused: Any = ()) -> dict[str, bool]:
+    """Return which parameters are fixed or identifiable.
+
+    A parameter is identifiable if its interval is closed on both sides, off the bounds and no wider than for sd(log) =
+    0.5, and the fit is not rejected.
+    """
+    z = two_sided(level)
+    result = {}
+    for name, (low, high) in intervals.items():
+        closed = table[name][0] < low and high < table[name][1]
+        narrow = closed and math.log(high / low) < 2 * z * NOT_DETERMINED
+        result[name] = bool(table[name][0] == table[name][1] or (narrow and not refused))
+    return result
+
+
+# Test of the residuals of several curves for a shape that they have in common.
+#
+# A model that lacks an effect (an induction time, a drift, a wrong probe) leaves residuals of the same shape in every
+# curve. Each curve alone may hide it in its noise, and the correlation of neighbouring residuals may be as small as
+# chance leaves it; summed over the curves the shape remains, while the noise averages out.
+#
+# The shape is a polynomial in the abscissa with equal coefficients in all curves, in units of the weighted residuals.
+# It is made orthogonal to the Jacobian of the fit, and its coefficients are compared with zero by an F test. Where
+# the noise is white, the denominator is the variance of the residuals that remain. Where it is correlated, the
+# denominator is the variance of the coefficients among the curves, which the correlation increases as it does that of
+# their sum.
+
+
+DEGREES = 5  # of the polynomial, beside the constant
+FLAT_SHAPE = 1e-8  # part of a column outside the Jacobian below which it is rounding
+
+
+def common_shape(
+    residual: np.ndarray, jacobian: np.ndarray, curve: np.ndarray, x: np.ndarray, white: bool = True
+) -> tuple[float, np.ndarray]:
+    """Return the probability that noise alone has a common shape as large, and the shape (n,) in the residuals.
+
+    The probability is 1 with a single curve, or where too few points are left to judge.
+
+    Args:
+        residual: (n,) weighted residuals of all curves.
+        jacobian: (n, k) derivatives of the residuals with respect to the fitted coordinates.
+        curve: (n,) integers, equal for points of one curve.
+        x: (n,) abscissa, which is scaled to -1 .. 1 over all curves; a logarithm where the curves cover decades.
+        white: whether the noise of neighbouring points is independent.
+    """
+    labels, place = np.unique(curve, return_inverse=True)
+    nothing = 1.0, np.zeros(residual.size)
+    span = float(np.ptp(x))
+    if labels.size < 2 or span == 0.0:
+        return nothing
+    Q = np.linalg.qr(jacobian[:, np.any(jacobian != 0.0, axis=0)])[0]
+    outside = lambda A: A - Q @ (Q.T @ A)
+    shapes = np.polynomial.legendre.legvander(2.0 * (x - x.min()) / span - 1.0, DEGREES)
+    U, s, _ = np.linalg.svd(outside(shapes), full_matrices=False)
+    U = U[:, s > FLAT_SHAPE * max(float(s[0]), FLAT_SHAPE * float(np.linalg.norm(shapes)))]
+    q = U.shape[1]
+    shape = U @ (U.T @ residual)
+    rise = float(shape @ shape)
+    if white:
+        dof = residual.size - Q.shape[1] - q
+        left = float(residual @ residual) - rise
+    else:
+        # each curve with coefficients of its own: what they explain beyond the common ones
+        own = np.concatenate([shapes * (place == k)[:, None] for k in range(labels.size)], axis=1)
+        V, s, _ = np.linalg.svd(outside(own), full_matrices=False)
+        V = V[:, s > FLAT_SHAPE * max(float(s[0]), FLAT_SHAPE * float(np.linalg.norm(own)))]
+        dof = V.shape[1] - q
+        left = float(np.sum((V.T @ residual) ** 2)) - rise
+    if q == 0 or dof < 1:
+        return nothing
+    return float(special.fdtrc(q, dof, rise / q * dof / max(left, 1e-300))), shape
+
+
+def reason(
+    residual: np.ndarray, jacobian: np.ndarray, curve: np.ndarray, x: np.ndarray, white: bool = True
+) -> tuple[str, ...]:
+    """Return the reason for rejecting a fit whose curves have residuals of a common shape, () if they have none; arguments
+    as of ``common_shape``."""
+    chance, shape = common_shape(residual, jacobian, curve, x, white)
+    if not chance < CHANCE:
+        return ()
+    share = float(np.sqrt(np.sum(shape**2) / np.sum(residual**2)))
+    return (
+        f"the residuals of the {np.unique(curve).size} curves have a common shape, {100 * share:.2g} % of them in size,"
+        f" which noise has with a probability of {chance:.1g}: the model lacks an effect that all curves show",
+    )

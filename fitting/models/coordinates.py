@@ -19,7 +19,7 @@ from jax.tree_util import Partial
 
 from fitting.models.search_space import Landscape, SearchSpace
 from fitting.models.structure import Structure
-from jaxcontact.inputs.spectrum import Spectrum
+from jaxcontact.bodies.materials import Spectrum
 
 NUISANCES = {"contact_point": "m", "drift": "m/s", "machine_compliance": "m/N"}
 EDGE = 16.0  # bound of the logarithms of scaled compliances, 1e-7 to 1e7

@@ -27,14 +27,14 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from fitting.models import adhesion
+from fitting.models import adhesive_contact
 from fitting.models.coordinates import Coordinates
 from fitting.models.history import columns, recursion
 from fitting.models.thin_layer import LARGEST, ThinLayer
 from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support.exponential import phi1
-from jaxcontact.inputs import spectrum
-from jaxcontact.inputs.spectrum import Spectrum
+from jaxcontact.bodies import materials
+from jaxcontact.bodies.materials import Spectrum
 
 BISECTIONS = 24
 NEWTON = 12  # iterations for the depth in a layer, which converge quadratically in logarithms
@@ -124,7 +124,7 @@ def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
 def sticky_depth_residual(point: Coordinates, curve: Curve) -> Array:
     """Return the weighted depth residual (n,) of an adhesive ball; the load is given."""
     c = surface(point.compliances(), curve.bulk)
-    depth, _ = adhesion.under_load(_hereditary(c, curve), _neck(c, curve))
+    depth, _ = adhesive_contact.under_load(_hereditary(c, curve), _neck(c, curve))
     return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
 
 
@@ -133,7 +133,7 @@ def sticky_load_residual(point: Coordinates, curve: Curve) -> Array:
     c = surface(point.compliances(), curve.bulk)
     weights, rates = relaxation_modes(c, curve.extra)
     depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
-    power, _ = adhesion.at_depth(depth, _neck(c, curve))
+    power, _ = adhesive_contact.at_depth(depth, _neck(c, curve))
     return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
 
 
@@ -147,7 +147,7 @@ def _hereditary(c: Spectrum, curve: Curve) -> Array:
 def _neck(c: Spectrum, curve: Curve) -> Array:
     """Return kappa of ``adhesion.py``, (n,)."""
     creep = c.creep(curve.t - curve.t[0]) - c.instantaneous
-    return adhesion.root(curve.pull * (c.instantaneous + curve.edge * creep + curve.extra))
+    return adhesive_contact.root(curve.pull * (c.instantaneous + curve.edge * creep + curve.extra))
 
 
 @functools.partial(jax.jit, static_argnames="kind")
@@ -155,21 +155,21 @@ def sticky_area(point: Coordinates, curve: Curve, kind: str) -> tuple[Array, Arr
     """Return alpha (n,), proportional to the contact area of an adhesive ball, and J(t) + extra (n,), scaled."""
     c = surface(point.compliances(), curve.bulk)
     if kind == "sticky load":
-        alpha = adhesion.under_load(_hereditary(c, curve), _neck(c, curve))[1]
+        alpha = adhesive_contact.under_load(_hereditary(c, curve), _neck(c, curve))[1]
     else:
         depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
-        alpha = adhesion.at_depth(depth, _neck(c, curve))[1]
+        alpha = adhesive_contact.at_depth(depth, _neck(c, curve))[1]
     return alpha, c.creep(curve.t - curve.t[0]) + curve.extra
 
 
 def surface(c: Spectrum, bulk: Array | None) -> Spectrum:
     """Return the effective J of the surface; with a bulk modulus K, 2 (1 - nu) J has the transform J + 3/(G + 3 K).
 
-    Source: ``response.volume``.
+    Source: ``response.stack``.
     """
     if bulk is None:
         return c
-    start, retarded, rates = spectrum.parallel_creep(_ascending(c), 3.0 * bulk)
+    start, retarded, rates = materials.parallel_creep(_ascending(c), 3.0 * bulk)
     return Spectrum(
         c.instantaneous + 3.0 * start,
         jnp.concatenate([c.amplitudes, 3.0 * retarded]),
@@ -180,7 +180,7 @@ def surface(c: Spectrum, bulk: Array | None) -> Spectrum:
 
 def relaxation_modes(c: Spectrum, extra: Array) -> tuple[Array, Array]:
     """Return weights and rates, (k + 1,) each, of G(t) = sum_m weights_m exp(-rates_m t), the modulus of J + extra."""
-    rates, weights = spectrum.relaxation_modes(_ascending(c), extra)
+    rates, weights = materials.relaxation_modes(_ascending(c), extra)
     return weights, rates
 
 

@@ -20,7 +20,7 @@ from jax import Array
 
 import jaxcontact as jc
 from jaxcontact._support.pytree import refuse_masked
-from jaxcontact.inputs.spectrum import Spectrum
+from jaxcontact.bodies.materials import Spectrum
 
 LEAST = 1e-9  # fraction of the largest compliance that replaces zero, where derivatives are needed
 

@@ -14,7 +14,7 @@ import scipy
 from jax import Array
 
 import jaxcontact as jc
-from fitting.data.segments import noise
+from fitting.data.contact import sample_noise
 from fitting.models.coordinates import Coordinates
 from fitting.search.press import IndentationProblem, Units
 from jaxcontact._compile.kept_traces import Program
@@ -124,7 +124,7 @@ def march_times(t: np.ndarray, drive: np.ndarray) -> np.ndarray:
 
 def turns(t: np.ndarray, drive: np.ndarray) -> list[int]:
     """Return the samples, without the ends, between which the drive (n,) is nearly straight (Douglas and Peucker 1973)."""
-    least = max(CORNER, ABOVE_NOISE * noise(drive))
+    least = max(CORNER, ABOVE_NOISE * sample_noise(drive))
     found, pieces = [], [(0, t.size - 1)]
     while pieces:
         low, high = pieces.pop()

@@ -1,6 +1,6 @@
 """Minimisation of any differentiable loss over any tree of parameters: inverse design and identification.
 
-The parameters are searched in coordinates of order one (``fitting.search.search_coordinates``). The default method is L-BFGS
+The parameters are searched in coordinates of order one (``fitting.models.search_space``). The default method is L-BFGS
 (optax) with a line search for the weak Wolfe conditions
 
     f(z + t d) <= f(z) + 1e-4 t g.d,      g(z + t d).d >= 0.9 g.d
@@ -25,7 +25,7 @@ import numpy as np
 from jax import Array
 from tqdm import tqdm
 
-from fitting.search.search_coordinates import SearchCoordinates
+from fitting.models.search_space import SearchCoordinates
 from fitting.views import output
 
 LOWER, FLATTER = 1e-4, 0.9  # constants of the Wolfe conditions

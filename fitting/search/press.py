@@ -13,11 +13,9 @@ import scipy
 
 import jaxcontact as jc
 from fitting.data.contact import find_contact
-from fitting.data.indentation import IndentationData
-from fitting.data.preceding import with_earlier
-from fitting.data.probe import Probe, probe_of
+from fitting.data.indentation import IndentationData, Probe, probe_of, with_earlier
 from fitting.data.weights import choose_weights
-from fitting.models import adhesion
+from fitting.models import adhesive_contact
 from fitting.models.coordinates import Space
 from fitting.models.history import columns
 from fitting.models.structure import Sought
@@ -150,7 +148,7 @@ def prepare(
     selected = np.ones(data.t.size, dtype=bool)
     if pressing.rise is None:
         data, selected = with_earlier(data)
-    work = adhesion.check(pressing.adhesion, data, pressing.indenter, control, model)
+    work = adhesive_contact.check(pressing.adhesion, data, pressing.indenter, control, model)
     pressing = pressing._replace(adhesion=work)
     t = data.t - data.t[0]
     kept = _in_contact(data, selected, pressing)

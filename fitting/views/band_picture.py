@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.views import axis_units
+from fitting.views import sheet
 
 WIDE = 20.0  # ratio of the ends of an axis above which it is logarithmic
 
@@ -24,6 +24,6 @@ def draw(wanted: Any, at: np.ndarray, band: Any, level: float) -> Any:
     if np.all(low > 0.0) and value.max() > WIDE * value.min():
         axes.set_yscale("log")
     axes.set_xlabel("{} [{}]".format(*wanted.over))
-    axis_units.label(axes.yaxis, wanted.name, wanted.unit, high)
+    sheet.axis_label(axes.yaxis, wanted.name, wanted.unit, high)
     axes.legend()
     return figure

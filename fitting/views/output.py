@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from fitting.views.shell_words import in_flags
+from fitting.views.text import in_flags
 from jaxcontact._support.npz import write_whole as write
 
 RESULTS = ("summary.json", "curve.csv", "fit.png")

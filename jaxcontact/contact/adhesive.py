@@ -2,7 +2,7 @@
 
     p = K^-1 u = p_c - s(g),     g = u + gap - approach >= 0,     p_c >= 0,     p_c g = 0,
 
-with the attraction s of ``contact.attraction``. A solution is a local minimum of the energy
+with the attraction s of ``contact.adhesive``. A solution is a local minimum of the energy
 
     E = 1/2 <u, K^-1 u> - sum int_g^infinity s dg  [- load x approach]
 
@@ -42,30 +42,435 @@ and 16.7; the bound from above, whose minimisation lowers the energy: D. R. Hunt
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._support.pytree import replace
+from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact import normal
-from jaxcontact.contact.adhesive_model import Goal, Model, Move, minimised
-from jaxcontact.contact.adhesive_state import (
-    SearchState,
-    SearchTools,
-    Start,
-    energy_of,
-    faces_of,
-    first_state,
-    moved_by,
-    pasted,
-    seen_on_grid,
-    stopping_error,
-    tools_of,
-)
 from jaxcontact.contact.law import UNILATERAL
-from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.contact.normal import Problem, Solution, masked_mean
+from jaxcontact.operators.base import InvertibleOperator, Linear, SplitOperator
+
+# Attraction between the surfaces on the grid: tractions and energy of a field of gaps.
+#
+# A law of adhesion is averaged over 2 x 2 points inside each square of four cells' centres, with the gap bilinear
+# between them (Gauss-Legendre points; two points between neighbours in plane strain). Taken at the centres alone, a
+# short-ranged law would hold the edge of contact at rows of cells, and a contact would separate at too high a
+# tension. The tractions are the derivative of the averaged energy with respect to the gaps, so that they are
+# conservative on the grid as well.
+
+
+WEAK = 0.01  # of the largest traction: what is below does not matter where the grid ends
+POINTS = 0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5
+
+
+class CohesiveLaw(Protocol):
+    """Interface of a law of adhesion (``bodies.laws``), scaled: functions of the gap, cell by cell."""
+
+    @property
+    def largest_traction(self) -> Array:
+        """The attraction at a gap of zero, ()."""
+
+    @property
+    def characteristic_range(self) -> Array:
+        """The work over the largest traction, ()."""
+
+    def traction(self, gap: Array) -> Array:
+        """Return the attraction s(g) >= 0."""
+
+    def energy(self, gap: Array) -> Array:
+        """Return int_g^infinity s dg."""
+
+    def stiffness(self, gap: Array) -> Array:
+        """Return -ds/dg >= 0."""
+
+    def resolved(self, cell_compliance: Array) -> Any:
+        """Return the law as cells of a compliance can resolve it."""
+
+    def zone_length(self, modulus: Any) -> Array:
+        """Return the length of the zone of attraction at the edge of contact."""
+
+
+@pytree
+class Attraction:
+    """A scaled law of adhesion, averaged on the cells of a grid; periodic: along x and y."""
+
+    law: CohesiveLaw
+    periodic: tuple[bool, bool] = static()
+
+    def touching(self, contact_pressure: Array) -> Array:
+        """Return the cells in contact, (nx, ny) bool."""
+        return contact_pressure > 0.0
+
+    def acting(self, contact_pressure: Array, gap: Array) -> Array:
+        """Return the cells that touch or attract each other by more than ``WEAK`` of the largest traction, (nx, ny) bool."""
+        attracted = self.traction(jnp.maximum(gap, 0.0)) > WEAK * self.law.largest_traction
+        return self.touching(contact_pressure) | attracted
+
+    def energy(self, gap: Array) -> Array:
+        """Return the sum over cells of int_g^infinity s dg, ()."""
+        points, weights = self._points(gap), _weights(gap.shape, self.periodic)
+        return jnp.sum(weights * self.law.energy(points))
+
+    def traction(self, gap: Array) -> Array:
+        """Return the attraction of each cell, (nx, ny) >= 0."""
+        return self._spread(gap, self.law.traction(self._points(gap)))
+
+    def stiffness(self, gap: Array) -> Array:
+        """Return -ds/dg at the points of a field of gaps, for ``softened``."""
+        return self.law.stiffness(self._points(gap))
+
+    def softened(self, stiffness: Array, change: Array) -> Array:
+        """Return the decrease of the cells' attraction, (nx, ny), for a change of the gaps; linear and symmetric."""
+        return self._spread(change, stiffness * self._points(change))
+
+    def explicit(self, change: CohesiveLaw, gap: Array) -> Array:
+        """Return the change of the cells' attraction for a change of the law's parameters, (nx, ny)."""
+        points = self._points(gap)
+        return self._spread(gap, jax.jvp(lambda law: law.traction(points), (self.law,), (change,))[1])
+
+    def _points(self, gap: Array) -> Array:
+        """Return the gaps at the points, (2, 2, squares along x, squares along y)."""
+        return _between(_between(gap, 0, self.periodic[0]), 2, self.periodic[1])
+
+    def _spread(self, gap: Array, values: Array) -> Array:
+        """Return what the cells take of values at the points, (nx, ny): the transpose of ``_points``, weighted."""
+        weighted = _weights(gap.shape, self.periodic) * values
+        return jax.linear_transpose(self._points, gap)(weighted)[0]
+
+
+def _between(field: Array, axis: int, wraps: bool) -> Array:
+    """Return a field at the points between neighbours along an axis, with a new first axis of the points."""
+    if field.shape[axis] == 1:
+        return field[None]
+    ahead = [(0, 0)] * field.ndim
+    ahead[axis] = (0, 1) if wraps else (1, 1)
+    padded = jnp.pad(field, ahead, mode="wrap" if wraps else "edge")
+    here = jax.lax.slice_in_dim(padded, 0, padded.shape[axis] - 1, axis=axis)
+    there = jax.lax.slice_in_dim(padded, 1, padded.shape[axis], axis=axis)
+    return jnp.stack([(1.0 - t) * here + t * there for t in POINTS])
+
+
+def _weights(shape: tuple[int, ...], periodic: tuple[bool, bool]) -> Array:
+    """Return the part of a cell that each point stands for, (squares along x, squares along y)."""
+    along = [_widths(n, wraps) for n, wraps in zip(shape, periodic, strict=True)]
+    return along[0][:, None] * along[1][None, :]
+
+
+def _widths(n: int, wraps: bool) -> Array:
+    if n == 1:
+        return jnp.ones(1)
+    return 0.5 * (jnp.ones(n) if wraps else jnp.ones(n + 1).at[jnp.array([0, n])].set(0.5))
+
+
+# The quadratic model of the energy of an adhesive contact, and its minimum by preconditioned conjugate gradients.
+#
+# Some cells are held at the wall; displacements change in the space that this leaves. The model is K^-1 less the
+# softening by the attraction, and may have directions of negative curvature.
+#
+# Source: J. Nocedal, S. J. Wright, Numerical Optimization, 2006, sections 7.1 and 16.7.
+
+
+MOST_DIRECTIONS = 80  # of conjugate gradients in one minimisation
+
+
+class Move(NamedTuple):
+    """A change of the displacement on the padded grid, of K^-1 times it, and of the approach."""
+
+    displacement: Array
+    pressure: Array
+    approach: Array
+
+
+class Goal(NamedTuple):
+    """When a minimisation stops; r is the residual of the tractions, and K r the displacement that it causes.
+
+    reduction: of the norm sqrt(<r, K r>), relative to the first r; descent: the value of <r, K r> to reach instead, if it
+    is not zero; enough: the largest displacement K r at which the minimisation stops in any case.
+    """
+
+    reduction: Array
+    enough: Array
+    descent: Array
+
+
+@pytree
+class HeldCells:
+    """The space in which displacements change while some cells are held at the wall.
+
+    held: (mx, my) bool. Under a load the held cells move together, with the approach; under an approach on a periodic grid
+    (``of_zero_mean``) changes have zero mean.
+    """
+
+    held: Array
+    load_controlled: bool = static()
+    of_zero_mean: bool = static()
+
+    def __call__(self, values: Array) -> Array:
+        """Return the orthogonal projection onto the space."""
+        free = jnp.where(self.held, 0.0, values)
+        if self.of_zero_mean:
+            return free - jnp.where(self.held, 0.0, masked_mean(values, ~self.held))
+        if self.load_controlled:
+            return free + jnp.where(self.held, masked_mean(values, self.held), 0.0)
+        return free
+
+    def lift(self, values: Array) -> Array:
+        """Return a displacement with the given values on the held cells, and of zero mean where it must be."""
+        held = jnp.where(self.held, values, 0.0)
+        if not self.of_zero_mean:
+            return held
+        spread = -jnp.sum(held) / jnp.maximum(jnp.sum(~self.held), 1)
+        return held + jnp.where(self.held, 0.0, spread)
+
+    def approach(self, change: Array) -> Array:
+        """Return the approach that goes with a displacement of the space, ()."""
+        return masked_mean(change, self.held) if self.load_controlled else jnp.zeros(())
+
+
+@pytree
+class Model:
+    """The tangent of the tractions at a state: K^-1 less the softening by attraction.
+
+    stiffness: of the attraction at its points.
+    """
+
+    inverse: Linear
+    attraction: Attraction
+    stiffness: Array
+    faces: HeldCells
+
+    def __call__(self, change: Array) -> Array:
+        """Return the change of the tractions for a displacement of the space, projected; symmetric."""
+        return self.tractions(change, self.inverse(change), self.faces.approach(change))
+
+    def tractions(self, displacement: Array, pressure: Array, approach: Array) -> Array:
+        """Return the change of the tractions for a displacement, K^-1 times it and an approach, projected."""
+        nx, ny = self.shape
+        softened = self.attraction.softened(self.stiffness, displacement[:nx, :ny] - approach)
+        return self.balanced(pressure, -softened)
+
+    def balanced(self, pressure: Array, attraction: Array, load: Array | float = 0.0) -> Array:
+        """Return pressures (mx, my) and attraction (nx, ny) that are not balanced by contact or load, projected."""
+        nx, ny = self.shape
+        left = pressure.at[:nx, :ny].add(jnp.where(self.faces.held[:nx, :ny], 0.0, attraction))
+        if self.faces.load_controlled:
+            apart = jnp.sum(jnp.where(self.faces.held[:nx, :ny], 0.0, attraction)) + load
+            left = left - jnp.where(self.faces.held, apart / jnp.maximum(jnp.sum(self.faces.held), 1), 0.0)
+        return self.faces(left)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Cells of the grid inside the padded one."""
+        squares, periodic = self.stiffness.shape[-2:], self.attraction.periodic
+        nx, ny = (n if wraps else n - 1 for n, wraps in zip(squares, periodic, strict=True))
+        return nx, ny
+
+
+class _Inner(NamedTuple):
+    change: Array
+    lifted: Array  # K^-1 times it
+    residual: Array
+    direction: Array
+    descent: Array
+    taken: Array
+    bent: Array
+    going: Array
+
+
+def minimised(
+    model: Model, preconditioner: Linear, start: Move, residual: Array, goal: Goal, reach: Array
+) -> tuple[Move, Array, Array, Goal]:
+    """Return the minimum of the model, the iterations taken, whether it has none and the goal of a repetition with more
+    cells held, from a start that leaves ``residual`` of the tractions.
+
+    They end at a direction of negative curvature, which is followed as far as the attraction reaches. What is left then
+    may be more than in the beginning, so that a repetition has a goal of its own.
+    """
+    faces = model.faces
+    inverse = lambda r: faces(preconditioner(r))
+    z = inverse(residual)
+    descent = jnp.sum(residual * z)
+    least = jnp.where(goal.descent > 0.0, goal.descent, goal.reduction**2 * descent)
+    unmet = lambda z, descent: (descent > least) & (jnp.max(jnp.abs(z)) > goal.enough)
+
+    def step(s: _Inner) -> _Inner:
+        lifted = model.inverse(s.direction)
+        tangent = model.tractions(s.direction, lifted, faces.approach(s.direction))
+        curvature = jnp.sum(s.direction * tangent)
+        bent = curvature <= 0.0
+        far = reach / jnp.max(jnp.abs(s.direction))
+        size = jnp.where(bent, far, s.descent / jnp.where(bent, 1.0, curvature))
+        change, total = s.change + size * s.direction, s.lifted + size * lifted
+        left = s.residual - size * tangent
+        z = inverse(left)
+        new = jnp.sum(left * z)
+        direction = z + (new / jnp.where(s.descent > 0.0, s.descent, 1.0)) * s.direction
+        going = ~bent & unmet(z, new) & (s.taken + 1 < MOST_DIRECTIONS)
+        return _Inner(change, total, left, direction, new, s.taken + 1, bent, going)
+
+    zero = jnp.zeros_like(z)
+    # one direction at least, since what is left over may be small, but not the rest of the stopping error
+    first = _Inner(zero, zero, residual, z, descent, jnp.zeros((), int), jnp.asarray(False), descent > 0.0)
+    found = jax.lax.while_loop(lambda s: s.going, step, first)
+    move = Move(
+        start.displacement + found.change,
+        start.pressure + found.lifted,
+        start.approach + faces.approach(found.change),
+    )
+    return move, found.taken, found.bent, goal._replace(descent=jnp.where(found.bent, 0.0, least))
+
+
+# The state of a search for an adhesive contact: its gaps and tractions on the grid, its stopping error and its
+# energy.
+
+
+CLOSE = (
+    1e-3  # of the gap that the largest traction closes: up to there a cell under pressure is taken to touch
+)
+FAINT = 1e-6  # of the displacement of a cell under the largest attraction: a displacement that matters
+RESOLVED = 1e-8  # of the approach: the accuracy of gaps at the usual tolerance, since they are differences
+
+
+class Start(NamedTuple):
+    """Initial pressure and contact cells (nx, ny) of a search, from a similar state; none: there is no such state."""
+
+    pressure: Array
+    contact: Array
+    none: Array
+
+
+class SearchState(NamedTuple):
+    displacement: Array  # (mx, my)
+    pressure: Array  # K^-1 times it
+    approach: Array
+    error: Array
+    part: Array  # of the last step that was taken
+    lost: Array  # iterations in a row without contact
+    bent: Array  # whether a direction of negative curvature was met
+    iterations: Array
+
+
+class SearchTools(NamedTuple):
+    """Constants of a search: the extended operator, its inverse and its grid, and the cell's compliance."""
+
+    operator: Linear
+    inverse: Linear
+    shape: tuple[int, int]
+    cell: Array
+
+
+def tools_of(problem: Problem) -> SearchTools:
+    """Return the extended operator of a problem, its inverse and its grid, and the compliance of a cell."""
+    operator = problem.operator
+    assert isinstance(operator, InvertibleOperator)
+    return SearchTools(*operator.extended(problem.gap.shape), operator.cell_compliance())
+
+
+def faces_of(problem: Problem, held: Array, padded: tuple[int, ...]) -> HeldCells:
+    """Return the space of displacements in which the given cells (nx, ny) are held."""
+    of_zero_mean = all(problem.operator.periodic) and not problem.load_controlled
+    return HeldCells(pasted(held, padded), problem.load_controlled, of_zero_mean)
+
+
+def pasted(field: Array, padded: tuple[int, ...]) -> Array:
+    nx, ny = field.shape
+    return jnp.zeros(padded, field.dtype).at[:nx, :ny].set(field)
+
+
+class StateOnGrid(NamedTuple):
+    """A state in the cells of the grid: gap and attraction (nx, ny); pressure (mx, my) and its excess p_c; contact."""
+
+    gap: Array
+    attraction: Array
+    pressure: Array
+    excess: Array
+    contact: Array
+
+
+def seen_on_grid(problem: Problem, tools: SearchTools, s: SearchState) -> StateOnGrid:
+    nx, ny = problem.gap.shape
+    law, cell = problem.law, tools.cell
+    gap = s.displacement[:nx, :ny] + problem.gap - s.approach
+    attraction = law.traction(jnp.maximum(gap, 0.0))
+    pressure = s.pressure
+    strength = law.law.largest_traction
+    close = lambda excess: gap <= cell * jnp.minimum(excess / 2.0, CLOSE * strength)
+    touches = lambda excess: (excess > 0.0) & close(excess)
+    if all(problem.operator.periodic) and not problem.load_controlled:  # up to a mean pressure
+        apart = ~touches(jnp.ones_like(gap) * strength)
+        pressure = pressure - masked_mean(pressure + attraction, apart)
+        pressure = pressure - masked_mean(pressure + attraction, ~touches(pressure + attraction))
+    excess = pressure[:nx, :ny] + attraction
+    return StateOnGrid(gap, attraction, pressure, excess, touches(excess))
+
+
+def stopping_error(problem: Problem, tools: SearchTools, s: SearchState, seen: StateOnGrid) -> Array:
+    """Return the stopping error of the docstring of ``contact.adhesive``."""
+    nx, ny = problem.gap.shape
+    left = seen.pressure.at[:nx, :ny].set(jnp.where(seen.contact, 0.0, seen.excess))
+    unbalanced = jnp.max(jnp.abs(tools.operator(left)[:nx, :ny]))
+    opened = jnp.max(jnp.where(seen.contact, jnp.maximum(seen.gap, 0.0), 0.0))
+    moved = moved_by(problem, tools.cell, s.pressure[:nx, :ny], s.displacement[:nx, :ny])
+    rounded = RESOLVED * jnp.abs(s.approach - problem.lowest)
+    error = jnp.maximum(unbalanced / moved, opened / jnp.maximum(moved, rounded))
+    if problem.load_controlled:
+        inside = seen.pressure[:nx, :ny]
+        size = jnp.maximum(jnp.sum(jnp.abs(inside)), jnp.finfo(float).tiny)
+        missed = jnp.abs(jnp.sum(inside) - problem.target) / size
+        error = jnp.maximum(error, missed)
+    return error
+
+
+def moved_by(problem: Problem, cell: Array, pressure: Array, displacement: Array) -> Array:
+    """Return the mean displacement, weighted by the size of the pressure, or if it is larger ``FAINT`` of that of a cell
+    under the largest attraction, ().
+
+    pressure, displacement: (nx, ny); cell: the compliance of a cell.
+    """
+    size = jnp.abs(pressure)
+    total = jnp.sum(size)
+    mean = jnp.sum(size * jnp.abs(displacement)) / jnp.where(total > 0.0, total, 1.0)
+    return jnp.maximum(mean, FAINT * cell * problem.law.law.largest_traction)
+
+
+def energy_of(problem: Problem, s: SearchState) -> Array:
+    """Return the energy of a state, ()."""
+    nx, ny = problem.gap.shape
+    gap = jnp.maximum(s.displacement[:nx, :ny] + problem.gap - s.approach, 0.0)
+    stored = 0.5 * jnp.sum(s.displacement * s.pressure) - problem.law.energy(gap)
+    return stored - problem.target * s.approach if problem.load_controlled else stored
+
+
+def first_state(problem: Problem, tools: SearchTools, start: Start) -> SearchState:
+    """Return the state that a search begins with: of the start's pressure, without penetration."""
+    nx, ny = problem.gap.shape
+    zero = jnp.zeros(tools.shape)
+    displacement = tools.operator(zero.at[:nx, :ny].set(start.pressure))
+    of_zero_mean = all(problem.operator.periodic) and not problem.load_controlled
+    if of_zero_mean:
+        displacement = displacement - jnp.mean(displacement)
+    surface = displacement[:nx, :ny] + problem.gap
+    if problem.load_controlled:
+        approach = jnp.where(jnp.any(start.contact), masked_mean(surface, start.contact), jnp.min(surface))
+    else:
+        approach = problem.target
+    gap = jnp.where(start.contact, 0.0, jnp.maximum(surface - approach, 0.0))
+    if of_zero_mean:
+        free = (~start.contact | jnp.all(start.contact)).astype(gap.dtype)
+        gap = jnp.where(jnp.any(gap > 0.0), gap, free)  # an extrapolated pressure may close all gaps
+        gap = gap * (jnp.mean(problem.gap) - approach) / jnp.mean(gap)
+    displacement = displacement.at[:nx, :ny].set(gap + approach - problem.gap)
+    one, none = jnp.ones(()), jnp.zeros((), int)
+    part = jnp.where(start.none & problem.load_controlled, 0.0, 1.0)  # the bound comes first
+    s = SearchState(
+        displacement, tools.inverse(displacement), approach, one, part, none, jnp.asarray(False), none
+    )
+    return s._replace(error=stopping_error(problem, tools, s, seen_on_grid(problem, tools, s)))
+
 
 ROUNDS = 4  # of minimisations of one model, each with the cells held that would have penetrated
 COARSEST = 0.1  # reduction of the residual by a minimisation far from the end
@@ -267,3 +672,155 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     first_touch = jnp.min(problem.gap) - problem.lowest
     nothing = Solution(zero, zero, first_touch, jnp.zeros(()), s.iterations, zero, separated, s.bent)
     return jax.tree.map(lambda a, b: jnp.where(separated, a, b), nothing, found)
+
+
+# Normal contact with adhesion on a body with a memory that the indenter moves over.
+#
+# The operator K = K_e + K_o of a step has an odd part K_o, so that no energy belongs to the contact. With the
+# pressure p under K_o given,
+#
+#     p -> the contact with adhesion of the operator K_e and the gap  gap + K_o p
+#
+# has one (``contact.adhesive``), and its fixed point is the contact sought. The matrix K_e^-1 K_o has imaginary
+# eigenvalues, of up to 1.4 for E0/Einf = 10 where much of the creep happens within a step, so that the map alone need
+# not contract. The next p is therefore the combination of the last ``DEPTH`` results of the map, of weights whose sum
+# is one, for which the same combination of their changes is smallest (D. G. Anderson, J. ACM 12 (1965) 547). For a
+# linear map this is GMRES with few directions. On an elastic body K_o is zero. Where the search does not converge
+# within ``max_iterations`` the error says so.
+
+
+PART = 0.1  # of the error of the last repetition, to which a contact is solved
+DEPTH = 10  # of the combination; with 6 it does not converge where the eigenvalues reach 2
+SINGULAR = 1e-12  # of the largest square of a change: what two combinations may differ by
+
+
+class _Repeated(NamedTuple):
+    """The contact after a repetition, the larger of its error and of the change of K_o p, and the iterations so far.
+
+    next: p of the next repetition; results, changes: of the map, (DEPTH, nx, ny); repetitions: so far.
+    """
+
+    found: Solution
+    error: Array
+    iterations: Array
+    next: Array
+    results: Array
+    changes: Array
+    repetitions: Array
+
+
+def frozen(problem: Problem, pressure: Array) -> Problem:
+    """Return the problem of the even part of the operator, with the displacement of the odd part under a pressure."""
+    operator = problem.operator
+    assert isinstance(operator, SplitOperator)
+    return replace(problem, operator=operator.even(), gap=problem.gap + operator.odd()(pressure))
+
+
+def solve_sliding(problem: Problem, start: Start, tolerance: Array, max_iterations: Array) -> Solution:
+    """Solve from a start; the displacement of the solution is that of the even part of the operator."""
+    operator = problem.operator
+    assert isinstance(operator, SplitOperator)
+    odd, cell = operator.odd(), operator.even().cell_compliance()
+
+    def repeat(s: _Repeated) -> _Repeated:
+        begun = s.repetitions > 0
+        contact = jnp.where(begun, s.found.carried > 0.0, start.contact)
+        own = Start(s.found.pressure, contact, start.none & ~begun)
+        goal = jnp.maximum(0.5 * tolerance, jnp.minimum(PART * s.error, 1e-2))
+        found = solve(frozen(problem, s.next), own, goal, max_iterations - s.iterations)
+        change = found.pressure - s.next
+        moved = moved_by(problem, cell, found.pressure, found.displacement)
+        error = jnp.maximum(found.error, jnp.max(jnp.abs(odd(change))) / moved)
+        assert found.unstable is not None and s.found.unstable is not None
+        place = s.repetitions % DEPTH
+        results, changes = s.results.at[place].set(found.pressure), s.changes.at[place].set(change)
+        return _Repeated(
+            replace(found, unstable=found.unstable | s.found.unstable),
+            error,
+            s.iterations + jnp.maximum(found.iterations, 1),
+            jnp.tensordot(_sliding_weights(changes, s.repetitions + 1), results, 1),
+            results,
+            changes,
+            s.repetitions + 1,
+        )
+
+    def going(s: _Repeated) -> Array:
+        assert s.found.separated is not None
+        return (s.error > tolerance) & (s.iterations < max_iterations) & ~s.found.separated
+
+    last = jax.lax.while_loop(going, repeat, _before_the_first(start))
+    # without the displacement by the pressure that was given
+    first_touch = jnp.min(problem.gap) - problem.lowest
+    approach = jnp.where(last.found.separated, first_touch, last.found.approach)
+    return replace(last.found, approach=approach, error=last.error, iterations=last.iterations)
+
+
+def _before_the_first(start: Start) -> _Repeated:
+    """Return the state before the first repetition."""
+    zero, none = jnp.zeros_like(start.pressure), jnp.zeros((), int)
+    no, number = jnp.asarray(False), jnp.zeros(())
+    nothing = Solution(start.pressure, zero, number, number, none, zero, no, no)
+    empty = jnp.zeros((DEPTH, *zero.shape))
+    return _Repeated(nothing, jnp.asarray(jnp.inf), none, start.pressure, empty, empty, none)
+
+
+def _sliding_weights(changes: Array, count: Array) -> Array:
+    """Return the weights of sum one (DEPTH,) of the least combination of the first ``count`` changes (DEPTH, nx, ny)."""
+    known = jnp.arange(DEPTH) < count
+    products = jnp.einsum("ixy,jxy->ij", changes, changes)
+    least = SINGULAR * jnp.max(jnp.diag(products)) + jnp.finfo(float).tiny
+    matrix = products + jnp.diag(jnp.where(known, least, 1.0))
+    weights = jnp.linalg.solve(matrix, known.astype(float))
+    return weights / jnp.sum(weights)
+
+
+# An adhesive contact linearised at a solution, for its derivatives (``contact.implicit``).
+
+
+@pytree
+class AdhesiveTangent:
+    """The problem linearised at a solution, for ``contact.implicit``; gap: of the solution, (nx, ny)."""
+
+    model: Model
+    operator: Linear
+    gap: Array
+
+    @classmethod
+    def of(cls, problem: Problem, found: Solution) -> AdhesiveTangent:
+        """Linearise at a solution."""
+        tools = tools_of(problem)
+        gap = jnp.where(found.carried > 0.0, 0.0, found.displacement + problem.gap - found.approach)
+        faces = faces_of(problem, found.carried > 0.0, tools.shape)
+        model = Model(tools.inverse, problem.law, problem.law.stiffness(jnp.maximum(gap, 0.0)), faces)
+        return cls(model, tools.operator, gap)
+
+    def moved(self, wall: Array, approach: Array) -> Move:
+        """Return the displacement that holds the cells in contact at the wall, which moves (nx, ny); linear."""
+        displacement = self.model.faces.lift(pasted(wall, self.model.faces.held.shape))
+        return Move(displacement, self.model.inverse(displacement), approach)
+
+    def added(self, move: Move, change: Array) -> Move:
+        """Return a move with one of the space added; linear."""
+        total = move.displacement + change
+        return Move(total, self.model.inverse(total), move.approach + self.model.faces.approach(change))
+
+    def unbalanced(self, move: Move, forcing: Array, explicit: Array, load: Array) -> Array:
+        """Return the tractions that a move leaves, projected, with changes of surface, attraction and load; linear."""
+        tractions = jnp.zeros_like(move.pressure)
+        attraction = explicit - self.model.attraction.softened(self.model.stiffness, forcing)
+        given = load if self.model.faces.load_controlled else 0.0
+        return self.model.tractions(*move) + self.model.balanced(tractions, attraction, given)
+
+    def result(self, move: Move, forcing: Array, explicit: Array) -> tuple[Array, Array, Array, Array]:
+        """Return the changes of pressure, displacement, approach and attraction for the whole move; linear."""
+        nx, ny = self.gap.shape
+        displacement, pressure = move.displacement[:nx, :ny], move.pressure[:nx, :ny]
+        change = displacement + forcing - move.approach
+        attraction = explicit - self.model.attraction.softened(self.model.stiffness, change)
+        faces, approach = self.model.faces, move.approach
+        if faces.of_zero_mean:
+            pressure = pressure - masked_mean(pressure + attraction, ~faces.held)
+        elif all(self.model.attraction.periodic):
+            mean = jnp.mean(displacement)
+            displacement, approach = displacement - mean, approach - mean
+        return pressure, displacement, approach, attraction

@@ -19,7 +19,7 @@ With adhesion (``contact.adhesive``) the cells that touch are held, on the other
 tangent is that of Newton's method, found by conjugate gradients for the displacement. Under the given control it is
 positive on a branch of stable states and ceases to be so where the branch ends: conjugate gradients that meet a direction of
 negative curvature give nan. (Without the sign it would be a number that means nothing.) Beyond a jump derivatives are
-those of the new branch; that the jump itself moves is not in them. On a moving body (``contact.adhesive_sliding``) the odd
+those of the new branch; that the jump itself moves is not in them. On a moving body (``contact.adhesive``) the odd
 part of the operator acts on the change of the pressure as a part of the gap, and the change is found by GMRES.
 
 With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
@@ -35,7 +35,7 @@ Differences of gradients over steps in which many cells enter see the edge.
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -43,29 +43,211 @@ import numpy as np
 from jax import Array
 from jax.ad_checkpoint import checkpoint_name
 from jax.flatten_util import ravel_pytree
+from jax.scipy.sparse.linalg import gmres
 
 from jaxcontact._support.pytree import replace
-from jaxcontact.contact import adhesive, adhesive_sliding, nonsymmetric, partial_slip
-from jaxcontact.contact.adhesive_state import Start
-from jaxcontact.contact.adhesive_tangent import AdhesiveTangent
-from jaxcontact.contact.friction import TangentialSolution, free_directions
-from jaxcontact.contact.normal import Problem, Solution, solve
-from jaxcontact.contact.partial_slip import Round, SlipProblem
-from jaxcontact.contact.slip_tangent import (
-    Displacements,
-    SlipSpace,
-    given_changes,
-    multipliers,
-    prescribed_shifts,
+from jaxcontact.contact import adhesive, friction, nonsymmetric
+from jaxcontact.contact.adhesive import AdhesiveTangent, Model, Start
+from jaxcontact.contact.friction import (
+    FreeDirections,
+    Round,
+    SlipProblem,
+    TangentialSolution,
+    free_directions,
+    preconditioner,
 )
-from jaxcontact.contact.tangent_solves import (
-    Subspace,
-    bicgstab,
-    conjugate_gradients_in_window,
-    gmres_solution,
-    positive_definite_solution,
-)
-from jaxcontact.operators.base import Linear
+from jaxcontact.contact.krylov import conjugate_gradients, cut, paste, place
+from jaxcontact.contact.normal import Problem, Solution, masked_mean, projected, solve
+from jaxcontact.operators.base import Linear, OnContact, Operator, TractionOperator, unchanged
+
+# Solutions of the linear systems of derivatives; ``contact.implicit`` states the systems and the derivative rules.
+#
+# Each is nan where it fails. Searches stop at a residual of ``TANGENT_TOLERANCE`` of the right side.
+
+
+TANGENT_TOLERANCE = 1e-10
+TANGENT_ITERATIONS = 400
+DIRECTIONS, RESTARTS = 80, 10  # of GMRES, for systems that neither conjugate gradients nor BiCGSTAB solves
+ROUNDING = 1e-14  # of a right side: what is left of it in the subspace may be an error of rounding
+LEFT = 1e-7  # largest relative residual of GMRES (measured: 3e-9 for a system whose operator itself contains a solve)
+
+
+class Subspace(NamedTuple):
+    """Subspace of the linear solves: fields on the cells of the mask and, under a load, of zero mean."""
+
+    mask: Array
+    load_controlled: bool
+
+    def __call__(self, values: Array) -> Array:
+        return projected(values, self.mask, self.load_controlled)
+
+    def right_side(self, values: Array) -> Array:
+        """Return the part of a right side in the subspace, zero where it is rounding alone.
+
+        That of a uniform field, by which reverse mode asks for the derivative of the load under a given one, is zero. A
+        search for the solution of what rounding leaves of it fails, since the subspace is that of zero mean.
+        """
+        inside, size = self(values), jnp.sum(jnp.where(self.mask, values, 0.0) ** 2)
+        return jnp.where(jnp.sum(inside**2) > ROUNDING**2 * size, inside, 0.0)
+
+
+def conjugate_gradients_in_window(operator: Operator, inside: Subspace, right: Array) -> Array:
+    """Solve in the window if it contains the mask, otherwise on the whole grid; the other of the two takes no step."""
+    shape = operator.window_shape(right.shape)
+    if shape is None:
+        return _on_grid(operator, operator.preconditioner_on_contact(), inside, right, TANGENT_ITERATIONS)
+    corner, fits = place(inside.mask, shape)
+    b = inside.right_side(right)
+    limits = jnp.where(fits, TANGENT_ITERATIONS, 0), jnp.where(fits, 0, TANGENT_ITERATIONS)
+    within = inside._replace(mask=cut(inside.mask, corner, shape))
+    restricted = operator.restricted(corner)
+    plain = unchanged(restricted.preconditioner())  # as in the search for the pressure
+    part = _on_grid(restricted, plain, within, cut(b, corner, shape), limits[0])
+    whole = lambda: _on_grid(operator, operator.preconditioner_on_contact(), inside, b, limits[1])
+    return jax.lax.cond(fits, lambda: paste(part, corner, right.shape), whole)
+
+
+def _on_grid(
+    operator: Operator, inverse: OnContact, inside: Subspace, right: Array, limit: Array | int
+) -> Array:
+    """Preconditioned conjugate gradients from zero, of at most ``limit`` iterations; nan if they fail.
+
+    From zero: the tangent of the step before, extrapolated or not, leaves 0.2 to 0.9 of the right side
+    where cells have entered contact, saves no iteration, and costs a convolution.
+    """
+    there, back = lambda x: inside(operator(x)), lambda r: inside(inverse(r, inside.mask))
+    x, _, met = conjugate_gradients(there, back, inside.right_side(right), TANGENT_TOLERANCE, limit)
+    return jnp.where(met | (limit == 0), x, jnp.nan)
+
+
+def bicgstab(inside: Subspace, preconditioned: Operator, operator: Linear, right: Array) -> Array:
+    """Solve with an operator that is not symmetric; nan if it fails."""
+    inverse = preconditioned.preconditioner()
+    b = inside.right_side(right)
+    x, _, met = nonsymmetric.bicgstab(
+        operator, lambda x: inside(inverse(x)), b, TANGENT_TOLERANCE, TANGENT_ITERATIONS
+    )
+    return jnp.where(met, x, jnp.nan)
+
+
+def positive_definite_solution(model: Model, operator: Linear, right: Array) -> Array:
+    """Return the solution of a system of the tangent by conjugate gradients; nan if it is not positive, or they fail."""
+    inverse = lambda r: model.faces(operator(r))
+    x, _, met = conjugate_gradients(model, inverse, model.faces(right), TANGENT_TOLERANCE, TANGENT_ITERATIONS)
+    return jnp.where(met, x, jnp.nan)
+
+
+def gmres_solution(operator: Linear, b: Array) -> Array:
+    """Solve a linear system; nan if it fails."""
+    x, _ = gmres(
+        operator, b, tol=TANGENT_TOLERANCE, restart=DIRECTIONS, maxiter=RESTARTS, solve_method="incremental"
+    )
+    met = jnp.sum((b - operator(x)) ** 2) <= LEFT**2 * jnp.sum(b**2)
+    return jnp.where(met, x, jnp.nan)
+
+
+# The linear system of the derivatives of a contact with friction: its space, its matrix and its right sides.
+#
+# Where a cell sticks its slip stays; where it slips its traction stays on the rim of the friction disc, which grows
+# with pressure and coefficient of friction, and turns with the slip. ``contact.implicit`` has the derivative rule.
+
+
+SLIP_ROUNDING = 1e-12  # relative size of what a projection leaves of a right side outside its space
+
+
+class Displacements(NamedTuple):
+    """Products K_tt q and K_tz p (2, nx, ny), K_zt q and K_zz p (nx, ny); those of coupling are zero without it."""
+
+    along: Array
+    tangential_shift: Array
+    normal_shift: Array
+    normal: Array
+
+    @classmethod
+    def under(cls, operator: TractionOperator, q: Array, p: Array) -> "Displacements":
+        """Return the products for a traction and a pressure."""
+        along, normal_shift = operator.displaced(q)
+        return cls(along, operator.tangential_from_normal(p), normal_shift, operator.normal(p))
+
+    def total(self) -> Array:
+        """Return the displacements in three directions, (3, nx, ny)."""
+        return jnp.concatenate([self.along + self.tangential_shift, (self.normal_shift + self.normal)[None]])
+
+
+class SlipSpace(NamedTuple):
+    """Space of the changes (dq, dp), (3, nx, ny), of a contact with friction, and their effect on the traction."""
+
+    problem: SlipProblem
+    active: Subspace
+    free: FreeDirections
+
+    def __call__(self, change: Array) -> Array:
+        return jnp.concatenate([self.free(change[:2]), self.active(change[2])[None]])
+
+    def traction(self, free: Array, bound: Array) -> Array:
+        """Return the change of the traction: a free part, and that of slipping cells whose bound changes. Its sum is zero
+        where the tangential load is given."""
+        dq = bound * self.free.normal
+        if self.problem.tangential_load_controlled:
+            dq = dq - self.free.uniform(jnp.sum(dq, (1, 2)))
+        return free + dq
+
+    def lifted(self, dq: Array, dp: Array) -> Array:
+        """Return the displacements (3, nx, ny) due to changes of traction and pressure."""
+        return Displacements.under(self.problem.operator, dq, dp).total()
+
+    def turned(self, dq: Array) -> Array:
+        """Return the change due to the rotation of tractions on the rim of the friction disc, (3, nx, ny)."""
+        return jnp.concatenate([self.free.curvature * self.free.along(dq), jnp.zeros((1, *dq.shape[1:]))])
+
+    def matrix(self, change: Array) -> Array:
+        """Return the linearised residual of both laws due to a change."""
+        change = self(change)
+        dq = self.traction(change[:2], self.problem.coefficient * change[2])
+        return self(self.lifted(dq, change[2]) + self.turned(dq))
+
+    def solve(self, operator: Linear, right: Array) -> Array:
+        """Solve by BiCGSTAB with the preconditioners of the separate problems; nan if it fails."""
+        tangential = preconditioner(self.problem.operator, self.free)
+        normal = self.problem.operator.normal.preconditioner()
+        inverse = lambda r: self(jnp.concatenate([tangential(r[:2]), normal(self.active(r[2]))[None]]))
+        b = self(right)
+        x, _, met = nonsymmetric.bicgstab(operator, inverse, b, TANGENT_TOLERANCE, TANGENT_ITERATIONS)
+        nothing = jnp.sum(b**2) <= SLIP_ROUNDING**2 * jnp.sum(right**2)
+        return jnp.where(nothing, 0.0, jnp.where(met, x, jnp.nan))
+
+
+def given_changes(space: SlipSpace, change: SlipProblem, p: Array) -> tuple[Array, Array]:
+    """Return the changes (dq, dp) that follow directly from those of load, coefficient of friction and tangential load."""
+    problem, total = space.problem, jnp.sum(p)
+    dp = jnp.zeros_like(p)
+    if problem.load_controlled:
+        dp = p * jnp.where(total > 0.0, change.target / jnp.where(total > 0.0, total, 1.0), 0.0)
+    dq = space.traction(jnp.zeros((2, *p.shape)), problem.coefficient * dp + change.coefficient * p)
+    if problem.tangential_load_controlled:
+        dq = dq + space.free.uniform(change.tangential_target)
+    return dq, dp
+
+
+def prescribed_shifts(change: SlipProblem) -> Array:
+    """Return the changes of shift and approach where they are prescribed, (3, 1, 1), and zero elsewhere."""
+    shift = 0.0 * change.tangential_target if change.tangential_load_controlled else change.tangential_target
+    approach = 0.0 * change.target if change.load_controlled else change.target
+    return jnp.append(shift, approach)[:, None, None]
+
+
+def multipliers(
+    space: SlipSpace, change: SlipProblem, p: Array, moved: Array, without: Array
+) -> tuple[Array, Array]:
+    """Return the changes of shift and approach: prescribed ones, or those with which cells that stick and cells in contact
+    move; without: the change of the approach where there is no contact."""
+    shift, approach = change.tangential_target, change.target
+    if space.problem.tangential_load_controlled:
+        shift = space.free.push(jnp.sum(space.free.along(moved[:2]), (1, 2)))
+    if space.problem.load_controlled:
+        approach = jnp.where(jnp.any(p > 0.0), masked_mean(moved[2], p > 0.0), without)
+    return shift, approach
+
 
 KEPT = "pressure"  # what reverse mode keeps of a step, as far as it is needed, so that no contact is solved again: the
 # pressure, from which the linear solve follows, displacement and approach; with friction the whole solution
@@ -161,7 +343,7 @@ def solve_partial_slip(
     problem: SlipProblem, pressure: Array, traction: Array, tolerance: Array, max_iterations: Array
 ) -> Round:
     """``contact.partial_slip.solve``, differentiable in everything in ``problem``."""
-    return partial_slip.solve(problem, pressure, traction, tolerance, max_iterations)
+    return friction.solve_partial_slip(problem, pressure, traction, tolerance, max_iterations)
 
 
 @jax.custom_jvp
@@ -210,7 +392,7 @@ def solve_adhesive_sliding(
     problem: Problem, start: Start, tolerance: Array, max_iterations: Array
 ) -> Solution:
     """``solve`` of contact.adhesive_sliding, differentiable in everything in ``problem``."""
-    return adhesive_sliding.solve(problem, start, tolerance, max_iterations)
+    return adhesive.solve_sliding(problem, start, tolerance, max_iterations)
 
 
 @solve_adhesive_sliding.defjvp
@@ -220,7 +402,7 @@ def _solve_adhesive_sliding_jvp(primals, tangents):
     found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
     odd, by_odd = problem.operator.odd(), change.operator.odd()(found.pressure)
     alone = replace(change, operator=change.operator.even(), gap=change.gap + by_odd)
-    held = adhesive_sliding.frozen(problem, found.pressure)
+    held = adhesive.frozen(problem, found.pressure)
     moved = lambda gap: _moved_solution(held, found, replace(alone, gap=gap))
     still = jax.tree.map(jnp.zeros_like, alone)
     left = lambda dp: dp - _moved_solution(held, found, replace(still, gap=odd(dp))).pressure

@@ -7,7 +7,7 @@ A law answers what the solvers, the derivatives and the results need to know of 
 
 and the energy 1/2 <p, K p> + <p, gap - approach> is lowest among the admissible pressures. A law may bound the pressure
 in other ways as long as its admissible pressures are a convex set, cell by cell. Attraction across a gap is no such bound:
-``contact.attraction``.
+``contact.adhesive``.
 """
 
 from __future__ import annotations

@@ -4,13 +4,13 @@
 
 with either the sum of the pressures or the approach given. The method is that of I. A. Polonsky and
 L. M. Keer, Wear 231 (1999) 206, with five changes: a circulant preconditioner, on the whole grid of
-residuals continued beyond the contact (``operators.continued``); the Polak-Ribiere
+residuals continued beyond the contact (``operators.base``); the Polak-Ribiere
 direction; cells that overlap enter the search with the others, not by a step of their own; and an iteration costs one
 convolution, also where cells leave contact: a step is tried that is as long as the last good one, what it would pull
 is clipped, and of the way from the old pressure to the clipped one, along which u is linear, the part of least energy
 is taken. A given approach is met as a given load is, by directions of zero mean, and each new pressure is brought to
 the size of least energy: a surface that yields as a whole, as a stiff film does, would else come and go with every
-cell. Where the contact leaves enough of the grid free, the search begins in a window around it (``contact.window``);
+cell. Where the contact leaves enough of the grid free, the search begins in a window around it (``contact.krylov``);
 it ends on the whole grid in any case.
 
 The stopping error is dimensionless and holds for the whole problem, also outside the contact:
@@ -28,8 +28,8 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.reductions import largest, total, totals
+from jaxcontact.contact.krylov import Corner, cut, paste, place
 from jaxcontact.contact.law import UNILATERAL
-from jaxcontact.contact.window import Corner, cut, paste, place
 from jaxcontact.operators.base import OnContact, Operator, unchanged
 
 PARALLEL = 1e-14  # of the squared sine below which a direction and the pressure are taken for one

@@ -15,11 +15,33 @@ the same directions. ``step`` is the memory's own input: a time step, a shift, t
 import abc
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact.history.step_error import Delayed
+from jaxcontact._support.exponential import ramps
+from jaxcontact._support.pytree import pytree
+from jaxcontact.bodies.body import LayeredHalfSpace
+from jaxcontact.bodies.grid import Grid
+from jaxcontact.history.time_loop import Delayed
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Operator, TractionOperator
+from jaxcontact.operators.convolution import Moving
+from jaxcontact.operators.coupled import Coupled
+from jaxcontact.operators.kernels import (
+    Film,
+    ImageKernels,
+    Kernels,
+    TractionKernels,
+    VaryingFilm,
+    build,
+    deepest_strain,
+    image_weights,
+)
+from jaxcontact.operators.rubbing import Rubbing
+from jaxcontact.operators.varying import VaryingKernels
+from jaxcontact.response.normal import limits_of
 
 
 class Prediction(NamedTuple):
@@ -66,3 +88,809 @@ class Memory(abc.ABC):
     @abc.abstractmethod
     def observe(self, fields: Any, traction: Array, step: Any) -> dict[str, Array]:
         """Return scaled numbers by the names of a result, ``film_strain`` among them, from the fields after the step."""
+
+
+# The direct superposition of all earlier steps: the oracle of the recursion, and the paper's method.
+#
+#     u(t_n) = sum_{j <= n} Kbar(n, j) * (p_j - p_{j-1}),
+#
+# with Kbar(n, j) the mean of the kernel K(t_n - s) over t_{j-1} <= s <= t_j: exact for a pressure linear
+# over each step. Time and memory grow with the square and the first power of the number of steps.
+# Each kernel is a weighted sum of the same images, so only their weights depend on (n, j).
+
+
+@pytree
+class LagRow:
+    """One step n of the tables: its index, the image weights (n_steps, J) and the film's J (n_steps,)."""
+
+    index: Array
+    weights: Array
+    film: Array
+
+
+@pytree
+class DirectMemory(Memory):
+    """Fields: the pressure increments of all steps, (n_steps, nx, ny); step: a ``LagRow``; surface: the delayed
+    compliance of the material at the surface."""
+
+    images: ImageKernels
+    n_steps: Array  # an array of that length, for its shape alone
+    surface: Delayed
+
+    def start(self, shape: tuple[int, int]) -> Array:
+        return jnp.zeros((self.n_steps.shape[0], *shape))
+
+    def predict(self, increments: Array, pressure: Array, row: LagRow) -> Prediction:
+        """Return the prediction; the kernel of the present step acts on the whole new pressure, so the old one is taken
+        back."""
+        now = row.weights[row.index]
+        past = jnp.where(jnp.arange(self.n_steps.shape[0])[:, None] <= row.index, row.weights, 0.0)
+        earlier = self.images.family.total(
+            jnp.tensordot(past.T, increments, 1) - now[:, None, None] * pressure
+        )
+        operator = self.images.family.combined(list(now))
+        return Prediction(operator, earlier, increments.at[row.index].add(-pressure))
+
+    def update(self, increments: Array, pressure: Array, row: LagRow) -> Array:
+        return increments.at[row.index].add(pressure)
+
+    def delayed(self, increments: Array, pressure: Array) -> Delayed:
+        return self.surface
+
+    def observe(self, increments: Array, pressure: Array, row: LagRow) -> dict[str, Array]:
+        if self.images.film_coefficients is None:
+            return {"film_strain": jnp.zeros(())}
+        strain = jnp.tensordot(row.film, increments, 1) / self.images.scale.compliance
+        return {"film_strain": deepest_strain(self.images.film_coefficients, strain)}
+
+
+def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elastic: bool) -> LagRow:
+    """The tables for all steps, stacked: weights (n, n, J) and film (n, n); zero where j > n."""
+    before = jnp.append(times[:1], times[:-1])
+    start = jnp.maximum(times[:, None] - times[None, :], 0.0)
+    end = jnp.maximum(times[:, None] - before[None, :], 0.0)
+    weights = image_weights(body, indenter, start, end, quasi_elastic=quasi_elastic)
+    limits, n = limits_of(body), times.shape[0]
+    film = jnp.zeros((n, n))
+    if limits.film is not None:
+        film = jnp.tril(limits.film_creep().mean_creep(start, end))
+    return LagRow(jnp.arange(n), weights, film)
+
+
+# Memory of films whose thickness changes in time: films that form or wear, alike everywhere or not.
+#
+# The displacement is remembered, and only what changes is answered by the layers as they are now, of thickness h(t):
+#
+#     du = C_0(h) * dp + sum_k lambda_k C_k(h) * d eta_k,      eta_k' = p - lambda_k eta_k
+#
+# (C_k, lambda_k and eta_k of ``history.memory``; the rates do not depend on h). What is assumed:
+#
+# - the thickness is given in time, whatever the pressure;
+# - a change of thickness by itself moves nothing. What forms fits itself to the surface as it lies there, deformed and
+#   under pressure, and is not strained by the pressure under which it forms; what wears is a slice of the deformed
+#   film, of one thickness everywhere, and what it was shortened by is not given back;
+# - what forms creeps from then on as the film around it: it takes over the film's eta_k;
+# - of layers that grow alike everywhere, displacement and approach are counted from the surface as the growth alone would
+#   have left it. Where the thickness varies in the plane growth raises the surface: displacement is that of the surface,
+#   elastic and viscous displacement less (h - h at first), and approach is counted from where the film is touched at first.
+#
+# Over a step the layers are taken as they are in its middle, which is of second order in the step. For layers that
+# grow alike everywhere each step builds its kernels, so that it costs many times that of a film that stays as it is;
+# for a film that varies in the plane the kernels are a series in the thickness, made once. Time grows as the number
+# of steps.
+
+
+class GrowthStep(NamedTuple):
+    """dt [s], and the layers' thicknesses in the middle of the step [m], (layers,)."""
+
+    dt: Array
+    thicknesses: Array
+
+
+class ThicknessStep(NamedTuple):
+    """dt [s], and the thickness of a film that varies in the plane before and after the step [m], (nx, ny)."""
+
+    dt: Array
+    before: Array
+    after: Array
+
+
+class Grown(NamedTuple):
+    """eta (K, nx, ny); displacement (nx, ny), both scaled; film and shares (``Delayed``): of the last step's kernels."""
+
+    eta: Array
+    displacement: Array
+    film: Film | VaryingFilm | None
+    shares: Array
+
+
+class PredictedFields(NamedTuple):
+    """Between prediction and update: eta and displacement left by all earlier pressure, the step's operator and kernels."""
+
+    eta: Array
+    earlier: Array
+    operator: Operator
+    kernels: Kernels
+
+
+class IncrementalMemory(Memory):
+    """The increments of the module over kernels that may be others at each step; rates (K,) [1/s]: those of all of them."""
+
+    @property
+    @abc.abstractmethod
+    def rates(self) -> Array:
+        """lambda_k [1/s], (K,)."""
+
+    @abc.abstractmethod
+    def kernels_at(self, step: Any) -> Kernels:
+        """Return the kernels of the body as it is in the middle of a step."""
+
+    def raised(self, step: Any) -> Array | float:
+        """Return how far growth has raised the surface at the end of a step since the start, scaled."""
+        return 0.0
+
+    def predict(self, fields: Grown, pressure: Array, step: Any) -> Prediction:
+        k = self.kernels_at(step)
+        decay, old, new = ramps(self.rates * step.dt)
+        eta = decay[:, None, None] * fields.eta + jnp.tensordot(step.dt * old, pressure, 0)
+        change = jnp.tensordot(k.mix, eta - fields.eta, 1)
+        earlier = fields.displacement + k.family.total(jnp.concatenate([-pressure[None], change]))
+        operator = k.family.combined([1.0, *(k.mix @ (step.dt * new))])
+        return Prediction(operator, earlier, PredictedFields(eta, earlier, operator, k), self.raised(step))
+
+    def update(self, fields: PredictedFields, pressure: Array, step: Any) -> Grown:
+        new = step.dt * ramps(self.rates * step.dt)[2]
+        displacement = fields.earlier + fields.operator(pressure)
+        kernels = fields.kernels
+        shares = kernels.delayed_shares(jax.lax.stop_gradient(pressure))
+        return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, kernels.film, shares)
+
+    def delayed(self, fields: Grown, pressure: Array) -> Delayed:
+        return Delayed(self.rates, fields.shares)
+
+    def observe(self, fields: Grown, pressure: Array, step: Any) -> dict[str, Array]:
+        """Return the strain of a film that has always been as thick as in the middle of the step."""
+        if fields.film is None:
+            return {"film_strain": jnp.zeros(())}
+        return {"film_strain": fields.film.strain(pressure, fields.eta)}
+
+
+@pytree
+class GrowingMemory(IncrementalMemory):
+    """Layers that grow alike everywhere, over kernels built anew for each step; kernels: those of the first thicknesses."""
+
+    body: LayeredHalfSpace
+    indenter: Indenter
+    grid: Grid
+    kernels: Kernels
+
+    @property
+    def rates(self) -> Array:
+        return self.kernels.rates
+
+    def start(self, shape: tuple[int, int]) -> Grown:
+        eta = jnp.zeros((self.kernels.rates.size, *shape))
+        return Grown(eta, jnp.zeros(shape), jax.tree.map(jnp.zeros_like, self.kernels.film), eta[:, 0, 0])
+
+    def kernels_at(self, step: GrowthStep) -> Kernels:
+        return build(self.body.with_thicknesses(step.thicknesses), self.indenter, self.grid)
+
+
+@pytree
+class VaryingMemory(IncrementalMemory):
+    """A film whose thickness varies in the plane and in time; at_first: its thickness at the start [m], (nx, ny).
+
+    What grows raises the surface, and what is worn away lowers it.
+    """
+
+    kernels: VaryingKernels
+    at_first: Array
+
+    @property
+    def rates(self) -> Array:
+        return self.kernels.uniform.rates
+
+    def start(self, shape: tuple[int, int]) -> Grown:
+        film = jax.tree.map(jnp.zeros_like, self.kernels.at(self.at_first).film)
+        return Grown(jnp.zeros((self.rates.size, *shape)), jnp.zeros(shape), film, jnp.zeros(self.rates.size))
+
+    def kernels_at(self, step: ThicknessStep) -> Kernels:
+        return self.kernels.at((step.before + step.after) / 2.0)
+
+    def raised(self, step: ThicknessStep) -> Array:
+        return (step.after - self.at_first) / self.kernels.uniform.scale.length
+
+
+# Observables of sliding beyond the pressure: horizontal force, pressure centre, energies. All scaled.
+#
+# Force. The pressure acts normal to the indenter's surface z = approach - f(x, y), so that it pushes the
+# indenter with the lateral force
+#
+#     F = -int p grad f dA.
+#
+# It opposes the motion where the pressure leans to the leading side. With friction the traction q = mu p e displaces
+# the surface as well, by u_q, and the pressure acts as if on the profile f + u_q. The hysteresis force is the part
+# that the pressure needs for the displacement that it causes itself,
+#
+#     F_h = -int p grad (f + u_q) dA = int p grad u_p dA,
+#
+# which is zero on an elastic body, and times the speed the power of the dashpots in the steady state. The difference,
+# int p grad u_q dA, is of the order of Dundurs' constant times mu W times a slope of the profile. Linear theory knows
+# such terms in part only (the slope under the traction and the elastic part of the slip velocity are of the same
+# order), so that the totals below leave them out: the coefficient of friction of an elastic body is mu.
+#
+# Sign convention of all results of sliding and rolling: a force against the motion of the indenter and a power that
+# is lost are positive. Totals, with Coulomb's force F_c = int mu p dA against the motion:
+#
+#     tangential_force = F_h + F_c,      power = hysteresis_power + friction_power,      friction_power = F_c |v|.
+#
+# Energy. The body is a chain of springs and dashpots (``history.memory``): with rates
+# d eta_k = p - lambda_k eta_k, taken with the material,
+#
+#     stored = 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, (lambda_k C_k) eta_k>,
+#     dissipated = sum_k <d eta_k, (lambda_k C_k) d eta_k>,
+#
+# and -F_h . v + load * rate of approach = d stored/dt + dissipated as long as nothing leaves the window. In the
+# steady state, where the track carries stored energy away to dissipate it later, the dashpots take
+#
+#     -F_h . v = sum_k <p, (lambda_k C_k) d eta_k>.
+#
+# The sums are taken over Fourier modes (Parseval).
+
+
+# weights of the differences across 2, 4 and 6 cells in a slope of sixth order
+SIXTH = 45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0
+WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says nothing
+
+NOISE = 1e-5  # of the largest pressure: below it a traction may be an error of the solver
+
+
+@pytree
+class Observer:
+    """slopes of the profile and cell coordinates, each (2, nx, ny) [in units of dx]; ratio: dy/dx, ()."""
+
+    slopes: Array
+    places: Array
+    ratio: Array
+
+    @classmethod
+    def of(cls, profile: Array, ratio: Array, periodic: spectral.Periodic = spectral.FREE) -> "Observer":
+        nx, ny = profile.shape
+        slopes = jnp.stack(
+            [_slope(profile, axis, wraps, (1.0, ratio)[axis]) for axis, wraps in enumerate(periodic)]
+        )
+        x, y = jnp.arange(nx) - (nx - 1) / 2, (jnp.arange(ny) - (ny - 1) / 2) * ratio
+        places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
+        return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places, jnp.asarray(ratio))
+
+    def hysteresis(self, pressure: Array, by_traction: Array | None, direction: Array) -> Array:
+        """Return F_h against the motion, (); by_traction: the displacement u_q, (nx, ny), None without friction."""
+        slopes = self.slopes
+        if by_traction is not None:
+            along_x, along_y = (_central(by_traction, axis, False) for axis in (0, 1))
+            slopes = slopes + jnp.stack([along_x, along_y / self.ratio])  # bent at the edge of contact
+        return jnp.sum(jnp.tensordot(direction, slopes, 1) * pressure)
+
+    def surface(self, pressure: Array, direction: Array) -> tuple[Array, Array, Array]:
+        """Return the lateral force (2,), the centre (2,), and the peak ahead of the axis, ()."""
+        total = jnp.sum(pressure)
+        force = -jnp.sum(self.slopes * pressure, (1, 2))
+        centre = jnp.sum(self.places * pressure, (1, 2)) / jnp.where(total > 0.0, total, 1.0)
+        ahead = jnp.tensordot(direction, self.places, 1) >= 0.0
+        return force, centre, jnp.max(jnp.where(ahead, pressure, 0.0))
+
+
+def _central(field: Array, axis: int, wraps: bool) -> Array:
+    """Return central differences, (nx, ny), one-sided at the ends of an axis that is not periodic; 0 along a single cell."""
+    if field.shape[axis] == 1:
+        return jnp.zeros_like(field)
+    if wraps:
+        return (jnp.roll(field, -1, axis) - jnp.roll(field, 1, axis)) / 2.0
+    return jnp.asarray(jnp.gradient(field, axis=axis))
+
+
+def _slope(field: Array, axis: int, wraps: bool, side: Array | float) -> Array:
+    """Return the slope along an axis of cells of a side, (nx, ny).
+
+    It is of sixth order: that of a wave of eight cells is 0.15 % too small, and that of central differences 10 %. Central
+    differences are used near a wall, which thus does not act beyond its neighbours, and in the three cells at each end of an
+    axis that is not periodic.
+    """
+    n, ahead = field.shape[axis], lambda k: jnp.roll(field, -k, axis)
+    central = _central(field, axis, wraps)
+    if n <= 2 * len(SIXTH):
+        return central / side
+    sixth = sum((w * (ahead(k) - ahead(-k)) for k, w in enumerate(SIXTH, 1)), start=jnp.zeros_like(field))
+    wall = jnp.abs(ahead(1) - field) >= WALL * side  # between a cell and the next
+    reach = range(-len(SIXTH), len(SIXTH))
+    smooth = ~jnp.any(jnp.stack([jnp.roll(wall, -k, axis) for k in reach]), 0)
+    if not wraps:
+        inside = (jnp.arange(n) >= len(SIXTH)) & (jnp.arange(n) < n - len(SIXTH))
+        smooth = smooth & jnp.expand_dims(inside, 1 - axis)
+    return jnp.where(smooth, sixth, central) / side
+
+
+def inner_product(weights: Array, squares: Array, padded: tuple[int, int]) -> Array:
+    """sum_x f (K * f) over the padded grid from the spectra of K, (..., my/2 + 1, mx), and |f|^2, likewise."""
+    mx, my = padded
+    return jnp.sum(jnp.sum(weights * squares, -1) * spectral.both_signs(my), -1) / (mx * my)
+
+
+def energies(
+    spectra: Array, rates: Array, eta: Array, pressure: Array, padded: tuple[int, int]
+) -> tuple[Array, Array]:
+    """Stored energy and dissipated power of the module's formulas; spectra of C_0 and lambda_k C_k."""
+    square = lambda f: f.real**2 + f.imag**2
+    speed = pressure - rates[:, None, None] * eta
+    springs = inner_product(spectra[1:], square(eta), padded)
+    stored = 0.5 * inner_product(spectra[0], square(pressure), padded) + 0.5 * jnp.sum(rates * springs)
+    return stored, jnp.sum(inner_product(spectra[1:], square(speed), padded))
+
+
+def clearance(pressure: Array, ratio: Array) -> Array:
+    """Free cells [along x] between the contact and the window's sides -x, +x; -y, +y, (2, 2).
+
+    With adhesion the tractions of cells that do not touch are those of the attraction up to the solver's tolerance.
+    """
+    pressed = pressure > NOISE * jnp.max(jnp.abs(pressure))
+    rows, columns = jnp.any(pressed, 1), jnp.any(pressed, 0)
+    free = lambda active: jnp.where(jnp.any(active), jnp.argmax(active), active.size)
+    along_x = jnp.stack([free(rows), free(rows[::-1])])
+    return jnp.stack([along_x, jnp.stack([free(columns), free(columns[::-1])]) * ratio])
+
+
+def truncation_of(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array]:
+    """Return the largest displacement in contact due to history that left the window, and whether it may lie under the
+    contact.
+
+    tails: response at offsets along x, (K, nx), falling with the distance; lost: sums of that history, (K,);
+    clear: cells between the contact and where history was lost, (2, 2) as in ``clearance``.
+    """
+    nearest = jnp.min(clear)
+    distance = jnp.clip(nearest, 0, tails.shape[1] - 1).astype(int)
+    return jnp.sum(jnp.abs(tails[:, distance]) * jnp.abs(lost)), nearest <= 0.0
+
+
+# Memory as a handful of fields: the hereditary integral at a cost that does not grow with time.
+#
+#     u(t) = C_0 * p + sum_k lambda_k C_k * eta_k,      eta_k' = p - lambda_k eta_k,      eta_k = 0 at first.
+#
+# For a pressure linear over a step dt the update is exact: with z = lambda dt, and
+# psi and phi2 the integrals of the exponential (``_support.exponential``),
+#
+#     eta(t + dt) = exp(-z) eta + dt psi(z) p(t) + dt phi2(z) p(t + dt).
+#
+# lambda = 0 (unlimited flow) gives psi = phi2 = 1/2; a step of no length keeps the fields, so that a jump of
+# the load meets the instantaneous kernel C_0. Second order in dt, of any dt.
+
+
+class Before(NamedTuple):
+    """eta (K, nx, ny) and the pressure (nx, ny) before a step: the fields pass the memory once, after the step."""
+
+    eta: Array
+    pressure: Array
+
+
+@pytree
+class RecursiveMemory(Memory):
+    """Exact exponential recursion over the rates of the kernels; fields: eta (K, nx, ny); step: dt [s]."""
+
+    kernels: Kernels
+
+    @property
+    def inherits(self) -> bool:
+        """True if there is any rate; without one the displacement depends on the present pressure alone."""
+        return self.kernels.rates.shape[0] > 0
+
+    def start(self, shape: tuple[int, int]) -> Array:
+        return jnp.zeros((self.kernels.rates.shape[0], *shape))
+
+    def predict(self, eta: Array, pressure: Array, dt: Array) -> Prediction:
+        k = self.kernels
+        decay, old, new = ramps(k.rates * dt)
+        count = len(k.mix) if len(eta) else 0  # an elastic body has no history
+        mix = k.mix[:count]  # of matrices: quicker to differentiate
+        mixed = (mix * decay) @ eta.reshape(len(eta), pressure.size)
+        mixed = mixed.reshape(count, *pressure.shape) + jnp.tensordot(mix @ (dt * old), pressure, 0)
+        earlier = k.family.total(mixed)
+        return Prediction(k.family.combined([1.0, *(k.mix @ (dt * new))]), earlier, Before(eta, pressure))
+
+    def update(self, before: Before, pressure: Array, dt: Array) -> Array:
+        decay, old, new = ramps(self.kernels.rates * dt)
+        added = jnp.tensordot(dt * old, before.pressure, 0) + jnp.tensordot(dt * new, pressure, 0)
+        return decay[:, None, None] * before.eta + added
+
+    def stored_energy(self, eta: Array, pressure: Array) -> Array:
+        """Return 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, lambda_k C_k eta_k>, the energy of the springs of
+        ``history.memory``, ().
+        """
+        k = self.kernels
+        members, shape = k.family.members, spectral.padded_shape(pressure.shape, k.family.members.periodic)
+        fields = jnp.concatenate([pressure[None], eta])
+        waves = spectral.transform(fields, members.periodic)
+        squares = waves.real**2 + waves.imag**2
+        energies = jax.vmap(lambda s: inner_product(members.spectrum, s, shape))(squares)  # (K + 1, M + 1)
+        return 0.5 * energies[0, 0] + 0.5 * jnp.sum(k.rates[:, None] * k.mix.T * energies[1:, 1:])
+
+    def delayed(self, eta: Array, pressure: Array) -> Delayed:
+        return Delayed(self.kernels.rates, self.kernels.delayed_shares(pressure))
+
+    def observe(self, eta: Array, pressure: Array, dt: Array) -> dict[str, Array]:
+        film = self.kernels.film
+        if film is None:
+            return {"film_strain": jnp.zeros(())}
+        return {"film_strain": film.strain(pressure, eta)}
+
+
+# The memory of tractions: the recursion of ``history.memory`` in three directions.
+#
+#     u = C_0 * t + sum_k lambda_k C_k * eta_k,      eta_k' = t - lambda_k eta_k,      t = (q_x, q_y, p).
+#
+# The normal displacement under the pressure keeps the rates, fields and kernels that it has in ``indent``; all that
+# the tangential kernels touch has rates and fields of its own.
+
+
+class TractionFields(NamedTuple):
+    """pressure: of ``RecursiveMemory``, (K, nx, ny); traction: eta of (q_x, q_y, p), (K', 3, nx, ny)."""
+
+    pressure: Array
+    traction: Array
+
+
+@pytree
+class TractionMemory(Memory):
+    """Exact exponential recursion for tractions (3, nx, ny) of q_x, q_y and p; fields: ``TractionFields``; step: dt [s]."""
+
+    kernels: TractionKernels
+
+    @property
+    def normal(self) -> RecursiveMemory:
+        """The memory of the pressure alone."""
+        return RecursiveMemory(self.kernels.normal)
+
+    def start(self, shape: tuple[int, int]) -> TractionFields:
+        return TractionFields(self.normal.start(shape), jnp.zeros((self.kernels.rates.size, 3, *shape)))
+
+    def predict(self, fields: TractionFields, traction: Array, dt: Array) -> Prediction:
+        k = self.kernels
+        pressed = self.normal.predict(fields.pressure, traction[2], dt)
+        decay, old, new = ramps(k.rates * dt)
+        eta = decay[:, None, None, None] * fields.traction + jnp.tensordot(dt * old, traction, 0)
+        mixed = jnp.tensordot(k.mix, eta, 1)
+        operator = k.family.combined(jnp.append(1.0, k.mix @ (dt * new)))
+        normal = pressed.earlier + k.family.normal_from_earlier(mixed)
+        earlier = jnp.concatenate([k.family.tangential_from_earlier(mixed), normal[None]])
+        return Prediction(Coupled(pressed.operator, operator), earlier, TractionFields(pressed.fields, eta))
+
+    def update(self, fields: TractionFields, traction: Array, dt: Array) -> TractionFields:
+        new = dt * ramps(self.kernels.rates * dt)[2]
+        pressure = self.normal.update(fields.pressure, traction[2], dt)
+        return TractionFields(pressure, fields.traction + jnp.tensordot(new, traction, 0))
+
+    def delayed(self, fields: TractionFields, pressure: Array) -> Delayed:
+        return self.normal.delayed(fields.pressure, pressure)
+
+    def observe(self, fields: TractionFields, traction: Array, dt: Array) -> dict[str, Array]:
+        return self.normal.observe(fields.pressure, traction[2], dt)
+
+
+# Memory that moves past the indenter.
+#
+# Fields are kept in the indenter's frame. Over a body that the indenter crosses with velocity v they obey
+#
+#     u = C_0 * p + sum_k lambda_k C_k * eta_k,      d eta_k/dt - v . grad eta_k = p - lambda_k eta_k,
+#
+# so that the Fourier mode k of eta_k decays at the complex rate lambda_k - i k . v. For a pressure linear
+# over a step dt the update is exact: with z = (lambda - i k . v) dt and the integrals of the exponential,
+#
+#     eta(t + dt) = exp(-z) eta + dt psi(z) p(t) + dt phi2(z) p(t + dt),
+#
+# for any step, sub-pixel or many pixels, and without any error where p is steady. (Theory: the exponential
+# integrator of ``history.memory`` along the characteristics, in Fourier space.)
+#
+# The modes are those of the zero-padded grid. Behind the window, in the padding, an absorbing layer takes a
+# share of the fields for each length that they move, so that nothing wraps around; what it takes is summed
+# up and bounds what was left out. Along a periodic axis there is no padding, and what leaves on one side comes in on
+# the other: the indenter has others like it before and behind.
+#
+# With friction the traction mu p e, e the unit vector of the motion, is remembered as p is, by the components of e
+# and at rates of its own.
+
+
+ABSORPTION = 40.0  # the layer lets exp(-40) through
+ABSORB_AFTER = 1 / 32  # of the padded length moved
+NEVER = 1e9  # cells: nothing was lost
+
+
+class Shift(NamedTuple):
+    """Displacement of the indenter along x and y; y is None when it moves along x only."""
+
+    x: Array
+    y: Array | None
+
+
+class Motion(NamedTuple):
+    """One step: dt [s], the shift in it [cells along x], and the unit vector of the velocity at its end, (2,)."""
+
+    dt: Array
+    shift: Shift
+    direction: Array
+
+
+def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
+    """k . shift, and the rate at which modes without a direction die, on the padded grid of ``shape``.
+
+    Both (1, mx), or (my/2 + 1, mx) where the shift has a y. ratio: dy/dx. The highest mode of an even
+    grid stands for both signs of its wavenumber: it cannot be moved, only wiped out as it would be.
+    """
+    mx, my = shape
+    m = 2.0 * jnp.pi * jnp.fft.fftfreq(mx)
+    highest = (jnp.arange(mx) == mx // 2) & (mx % 2 == 0)
+    phase, loss = jnp.where(highest, 0.0, m) * shift.x, jnp.where(highest, jnp.abs(m * shift.x), 0.0)
+    if shift.y is None:
+        return phase[None], loss[None]
+    n = 2.0 * jnp.pi * jnp.fft.rfftfreq(my) / ratio
+    highest = (jnp.arange(n.size) == my // 2) & (my % 2 == 0)
+    phase = phase + (jnp.where(highest, 0.0, n) * shift.y)[:, None]
+    return phase, loss + jnp.where(highest, jnp.abs(n * shift.y), 0.0)[:, None]
+
+
+def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Array) -> tuple[Array, ...]:
+    """Weights of eta, p(t) and p(t + dt) of the module's update, each (K, 1 or my/2 + 1, mx)."""
+    phase, loss = along(shape, motion.shift, ratio)
+    decay, old, new = ramps((rates * motion.dt)[:, None, None] + jax.lax.complex(loss, -phase))
+    return decay, motion.dt * old, motion.dt * new
+
+
+class Trail(NamedTuple):
+    """Position of the track towards the sides -x, +x; -y, +y, each (2, 2) [cells along x].
+
+    reach: how far the track reaches from the indenter; inside: how far inside the window's side the place
+    is where history was lost through it, if it was.
+    """
+
+    reach: Array
+    inside: Array
+
+
+class Fields(NamedTuple):
+    """State of a moving memory.
+
+    eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``Rubbing.sheared``, or None where it
+    is the same; moved: (2,), share of the padded lengths
+    since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail: where
+    it lay; truncation_bound, overlaps: bound on the displacement in contact that lost history would still cause, and
+    whether it may lie under the contact, ().
+    """
+
+    eta: Array
+    pressure: Array
+    sheared: Array | None
+    moved: Array
+    lost: Array
+    trail: Trail
+    truncation_bound: Array
+    overlaps: Array
+
+
+@pytree
+class MovingMemory(Memory):
+    """Fields: ``Fields``; step: a ``Motion``. One spectrum for each rate.
+
+    spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), those of the pressure before those of the traction; circulants:
+    of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); rubbed: C_0 of the
+    traction along x and y, (2, my/2 + 1, mx), and rubbing: friction, or both None; tails: lambda_k C_k [1/s] at offsets
+    along x, (K, nx); ratio: dy/dx, ().
+    """
+
+    spectra: Array
+    circulants: Array
+    rates: Array
+    sources: Array
+    rubbed: Array | None
+    rubbing: Rubbing | None
+    tails: Array
+    ratio: Array
+    kernels: Kernels
+    observer: Observer
+
+    @property
+    def inherits(self) -> bool:
+        """True if there is any rate, as in ``RecursiveMemory``."""
+        return self.rates.shape[0] > 0
+
+    @property
+    def _periodic(self) -> spectral.Periodic:
+        return self.kernels.family.members.periodic
+
+    def _padded(self, shape: tuple[int, ...]) -> tuple[int, int]:
+        return spectral.padded_shape(shape, self._periodic)
+
+    def start(self, shape: tuple[int, int]) -> Fields:
+        mx, my = self._padded(shape)
+        zero = jnp.zeros((my // 2 + 1, mx), complex)
+        return Fields(
+            jnp.broadcast_to(zero, (self.rates.size, *zero.shape)),
+            zero,
+            zero if self._varies else None,
+            jnp.zeros(2),
+            jnp.zeros(self.rates.size),
+            Trail(jnp.zeros((2, 2)), jnp.full((2, 2), -NEVER)),
+            jnp.zeros(()),
+            jnp.zeros((), bool),
+        )
+
+    def predict(self, fields: Fields, pressure: Array, motion: Motion) -> Prediction:
+        shape = pressure.shape
+        fields = absorb(fields, motion, self.ratio, shape, self._periodic)
+        decay, old, new = step_weights(self.rates, motion, self._padded(shape), self.ratio)
+        eta = decay * fields.eta + old * self._source(motion, fields)
+        earlier = spectral.inverse(jnp.sum(self.spectra[1:] * eta, 0), shape, self._periodic)
+        on_grid = step_weights(self.kernels.rates, motion, shape, self.ratio)[2]
+        now = lambda parts, weights: parts[0] + jnp.sum(parts[1:] * weights, 0)
+        of_pressure, of_traction = self._shares(motion)
+        operator: Operator = Moving(
+            now(self.spectra, new * of_pressure), now(self.circulants, on_grid), self._periodic
+        )
+        if self.rubbed is not None and self.rubbing is not None:
+            kernel = jnp.tensordot(motion.direction, self.rubbed, 1)
+            kernel = kernel + jnp.sum(self.spectra[1:] * (new * of_traction), 0)
+            operator = self.rubbing.added_to(operator, kernel)
+        lost = fields.lost * jnp.exp(-self.rates * motion.dt)
+        fields = fields._replace(eta=eta, lost=lost, trail=moved_on(fields.trail, motion.shift))
+        return Prediction(operator, earlier, fields)
+
+    def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
+        new = step_weights(self.rates, motion, self._padded(pressure.shape), self.ratio)[2]
+        fields = fields._replace(pressure=spectral.transform(pressure, self._periodic))
+        if self.rubbing is not None and self._varies:
+            sheared = spectral.transform(self.rubbing.sheared(pressure), self._periodic)
+            fields = fields._replace(sheared=sheared)
+        clear = clearance(pressure, self.ratio)
+        trail = with_losses(fields.trail, clear)
+        truncation_bound, overlaps = truncation_of(self.tails, fields.lost, clear - trail.inside)
+        return fields._replace(
+            eta=fields.eta + new * self._source(motion, fields),
+            trail=trail,
+            truncation_bound=truncation_bound,
+            overlaps=overlaps,
+        )
+
+    @property
+    def _varies(self) -> bool:
+        """True if the coefficient of friction is a field."""
+        return self.rubbing is not None and self.rubbing.weights is not None
+
+    def _shares(self, motion: Motion) -> tuple[Array, Array]:
+        """Return how much of pressure and traction each field takes in during a step, (K, 1, 1) each."""
+        of_traction = self.sources[:, 1:] @ motion.direction
+        return self.sources[:, 0, None, None], of_traction[:, None, None]
+
+    def _source(self, motion: Motion, fields: Fields) -> Array:
+        """Return the spectrum that each field takes in under the last tractions, (K, my/2 + 1, mx)."""
+        of_pressure, of_traction = self._shares(motion)
+        if fields.sheared is None:
+            return (of_pressure + of_traction) * fields.pressure
+        return of_pressure * fields.pressure + of_traction * fields.sheared
+
+    def _by_traction(self, fields: Fields, motion: Motion, shape: tuple[int, int]) -> Array | None:
+        """Return the displacement u_q of ``history.memory`` under the traction, (nx, ny); None without friction."""
+        if self.rubbed is None:
+            return None
+        k, last = self.kernels.rates.size, fields.pressure if fields.sheared is None else fields.sheared
+        spectrum = jnp.tensordot(motion.direction, self.rubbed, 1) * last
+        spectrum = spectrum + jnp.sum(self.spectra[1 + k :] * fields.eta[k:], 0)
+        return spectral.inverse(spectrum, shape, self._periodic)
+
+    def delayed(self, fields: Fields, pressure: Array) -> Delayed:
+        """Return that of the pressure; friction adds little to it."""
+        return Delayed(self.kernels.rates, self.kernels.delayed_shares(pressure))
+
+    def observe(self, fields: Fields, pressure: Array, motion: Motion) -> dict[str, Array]:
+        """Return the observables of ``history.memory`` beside the strain of the film."""
+        k, padded = self.kernels.rates.size, self._padded(pressure.shape)
+        spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
+        stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)
+        force, centre, leading_peak = self.observer.surface(pressure, motion.direction)
+        hysteresis, coulomb = self._against_the_motion(fields, pressure, motion)
+        return {
+            "film_strain": self._film_strain(fields, pressure),
+            "lateral_force": force,
+            "hysteresis_force": hysteresis,
+            "coulomb_force": coulomb,
+            "pressure_centre": centre,
+            "leading_peak": leading_peak,
+            "stored_energy": stored,
+            "hysteresis_power": dissipated,
+            "truncation_bound": fields.truncation_bound,
+        }
+
+    def _against_the_motion(self, fields: Fields, pressure: Array, motion: Motion) -> tuple[Array, Array]:
+        """Return hysteresis force and Coulomb's against the motion, () each."""
+        hysteresis = coulomb = jnp.zeros(())
+        if self.inherits:
+            by_traction = self._by_traction(fields, motion, pressure.shape)
+            hysteresis = self.observer.hysteresis(pressure, by_traction, motion.direction)
+        if self.rubbing is not None:
+            coulomb = self.rubbing.coulomb_force(pressure) * jnp.sum(motion.direction**2)
+        return hysteresis, coulomb
+
+    def _film_strain(self, fields: Fields, pressure: Array) -> Array:
+        film = self.kernels.film
+        if film is None:
+            return jnp.zeros(())
+        history = jnp.tensordot(film.weights[1:], fields.eta[: self.kernels.rates.size], 1)
+        history = spectral.inverse(history, pressure.shape, self._periodic)
+        return deepest_strain(film.coefficients, film.weights[0] * pressure + history)
+
+
+def moving_memory(
+    kernels: Kernels, profile: Array, ratio: Array, rubbing: Rubbing | None = None
+) -> MovingMemory:
+    """The memory with one spectrum for each rate; profile: (nx, ny), scaled; rubbing: of friction, on the grid."""
+    shape = profile.shape
+    own = lambda a: jnp.concatenate([a[:1], jnp.tensordot(kernels.mix.T, a[1:], 1)])
+    spectra, rates = own(kernels.family.members.spectrum), kernels.rates
+    sources, rubbed = jnp.zeros((rates.size, 3)).at[:, 0].set(1.0), None
+    if rubbing is not None:
+        all_of_it = rubbing.spectra(shape)
+        rubbed, lasting = all_of_it[0], rubbing.lasting(all_of_it)
+        spectra = jnp.concatenate([spectra, lasting[:, 0], lasting[:, 1]])
+        rates = jnp.concatenate([rates, rubbing.rates, rubbing.rates])
+        sources = jnp.concatenate([sources, jnp.repeat(jnp.eye(3)[1:], rubbing.rates.size, 0)])
+    return MovingMemory(
+        spectra,
+        own(kernels.family.members.circulant),
+        rates,
+        sources,
+        rubbed,
+        rubbing,
+        spectral.inverse(spectra[1:], shape, kernels.family.members.periodic)[:, :, 0],
+        ratio,
+        kernels,
+        Observer.of(profile, ratio, kernels.family.members.periodic),
+    )
+
+
+def absorption(n: int, padded: int) -> Array:
+    """Per cell moved: zero in the window of n cells, a bump in the padding if there is any, (padded,)."""
+    i = jnp.arange(padded)
+    length = padded - n + 1
+    bump = jnp.sin(jnp.pi * (i - n + 1) / length) ** 2 * (2.0 * ABSORPTION / length)
+    return jnp.where(i < n, 0.0, bump)
+
+
+def absorb(
+    fields: Fields, motion: Motion, ratio: Array, shape: tuple[int, int], periodic: spectral.Periodic
+) -> Fields:
+    """Let the absorbing layer act for the way moved since it last did, once that is long enough."""
+    if all(periodic):
+        return fields
+    (nx, ny), (mx, my) = shape, spectral.padded_shape(shape, periodic)
+    across = motion.shift.y is not None
+    way_y = jnp.abs(motion.shift.y) / (ratio * my) if across else jnp.zeros(())
+    moved = fields.moved + jnp.stack([jnp.abs(motion.shift.x) / mx, way_y])
+
+    def act(fields: Fields) -> tuple[Array, Array]:
+        rows = jnp.fft.ifft(fields.eta, axis=-1) * jnp.exp(-absorption(nx, mx) * mx * moved[0])
+        if across and not periodic[1]:
+            share = jnp.exp(-absorption(ny, my) * my * moved[1])[:, None]
+            rows = jnp.fft.rfft(share * jnp.fft.irfft(rows, n=my, axis=-2), axis=-2)
+        eta = jnp.fft.fft(rows, axis=-1)
+        return eta, fields.lost + (fields.eta - eta)[:, 0, 0].real
+
+    due = jnp.max(moved) >= ABSORB_AFTER
+    eta, lost = jax.lax.cond(due, act, lambda f: (f.eta, f.lost), fields)
+    return fields._replace(eta=eta, moved=jnp.where(due, 0.0, moved), lost=lost)
+
+
+def moved_on(trail: Trail, shift: Shift) -> Trail:
+    """The trail from the indenter's new place."""
+    moved = jnp.stack([shift.x, jnp.zeros_like(shift.x) if shift.y is None else shift.y])
+    away = moved[:, None] * jnp.array([1.0, -1.0])
+    return Trail(jnp.maximum(trail.reach + away, 0.0), trail.inside - away)
+
+
+def with_losses(trail: Trail, clear: Array) -> Trail:
+    """The trail, where the end of the track with the contact upon it is now beyond the window's side."""
+    return trail._replace(inside=jnp.where(trail.reach > clear, jnp.maximum(trail.inside, 0.0), trail.inside))

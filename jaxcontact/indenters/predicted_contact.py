@@ -37,11 +37,10 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact.inputs.controls import Control, Load
-from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
-from jaxcontact.response.base import Response
-from jaxcontact.response.body import response_of
-from jaxcontact.response.limits import BodyLimits, limits_of
+from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
+from jaxcontact.bodies.controls import Control, Load
+from jaxcontact.response.half_space import Response
+from jaxcontact.response.normal import BodyLimits, limits_of, response_of
 
 Z = np.geomspace(1e-4, 1e3, 3000)  # alpha a; the omitted part is 1e-6 of the displacement at the centre
 WEIGHTS = Z * np.log(Z[1] / Z[0])  # of the quadrature over Z

@@ -15,12 +15,12 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import is_concrete, pytree
+from jaxcontact.bodies.body import LayeredHalfSpace, at_its_thickest, check_material
+from jaxcontact.bodies.controls import Control
+from jaxcontact.bodies.grid import Grid
+from jaxcontact.bodies.materials import Elastic
 from jaxcontact.indenters.predicted_contact import Outline, predicted
-from jaxcontact.inputs.controls import Control
-from jaxcontact.inputs.grid import Grid
-from jaxcontact.inputs.layers import LayeredHalfSpace, at_its_thickest, check_material
-from jaxcontact.inputs.materials import Elastic
-from jaxcontact.response.volume import surface_creep
+from jaxcontact.response.stack import surface_creep
 
 ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that elsewhere
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths, so that there is no contact there

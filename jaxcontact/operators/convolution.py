@@ -10,8 +10,8 @@ import numpy as np
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact.operators import distributed, spectral
-from jaxcontact.operators.base import Corner, Extended, Family, InvertibleOperator, Linear
+from jaxcontact.operators import spectral
+from jaxcontact.operators.base import Corner, Extended, Family, InvertibleOperator, Linear, SplitOperator
 
 FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
 LEAST = 1e-6  # of the largest eigenvalue that an extended operator has
@@ -81,7 +81,7 @@ class Convolution(InvertibleOperator):
         return Extended(_Wrapped(spectrum), _Wrapped(1.0 / spectrum), padded)
 
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
-        none = self.window is None or distributed.devices() > 1
+        none = self.window is None or spectral.devices() > 1
         return None if none else spectral.window_shape(shape, self.periodic)
 
     def restricted(self, corner: Corner) -> Convolution:
@@ -121,7 +121,7 @@ class Convolutions(Family):
         """
         nx, ny = spectral.window_shape(kernels.shape[-2:], periodic)
         part = jax.lax.stop_gradient(kernels[..., :nx, :ny])
-        window = _members(part, None, periodic) if distributed.devices() == 1 else None
+        window = _members(part, None, periodic) if spectral.devices() == 1 else None
         around = spectral.wide_shape(kernels.shape[-2:], periodic)
         held = jax.lax.stop_gradient(kernels)
         wide = None if around is None else spectral.circulant_spectrum(held, around)
@@ -219,3 +219,53 @@ def _filled(kernel: Array, n: int, axis: int) -> Array:
 def _members(kernels: Array, window: Convolution | None, periodic: spectral.Periodic) -> Convolution:
     spectrum = spectral.kernel_spectrum(kernels, periodic)
     return Convolution(spectrum, spectral.circulant_spectrum(kernels), window, periodic)
+
+
+# Operators of a kernel that is not even: those of an indenter that moves over a body with a memory.
+
+
+@pytree
+class Moving(SplitOperator):
+    """A kernel that is not even: all as in ``Convolution``, but complex and without a window."""
+
+    spectrum: Array
+    circulant: Array
+    periodic: spectral.Periodic = static(default=spectral.FREE)
+
+    symmetric = False
+
+    def __call__(self, pressure: Array) -> Array:
+        return spectral.convolve(self.spectrum, pressure, self.periodic)
+
+    def transpose(self) -> Moving:
+        """The same with the motion reversed."""
+        return jax.tree.map(jnp.conj, self)
+
+    def preconditioner(self) -> Linear:
+        """The inverse of the circulant, its real part raised to a floor above zero."""
+        floor = FLOOR * jnp.mean(jnp.abs(self.circulant))
+        inverse = 1.0 / jax.lax.complex(jnp.maximum(self.circulant.real, floor), self.circulant.imag)
+        return lambda r: spectral.apply_circulant(inverse, r)
+
+    def confined_compliance(self, shape: tuple[int, ...]) -> Array:
+        return confined_compliance(self.circulant.real, shape)
+
+    def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
+        return cell_ratio(self.circulant.real, shape)
+
+    def window_shape(self, shape: tuple[int, ...]) -> None:
+        """None: the search runs on the whole grid."""
+        return None
+
+    def restricted(self, corner: Corner) -> Moving:
+        """The whole: there is no window."""
+        return self
+
+    def even(self) -> Convolution:
+        return Convolution(self.spectrum.real, self.circulant.real, None, self.periodic)
+
+    def odd(self) -> Moving:
+        return jax.tree.map(lambda a: 1j * a.imag, self)
+
+    def plus_even(self, share: Array | float) -> Moving:
+        return jax.tree.map(lambda a: a + share * a.real, self)

@@ -5,7 +5,7 @@
     | u_z |   | -x   -y   zz |   | p   |
 
 xx, yy, zz are even in both offsets, xy odd in both, x and y odd in the offset along them alone (theory:
-``response.influence.tangential_coefficients``). So the spectra of x and y are imaginary, of all others real, and each
+``response.coefficients``). So the spectra of x and y are imaginary, of all others real, and each
 is kept as one real array. For similar solids x and y vanish, and need not be kept at all. In plane strain, with one
 cell along a periodic y, xy and y vanish, and y is not padded.
 """
@@ -17,10 +17,10 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
-from jaxcontact.operators import distributed, spectral
+from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Corner, Linear, TractionOperator
 from jaxcontact.operators.convolution import FLOOR, Convolution
-from jaxcontact.response.influence.tangential_coefficients import SurfaceKernels
+from jaxcontact.response.coefficients import SurfaceKernels
 
 
 @pytree
@@ -45,7 +45,7 @@ class Tangential:
         """
         nx, ny = spectral.window_shape(kernels.xx.shape[-2:], periodic)
         part = jax.tree.map(lambda a: jax.lax.stop_gradient(a[..., :nx, :ny]), kernels)
-        window = cls._of(part, None, coupled, periodic) if distributed.devices() == 1 else None
+        window = cls._of(part, None, coupled, periodic) if spectral.devices() == 1 else None
         return cls._of(kernels, window, coupled, periodic)
 
     @classmethod

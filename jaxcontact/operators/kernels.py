@@ -13,22 +13,93 @@ from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, static, value_in_words
+from jaxcontact._support.reductions import total
 from jaxcontact._support.scale import Scale
+from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
+from jaxcontact.bodies.grid import Grid, check_grid
+from jaxcontact.bodies.materials import Material
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
-from jaxcontact.inputs.grid import Grid, check_grid
-from jaxcontact.inputs.layers import LayeredHalfSpace, checked_body
-from jaxcontact.inputs.materials import Material
 from jaxcontact.operators import spectral
 from jaxcontact.operators.convolution import Convolutions
-from jaxcontact.operators.film import Film
-from jaxcontact.response.base import Response, Separable
-from jaxcontact.response.body import response_of
-from jaxcontact.response.influence.coefficients import influence_coefficients
-from jaxcontact.response.influence.images import Images, image_errors
-from jaxcontact.response.influence.periodic import periodic_coefficients, periodic_response
-from jaxcontact.response.influence.strip_coefficients import strip_coefficients
-from jaxcontact.response.limits import BodyLimits, limits_of
-from jaxcontact.response.time.separable import DEFAULT_NODES, check_times, products
+from jaxcontact.operators.coupled import CoupledFamily, Tangential
+from jaxcontact.response.coefficients import (
+    SurfaceKernels,
+    TangentialImages,
+    influence_coefficients,
+    periodic_coefficients,
+    periodic_response,
+    strip_coefficients,
+    tangential_coefficients,
+    tangential_lines,
+)
+from jaxcontact.response.half_space import Response, Separable
+from jaxcontact.response.images import Images, image_errors
+from jaxcontact.response.in_time import DEFAULT_NODES, check_times, products
+from jaxcontact.response.normal import BodyLimits, limits_of, response_of
+from jaxcontact.response.tangential import TangentialExpansion, half_space_shares, tangential_expansion
+
+# The shortening of a film at the deepest point of a contact, over its thickness there.
+
+
+@pytree
+class Film:
+    """A film of one thickness on a rigid base.
+
+    coefficients: displacement at offsets (i, j) >= 0 under a unit pressure on one cell, times the film's modulus, over its
+    thickness, (nx, ny); weights [1/A] of the pressure and of the history fields, (1 + K,).
+    """
+
+    coefficients: Array
+    weights: Array
+
+    def strain(self, pressure: Array, history: Array) -> Array:
+        """Return the strain at the deepest point, (), from the pressure (nx, ny) and the history fields (K, nx, ny)."""
+        return deepest_strain(self.coefficients, _hereditary(self.weights, pressure, history))
+
+
+@pytree
+class VaryingFilm:
+    """A film whose thickness varies in the plane.
+
+    series: of the coefficients of ``Film`` in Chebyshev polynomials of the thickness, (n, nx, ny); shares: the
+    polynomials of the thickness at each cell, (n, nx, ny); present: cells with a film, (nx, ny) bool; weights: as there.
+    """
+
+    series: Array
+    shares: Array
+    present: Array
+    weights: Array
+
+    def strain(self, pressure: Array, history: Array) -> Array:
+        """Return the strain at the deepest point with a film, as if the film were as thick everywhere as it is there."""
+        total = _hereditary(self.weights, pressure, history)
+        i, j = _deepest(jnp.where(self.present, total, -jnp.inf))
+        coefficients = jnp.tensordot(self.shares[:, i, j], self.series, 1)
+        found = jnp.sum(_around(coefficients, i, j) * total)
+        return jnp.where(jnp.any(self.present), found, 0.0)
+
+
+def deepest_strain(coefficients: Array, strain: Array) -> Array:
+    """Return the shortening of a film on a rigid base at the deepest point of the hereditary integral, both (nx, ny)."""
+    return total(_around(coefficients, *_deepest(strain)) * strain)
+
+
+def _hereditary(weights: Array, pressure: Array, history: Array) -> Array:
+    """Return the hereditary integral of the pressure, (nx, ny)."""
+    return weights[0] * pressure + jnp.tensordot(weights[1:], history, 1)
+
+
+def _deepest(strain: Array) -> tuple[Array, Array]:
+    """Return the indices of the first largest value: first its row, which takes a quarter of the time of both at once."""
+    i = jnp.argmax(jnp.max(strain, axis=1))
+    return i, jnp.argmax(strain[i])
+
+
+def _around(coefficients: Array, i: Array, j: Array) -> Array:
+    """Return the coefficients at the offsets of all cells from cell (i, j)."""
+    nx, ny = coefficients.shape
+    return coefficients[jnp.abs(jnp.arange(nx) - i)][:, jnp.abs(jnp.arange(ny) - j)]
+
 
 SAME = 1e-9  # relative difference within which two cell sizes are equal
 MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
@@ -48,7 +119,7 @@ class Errors(NamedTuple):
 class Kernels:
     """Discretised response of a body and an indenter on a grid; made by ``jaxcontact.kernels``, passed as ``kernels=``.
 
-    family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.base``;
+    family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.half_space``;
     separation_error: relative error of sharing the rates between wavenumbers, at times up to ``horizon`` [s], (), inf for
     most bodies; image_errors: relative errors of the
     images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
@@ -307,3 +378,80 @@ def image_weights(
     respond = response.quasi_elastic if quasi_elastic else response.step
     values = respond(response.wavenumbers(), start[..., None], end[..., None])
     return response.expand(values).heights + indenter.compliance()
+
+
+# Kernels of traction: the response of body and indenter in three directions on a grid, ready for the march.
+
+
+@pytree
+class TractionKernels:
+    """normal: as in ``indent``; family: the tangential operators C_0 and S_m; rates [1/s], (K,); mix (M, K); expansion: the
+    tangential response that they come from.
+
+    The tangential rates are their own; what a pressure draws along, too, is remembered at them.
+    """
+
+    normal: Kernels
+    family: CoupledFamily
+    rates: Array
+    mix: Array
+    expansion: TangentialExpansion
+
+    def errors(self, duration: Array | float = jnp.inf) -> Errors:
+        """Return the errors of a run of a duration [s], the larger ones of the normal and the tangential response."""
+        return joint_errors(self.normal, self.expansion, duration)
+
+
+def joint_errors(
+    normal: Kernels, expansion: TangentialExpansion, duration: Array | float = jnp.inf
+) -> Errors:
+    """Return the larger errors of a normal and a tangential response in a run of a duration [s]."""
+    errors = normal.errors(duration)
+    images = largest_until(expansion.image_errors, jnp.minimum(duration, errors.horizon))
+    separation = jnp.maximum(errors.separation, expansion.separation_error)
+    return Errors(separation, jnp.maximum(errors.images, images), errors.horizon)
+
+
+def assembled_traction(
+    normal: Kernels, expansion: TangentialExpansion, indenter: Indenter, grid: Grid, *, coupled: bool
+) -> TractionKernels:
+    """Return the kernels of an expansion on a grid; ``normal``: those of the same body, indenter and grid.
+
+    Tangential compliances of the two solids add, while their couplings of normal and tangential subtract.
+    """
+    coefficients = scaled_coefficients(expansion, indenter, grid, normal.scale)
+    family = CoupledFamily(Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic))
+    mix = expansion.separable.mix / normal.scale.compliance
+    return TractionKernels(normal, family, expansion.separable.rates, mix, expansion)
+
+
+def compiled_traction(
+    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, coupled: bool
+) -> TractionKernels:
+    """Return the kernels of a body, an indenter and a grid; the programs of the expansions hold for all grids."""
+    normal = compiled_build(body, indenter, grid)
+    return _assembled_tractions(normal, _expansion(body), indenter, grid, coupled=coupled)
+
+
+_expansion = Program(tangential_expansion)
+_assembled_tractions = Program(assembled_traction, ("coupled",))
+
+
+def scaled_coefficients(
+    expansion: TangentialExpansion, indenter: Indenter, grid: Grid, scale: Scale
+) -> SurfaceKernels:
+    """The coefficients of C_0, with the indenter's, and of the S_m, (M + 1, nx, ny) in cells."""
+    images = expansion.images
+    weights = images.weights.at[:, 0, 0].add(_of_indenter(indenter))
+    coefficients_of = tangential_lines if grid.plane_strain else tangential_coefficients
+    coefficients = coefficients_of(grid, TangentialImages(images.depths, weights))
+    scaled = jax.tree.map(lambda a: a / scale.length, coefficients)
+    return jax.tree.map(lambda a: a.at[0].divide(scale.compliance), scaled)
+
+
+def _of_indenter(indenter: Indenter) -> Array:
+    """Return the contribution of the indenter to alpha (L, T, K) [1/Pa], (3,)."""
+    if indenter.material is None:
+        return jnp.zeros(3)
+    shares = half_space_shares(indenter.material) * jnp.array([1.0, 1.0, -1.0])
+    return shares * indenter.material.spectrum().instantaneous

@@ -12,16 +12,15 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.scale import Scale
+from jaxcontact.bodies.body import LayeredHalfSpace
+from jaxcontact.bodies.grid import Grid
 from jaxcontact.indenters.shapes import Indenter
-from jaxcontact.inputs.grid import Grid
-from jaxcontact.inputs.layers import LayeredHalfSpace
 from jaxcontact.operators import spectral
 from jaxcontact.operators.base import Corner, Linear, Operator
-from jaxcontact.operators.convolution import Convolution
+from jaxcontact.operators.convolution import Convolution, Moving
 from jaxcontact.operators.coupled import spectrum
-from jaxcontact.operators.moving import Moving
-from jaxcontact.operators.traction_kernels import scaled_coefficients
-from jaxcontact.response.time.tangential_time import TangentialExpansion, tangential_expansion
+from jaxcontact.operators.kernels import scaled_coefficients
+from jaxcontact.response.tangential import TangentialExpansion, tangential_expansion
 
 
 @pytree

@@ -14,7 +14,7 @@ import numpy as np
 import jaxcontact as jc
 from jaxcontact.paper import comparison, pictures, tribofilm
 from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row, described, report, worst
-from jaxcontact.paper.press import Trace
+from jaxcontact.paper.tribofilm import Trace
 
 HALF, APPROACHES = (
     "(a) half-space, 36.1380 um",

@@ -12,7 +12,7 @@ import numpy as np
 
 from jaxcontact.paper import comparison, pictures, tribofilm
 from jaxcontact.paper.comparison import EXACT, Reproduction, Row, described, report, worst
-from jaxcontact.paper.press import Trace
+from jaxcontact.paper.tribofilm import Trace
 from jaxcontact.reference import hertz
 
 FILM, HALF = "(a) film, 2.5468 um", "(b) half-space, 36.1380 um"

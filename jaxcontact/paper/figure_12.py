@@ -14,7 +14,7 @@ import numpy as np
 
 from jaxcontact.paper import comparison, pictures, tribofilm
 from jaxcontact.paper.comparison import EXACT, Reproduction, Row, described, report
-from jaxcontact.paper.press import Trace
+from jaxcontact.paper.tribofilm import Trace
 
 DEEP, SHALLOW = "(a) 50 um", "(b) 0.01 nm"
 REFERENCES = {

@@ -13,7 +13,7 @@ import numpy as np
 import jaxcontact as jc
 from jaxcontact.paper import comparison, pictures
 from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row
-from jaxcontact.paper.press import Trace, press, pressure_at
+from jaxcontact.paper.tribofilm import Trace, press, pressure_at
 from jaxcontact.reference import hertz
 
 NU, SUBSTRATE, RADIUS, LOAD = 0.3, 210e9, 18e-3, 20.0

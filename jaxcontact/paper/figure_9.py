@@ -12,7 +12,7 @@ import numpy as np
 
 from jaxcontact.paper import comparison, pictures, tribofilm
 from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row, described, report, worst
-from jaxcontact.paper.press import Trace
+from jaxcontact.paper.tribofilm import Trace
 from jaxcontact.reference import lee_radok
 
 HALF, LOADS = "(a) half-space, 60 N", {"(b) 60 N": 60.0, "(c) 10 N": 10.0, "(d) 500 N": 500.0}

@@ -8,7 +8,7 @@ under tractions t_r, t_s and a pressure p. For a half-space of shear compliance 
 
     alpha (L, K, N, T) = j (1 - nu, 1/2 - nu, 1 - nu, 1).
 
-A layer (A, B, C of ``response.layer``) changes the compliance S = alpha [[L, K], [K, N]] of its foundation to
+A layer (A, B, C of ``response.stack``) changes the compliance S = alpha [[L, K], [K, N]] of its foundation to
 
     S' = j A + B X B^T,      X = (S^-1 + C/j)^-1 = (j^2 S + j det S adj C)/(j^2 + j tr(C S) + det C det S),
 
@@ -22,6 +22,7 @@ at t = 0 is the inverse transform of N(s)/s, computed on Talbot's contour with 1
 SIAM J. Numer. Anal. 44 (2006) 2342).
 """
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -31,9 +32,109 @@ import numpy as np
 from jax import Array
 
 from jaxcontact._support.exponential import phi1
-from jaxcontact.inputs.layers import LayeredHalfSpace
-from jaxcontact.inputs.materials import Material
-from jaxcontact.response.layer import TwoPort, two_port
+from jaxcontact.bodies.body import LayeredHalfSpace
+from jaxcontact.bodies.materials import Material, Spectrum, parallel_creep
+
+# A single layer as a two-port between its two surfaces, for each wavenumber.
+#
+# With the layer's top loaded by tractions t and its bottom displaced by u_b, the top is displaced by u and the layer
+# exerts on its foundation the tractions t_b,
+#
+#     alpha u = A j t + B alpha u_b,      t_b = B^T t - C alpha u_b / j,        j = 1/G,
+#
+# in which
+#
+#     A  compliance of the layer on a rigid base,
+#     B  share of the bottom's displacement that reaches the top (and of the top's traction, the bottom),
+#     C  stiffness that the layer with a free top adds to its foundation
+#
+# depend on x = alpha h and nu alone. In the plane of the wavevector each is 2 x 2 over (in-plane, normal),
+# with u_r = i u and t_r = i t for the in-plane pair, which makes all entries real: for theta = exp(-2 x),
+# kappa = 3 - 4 nu, D = kappa (1 + theta^2) + (kappa^2 + 1 + 4 x^2) theta, E = 1 - theta,
+#
+#     4 D A / (kappa + 1) = [[kappa (1 - theta^2) + 4 x theta,   .  ], [  .  , (kappa - 1)(1 - theta^2) + f3]]
+#     4 D A_12            = kappa (kappa - 1) E^2 - 8 x^2 theta
+#     D C                 = [[(kappa + 1)(1 - theta^2 + 4 x theta), (kappa - 1) E^2 + 8 x^2 theta],
+#                            [                  .                 , (kappa + 1) f3               ]]
+#     D det C             = 4 f4
+#     2 D e^x B / (kappa + 1) = [[(kappa + 1)(1 + theta) - 2 x E, (kappa - 1) E + 2 x (1 + theta)],
+#                                [(kappa - 1) E - 2 x (1 + theta), (kappa + 1)(1 + theta) + 2 x E]]
+#
+# with f3 = 1 - theta^2 - 4 x theta and f4 = E^2 - 4 x^2 theta (``differences``). In the transverse direction A = C =
+# tanh x and B = 1/cosh x. Nothing overflows, and no diagonal entry suffers from cancellation at any thickness.
+# Source: the matrix exponential of the equations of equilibrium of one layer, rearranged; derived here.
+
+
+SERIES_BELOW = 0.7
+SINH = [1.0 / math.factorial(2 * n + 3) for n in range(9)]
+
+
+class TwoPort(NamedTuple):
+    """A and C as (11, 12, 22) and B as (11, 12, 21, 22), dimensionless; tanh and sech: the transverse A = C and B."""
+
+    A: tuple[Array, Array, Array]
+    B: tuple[Array, Array, Array, Array]
+    C: tuple[Array, Array, Array]
+    det_C: Array
+    tanh: Array
+    sech: Array
+
+
+def two_port(x: Array, nu: Array | float) -> TwoPort:
+    """Return A, B and C of a layer of x = alpha h >= 0, with entries of the shape of x; nu real or complex."""
+    kappa = 3.0 - 4.0 * nu
+    theta = jnp.exp(-2.0 * x)
+    E, E2, both = -jnp.expm1(-2.0 * x), -jnp.expm1(-4.0 * x), 1.0 + theta
+    f3, f4 = differences(x)
+    xt, xxt = 4.0 * x * theta, 8.0 * x**2 * theta
+    D = kappa * (1.0 + theta**2) + (kappa**2 + 1.0) * theta + 0.5 * xxt
+    C = (kappa + 1.0) / D
+    B, kE, kE2 = 0.5 * jnp.exp(-x) * C, (kappa - 1.0) * E, (kappa - 1.0) * E**2
+    xE, xboth = 2.0 * x * E, 2.0 * x * both
+    return TwoPort(
+        A=(
+            0.25 * C * (kappa * E2 + xt),
+            0.25 * (kappa * kE2 - xxt) / D,
+            0.25 * C * ((kappa - 1.0) * E2 + f3),
+        ),
+        B=(
+            B * ((kappa + 1.0) * both - xE),
+            B * (kE + xboth),
+            B * (kE - xboth),
+            B * ((kappa + 1.0) * both + xE),
+        ),
+        C=(C * (E2 + xt), (kE2 + xxt) / D, C * f3),
+        det_C=4.0 * f4 / D,
+        tanh=E / both,
+        sech=2.0 * jnp.exp(-x) / both,
+    )
+
+
+def uniaxial(nu: Array | float) -> Array | float:
+    """Return a layer's compliance in uniaxial strain over J h: (1 - 2 nu)/(2 (1 - nu))."""
+    return (1.0 - 2.0 * nu) / (2.0 * (1.0 - nu))
+
+
+def differences(x: Array) -> tuple[Array, Array]:
+    """Return f3 = 1 - theta^2 - 4 x theta and f4 = (1 - theta)^2 - 4 x^2 theta, to round-off at all x."""
+    small = x < SERIES_BELOW
+    low, high = jnp.where(small, x, 0.0), jnp.where(small, SERIES_BELOW, x)
+    theta = jnp.exp(-2.0 * low)
+    f3 = 2.0 * theta * _sinh_excess(2.0 * low)
+    f4 = 4.0 * theta * _sinh_excess(low) * (jnp.sinh(low) + low)
+    theta = jnp.exp(-2.0 * high)
+    g3 = -jnp.expm1(-4.0 * high) - 4.0 * high * theta
+    g4 = jnp.expm1(-2.0 * high) ** 2 - 4.0 * high**2 * theta
+    return jnp.where(small, f3, g3), jnp.where(small, f4, g4)
+
+
+def _sinh_excess(y: Array) -> Array:
+    """Return sinh(y) - y for 0 <= y < 1.4, by its series."""
+    squared, series = y**2, jnp.full_like(y, SINH[-1])
+    for coefficient in SINH[-2::-1]:
+        series = series * squared + coefficient
+    return y * squared * series
+
 
 SHORT = 0.25  # largest ratio of an interval's length to its end for which the contour of its end is accurate throughout
 
@@ -214,3 +315,82 @@ def _on_contour(body: LayeredHalfSpace, wavenumber: Array, t: Array) -> Array:
 def compliances_on_contour(body: LayeredHalfSpace, t: Array) -> Array:
     """Return the compliances of the solids at the contour points for time t, (layers + 1, ..., points) complex."""
     return compliances(spectra(body), t[..., None] / POINTS)
+
+
+# Materials with an elastic volume response: compliances of half-space and film, in time and at a frequency.
+#
+# With the shear compliance j = 1/G and the bulk modulus K in place of a constant nu, the half-space has
+#
+#     (1 - nu) j = j/2 + (3/2)/(G + 3 K),
+#
+# and a layer in uniaxial strain, per unit thickness,
+#
+#     (1 - 2 nu)/(2 (1 - nu)) j = 1/(K + 4 G/3) = (3/4)/(G + 3 K/4):
+#
+# the material itself, and the material in parallel with springs. In time each is a sum of exponentials, exactly.
+
+
+def nu_at_first(material: Material) -> Array:
+    """Return Poisson's ratio of the instantaneous elastic response, ()."""
+    return material.nu_at(material.spectrum().instantaneous)
+
+
+def surface_creep(material: Material) -> Spectrum:
+    """Return the creep of the surface of a half-space: (1 - nu) j."""
+    if material.bulk_modulus is None:
+        return _scaled(material.spectrum(), 1.0 - nu_at_first(material))
+    return _with_springs(material.spectrum(), 0.5, 1.5, 3.0 * material.bulk_modulus)
+
+
+def surface_parts(material: Material) -> tuple[Array, Spectrum]:
+    """Return a factor and a creep whose product is ``surface_creep``: for a constant nu, 1 - nu and the material's own."""
+    if material.bulk_modulus is None:
+        return 1.0 - nu_at_first(material), material.spectrum()
+    return jnp.ones(()), surface_creep(material)
+
+
+def uniaxial_strain_creep(material: Material) -> Spectrum:
+    """Return the creep of a layer in uniaxial strain, per unit thickness."""
+    if material.bulk_modulus is None:
+        return _scaled(material.spectrum(), uniaxial(nu_at_first(material)))
+    return _with_springs(material.spectrum(), 0.0, 0.75, 0.75 * material.bulk_modulus)
+
+
+def film_creep(material: Material) -> Spectrum:
+    """Return the creep that belongs to ``film_shape``."""
+    return material.spectrum() if material.bulk_modulus is None else uniaxial_strain_creep(material)
+
+
+def film_shape(material: Material, x: Array) -> Array:
+    """Return alpha N of a layer on a rigid base over its ``film_creep``, at x = alpha h.
+
+    The product of the two is exact for a constant nu. With a bulk modulus, it is exact at t = 0 and in the limit of waves
+    much longer than the layer's thickness.
+    """
+    nu = nu_at_first(material)
+    own = two_port(x, nu).A[2]
+    return own if material.bulk_modulus is None else own / uniaxial(nu)
+
+
+def film_compliance(material: Material, j: Array) -> Array:
+    """Return ``film_creep`` at the frequency at which the shear compliance is j [1/Pa]."""
+    if material.bulk_modulus is None:
+        return j
+    return 3.0 * j / (3.0 * material.bulk_modulus * j + 4.0)
+
+
+def _scaled(spectrum: Spectrum, factor: Array | float) -> Spectrum:
+    flow = None if spectrum.fluidity is None else factor * spectrum.fluidity
+    return Spectrum(factor * spectrum.instantaneous, factor * spectrum.amplitudes, spectrum.rates, flow)
+
+
+def _with_springs(spectrum: Spectrum, free: float, parallel: float, stiffness: Array) -> Spectrum:
+    """Return free times the material plus ``parallel`` times the material in parallel with springs [Pa]."""
+    alone = _scaled(spectrum, free)
+    start, amplitudes, rates = parallel_creep(spectrum, jnp.asarray(stiffness, float))
+    return Spectrum(
+        alone.instantaneous + parallel * start,
+        jnp.concatenate([alone.amplitudes, parallel * amplitudes]),
+        jnp.concatenate([alone.rates, rates]),
+        alone.fluidity if free else None,
+    )

@@ -1,6 +1,8 @@
 """The results of a normal contact: histories, steady states and the step passed to a ``save`` function."""
 
 import dataclasses
+import warnings
+from dataclasses import field
 from typing import Any, ClassVar
 
 import jax
@@ -10,8 +12,9 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact._support.status import Status
-from jaxcontact.inputs.grid import Grid
-from jaxcontact.inputs.layers import LayeredHalfSpace
+from jaxcontact.bodies.body import LayeredHalfSpace
+from jaxcontact.bodies.grid import Grid
+from jaxcontact.history.motion import speed_of
 from jaxcontact.results.labels import arrays_of, dataset, derived_of, table
 from jaxcontact.results.notes import Diagnostics, Note, notes_of
 from jaxcontact.results.summaries import html, is_one_result, summary
@@ -143,7 +146,7 @@ class ContactHistory(ContactResult):
     rigid base; 0 without a film). Above 0.2 linear theory is inaccurate.
 
     time_step_error: estimate of the relative error of the pressure due to the time steps, in which the pressure is linear
-    (``history.step_error``); within a factor of about three of the largest error of approach, load and peak pressure, and
+    (``history.time_loop``); within a factor of about three of the largest error of approach, load and peak pressure, and
     zero without creep. Above 1 % there is a note, above 10 % the status is 12, for the times concerned alone.
 
     status: an integer of ``Status``, which documents its meaning.
@@ -218,7 +221,7 @@ class AdhesiveHistory(ContactHistory):
     separated the surfaces, which releases an unbounded energy that jump_energy does not include. cohesive_cells (nt,):
     number of cells across the zone of attraction at the contact edge, of length pi E* w/(4 s(0)^2), with E* from the
     compliance of a cell, or over which the gap grows by the range z = w/s(0) (for a ball sqrt(2 R z)) if these are fewer.
-    Below three the pull-off load depends on the grid. Jumps are detected by the balance of energy (``history.adhering``).
+    Below three the pull-off load depends on the grid. Jumps are detected by the balance of energy (``history.normal_step``).
 
     tabor_number (nt,): (R w^2/(E*^2 z^3))^(1/3) of a ball, with the range z = w/s(0) and the contact modulus E* = 2/(C(t) +
     C_ball), where C(t) is the creep compliance (1 - nu) J of the material at the surface, and C_ball that of the ball, at
@@ -305,3 +308,357 @@ def nan_where_invalid(result: Any, valid: Array | None) -> Any:
     masked = lambda a: jnp.where(valid, a, jnp.nan) if jnp.issubdtype(a.dtype, jnp.inexact) else a
     status = jnp.where(valid, result.status, int(Status.OUT_OF_RANGE))
     return replace(jax.tree.map(masked, result), status=status)
+
+
+# The results of contacts with friction.
+
+
+def sticking_share(stick: Array, pressure: Array) -> Array:
+    """Return the number of sticking cells over the number of cells in contact, over the last two axes; 0 without contact."""
+    return jnp.sum(stick, (-2, -1)) / jnp.maximum(jnp.sum(pressure > 0.0, (-2, -1)), 1)
+
+
+@pytree
+class ShearStep(ContactStep):
+    """A step as passed to a ``save`` function of ``shear``, in SI units, with the field names of ``ShearHistory``.
+
+    traction and slip (since the previous time): (2, nx, ny); stick: (nx, ny); tangential_load and
+    tangential_displacement: (2,); dissipated: a number.
+    """
+
+    traction: Array
+    slip: Array
+    stick: Array
+    tangential_load: Array
+    tangential_displacement: Array
+    dissipated: Array
+
+
+@pytree
+class ShearHistory(ContactHistory):
+    """A ``ContactHistory`` with friction, SI units; fields over the grid are those of the last time unless save="all".
+
+    traction (nt, 2, nx, ny) [Pa] on the body; slip (nt, 2, nx, ny) [m]: displacement of the body relative to the indenter
+    since the previous time, opposite to the traction, zero outside contact; stick (nt, nx, ny) bool: cells in contact
+    without slip at the end of the step; tangential_load (nt, 2) [N] and tangential_displacement (nt, 2) [m] of the
+    indenter; dissipated (nt,) [J]: work dissipated by friction since times[0]; friction_work (nx, ny) [J/m^2]: the same
+    work per unit area up to the last time, whatever ``save`` keeps, so that its sum over cells times ``grid.cell_area``
+    is ``dissipated[-1]``. Both take the friction bound mu p as linear over an inner step: the error is of second order in
+    the step, and zero at constant pressure (``history.friction_step``).
+
+    displacement is the normal one, as in ``ContactHistory``; iterations counts those of both solvers in all outer
+    iterations; error is the larger of the two solvers' errors. status 8: friction cannot hold the tangential load, and
+    the step has no solution; 9: an earlier step failed, whose tractions, displacements and work this step starts from.
+    """
+
+    view: ClassVar[str] = "shear"
+    traction: Array
+    slip: Array
+    stick: Array
+    tangential_load: Array
+    tangential_displacement: Array
+    dissipated: Array
+    friction_work: Array
+
+    @property
+    def sticking_share(self) -> Array:
+        """The number of sticking cells over the number of cells in contact, (nt,); 0 without contact."""
+        return sticking_share(self.stick, self.pressure)
+
+
+@pytree
+class SteadyRolling(SteadyContact):
+    """Steady rolling, in the frame of the indenter, SI units.
+
+    velocity (2,) [m/s]; profile and (normal) displacement [m] and pressure [Pa]: (nx, ny); traction (2, nx, ny) [Pa] on
+    the body; slip_ratio (2, nx, ny): slip velocity of the body relative to the indenter over |v|, opposite to the
+    traction, zero outside contact; stick (nx, ny) bool; tangential_load (2,) [N]; creepage (2,): rigid-body slip velocity
+    of the indenter relative to the body over |v|, prescribed or computed; hysteresis_power [W]: dissipated in the
+    dashpots of a viscoelastic body under the pressure; friction_power [W]: dissipated by the tractions, tangential_load
+    times creepage times |v| and, between unlike solids, where free rolling costs work too, the power that the pressure
+    needs where the tractions move the surface; power [W]: their sum; hysteresis_force [N]: hysteresis_power over |v|, the
+    rolling resistance without friction, positive against the motion. For a roller without torque, the force at the axle is
+    power over |v|. The convention is that of ``history.memory``; approach, load, contact_area, smooth_area,
+    film_strain, error, status: as in ``ShearHistory``; iterations: of the last step.
+    """
+
+    view: ClassVar[str] = "rolling"
+    grid: Grid
+    velocity: Array
+    profile: Array
+    pressure: Array
+    displacement: Array
+    traction: Array
+    slip_ratio: Array
+    stick: Array
+    tangential_load: Array
+    creepage: Array
+    hysteresis_force: Array
+    power: Array
+    hysteresis_power: Array
+    friction_power: Array
+    approach: Array
+    load: Array
+    contact_area: Array
+    smooth_area: Array
+    film_strain: Array
+    iterations: Array
+    error: Array
+    status: Array
+
+    @property
+    def sticking_share(self) -> Array:
+        """The number of sticking cells over the number of cells in contact, (); 0 without contact."""
+        return sticking_share(self.stick, self.pressure)
+
+
+# Results of rubbing: a contact whose film forms and wears.
+
+
+@pytree
+class RubbedStep(ContactStep):
+    """One step as a ``save`` function of ``rub`` sees it, in SI units, by the names of ``RubbingHistory``.
+
+    thickness and temperature (None without ``thermal``): (nx, ny); step_error: a number.
+    """
+
+    thickness: Array
+    step_error: Array
+    temperature: Array | None = None
+
+
+@pytree
+class RubbingHistory(ContactHistory):
+    """A ``ContactHistory`` of a contact with film growth and wear, in SI units.
+
+    thickness (nt, nx, ny) [m]: thickness of the film, or, with ``wears="indenter"``, of the material added to the indenter,
+    which is negative where it is worn; temperature (nt, nx, ny) [K] of the surface, None without ``thermal``; both are
+    (nx, ny) at the last time unless save="all"; friction_work (nx, ny) [J/m^2]: frictional work from the first time to the
+    last; step_error (nt,) [m]: accumulated estimate of the error of the thickness due to the time steps, the largest value
+    over the grid of each step.
+
+    displacement is the elastic and viscous displacement minus the increase of the thickness; profile is the gap at first
+    touch of the initial surfaces. With ``path=`` all maps are those of the body, position (nt, 2) [m] is that of the
+    indenter on it, and moved_profile (nt, nx, ny) [m] is the profile at the position of the indenter.
+
+    status 12: a time step is too long for the rate of growth or wear, or for the motion of the contact; 13: the film is
+    thicker than the largest thickness for which its kernels were computed.
+    """
+
+    view: ClassVar[str] = "rubbing"
+    thickness: Array
+    friction_work: Array
+    step_error: Array
+    temperature: Array | None = None
+    position: Array | None = None
+    moved_profile: Array | None = None
+
+    @property
+    def gap(self) -> Array:
+        """The gap [m], as in ``ContactHistory``, with the profile at the position of the indenter."""
+        if self.moved_profile is None:
+            return super().gap
+        approach = self.approach if self._has_maps_over_time else self.approach[..., -1]
+        return self.moved_profile + self.displacement - approach[..., None, None]
+
+    @property
+    def peak_thickness(self) -> Array:
+        """The largest thickness at each time [m], (nt,). It is not available if only the last map was kept."""
+        return largest_over_time(self, "thickness", "rub")
+
+    @property
+    def peak_temperature(self) -> Array:
+        """The largest temperature at each time [K], (nt,). It is not available without ``thermal``, or if only the last map
+        was kept."""
+        return largest_over_time(self, "temperature", "rub")
+
+
+# The results of sliding; their sign convention is that of ``history.memory``.
+
+
+def _over_load(force: Array, load: Array) -> Array:
+    """Return force/load, zero without load."""
+    return force / jnp.where(load > 0.0, load, jnp.inf)
+
+
+def with_totals(fields: dict[str, Array], velocity: Array) -> dict[str, Array]:
+    """Return the fields of a result with the friction power and the totals added; velocity: (..., 2), all in SI units."""
+    friction_power = fields["coulomb_force"] * speed_of(velocity)
+    return fields | {
+        "friction_power": friction_power,
+        "tangential_force": fields["hysteresis_force"] + fields["coulomb_force"],
+        "power": fields["hysteresis_power"] + friction_power,
+    }
+
+
+def _traction(friction: Array, pressure: Array, velocity: Array) -> Array:
+    """Return mu p along the velocity, (..., 2, nx, ny), from fields (..., nx, ny) and velocity (..., 2)."""
+    square = jnp.sum(jnp.asarray(velocity) ** 2, -1, keepdims=True)
+    direction = velocity / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+    return (friction * pressure)[..., None, :, :] * direction[..., None, None]
+
+
+class _RenamedTotal:
+    """The former name of the total tangential force, for one version."""
+
+    tangential_force: Array
+
+    @property
+    def total_tangential_force(self) -> Array:
+        """Deprecated name of ``tangential_force``."""
+        message = "total_tangential_force: use tangential_force, which is the total"
+        warnings.warn(message, DeprecationWarning, stacklevel=2)
+        return self.tangential_force
+
+
+@pytree
+class SlidingHistory(_RenamedTotal, ContactHistory):
+    """A ``ContactHistory`` of a moving indenter, in the frame of the indenter, in SI units.
+
+    velocity (nt, 2) [m/s] of the indenter over the body; friction (nx, ny): coefficient of Coulomb friction, zero without
+    friction; pressure_centre (nt, 2) [m] from the indenter's axis; leading_peak (nt,) [Pa]: largest pressure ahead of the
+    axis; temperature (nt, nx, ny) [K] of the surface, None without ``thermal``; stored_energy (nt,) [J]: energy
+    stored in the body under the pressure; truncation_bound (nt,) [m]: bound on the displacement of the contact due to the
+    part of the history that left the grid.
+
+    Forces [N] and powers [W], (nt,), are positive if they resist the motion and are dissipated, and zero at rest. The
+    totals, as a dynamometer on the holder of the indenter would measure them, are tangential_force, friction_coefficient
+    (over the load) and power. Their parts are hysteresis_force and hysteresis_power of the viscoelastic body (zero on an
+    elastic one), coulomb_force = sum of mu p times a cell's area, and friction_power = coulomb_force times speed. Without
+    friction the totals equal the hysteresis parts. See ``history.memory`` for the convention, and for a term of the
+    order of the slope of the profile times coulomb_force that is neglected. lateral_force (nt, 2) [N]: force of the
+    pressure on the indenter due to the slopes of its profile (slopes above 1 are left out).
+
+    hysteresis_force times speed plus load times rate of approach (without friction) equals hysteresis_power plus the rate
+    of stored_energy, as long as no part of the history leaves the grid.
+
+    status 4: a step moved farther than half the grid's width, and this and later steps are wrong; 5: the contact returned
+    to where part of the history had left the grid, and the displacement missing there is significant
+    (``truncation_bound`` above 1 % of the largest approach so far): the grid does not hold both the track and the contact;
+    9: an earlier step failed, and this step depends on its history.
+    """
+
+    velocity: Array
+    friction: Array
+    lateral_force: Array
+    tangential_force: Array
+    hysteresis_force: Array
+    coulomb_force: Array
+    pressure_centre: Array
+    leading_peak: Array
+    power: Array
+    hysteresis_power: Array
+    friction_power: Array
+    stored_energy: Array
+    truncation_bound: Array
+    temperature: Array | None = None
+
+    @property
+    def dropped(self) -> Array:
+        """Deprecated name of ``truncation_bound``."""
+        warnings.warn("dropped: use truncation_bound", DeprecationWarning, stacklevel=2)
+        return self.truncation_bound
+
+    @property
+    def peak_temperature(self) -> Array:
+        """The largest temperature at each time [K], (nt,). It is not available without ``thermal``, or if only the last
+        map was kept."""
+        return largest_over_time(self, "temperature", "slide")
+
+    @property
+    def friction_coefficient(self) -> Array:
+        """The total friction coefficient tangential_force/load, (nt,); zero without load."""
+        return _over_load(self.tangential_force, self.load)
+
+    @property
+    def traction(self) -> Array:
+        """Tangential traction on the body [Pa]: mu p along the velocity, zero without friction.
+
+        Its shape is (nt, 2, nx, ny), or (2, nx, ny) at the last time where ``pressure`` is (nx, ny), as ``subsurface``
+        takes it.
+        """
+        if not self._has_maps_over_time:
+            return _traction(self.friction, self.pressure, self.velocity[..., -1, :])
+        return _traction(self.friction[..., None, :, :], self.pressure, self.velocity)
+
+
+def sliding_history(**given: Any) -> SlidingHistory:
+    """Return a history from its fields without the totals."""
+    return SlidingHistory(**with_totals(given, given["velocity"]))
+
+
+@pytree
+class AdhesiveSlidingHistory(SlidingHistory):
+    """A ``SlidingHistory`` with adhesion, in SI units.
+
+    pressure, load, contact_area, jumps, jump_energy, cohesive_cells and tabor_number are as in ``AdhesiveHistory``. The
+    energy that the body dissipates is the integral of hysteresis_power. friction_coefficient is zero under a load that
+    pulls.
+    """
+
+    jumps: Array = field(kw_only=True)
+    jump_energy: Array = field(kw_only=True)
+    cohesive_cells: Array = field(kw_only=True)
+    tabor_number: Array = field(kw_only=True)
+
+    @property
+    def in_contact(self) -> Array:
+        """True for each cell whose gap is zero, whether it is pressed or pulled; of the shape of ``pressure``."""
+        return closed(self)
+
+
+def adhesive_sliding_history(**given: Any) -> AdhesiveSlidingHistory:
+    """Return a history with adhesion from its fields without the totals."""
+    return AdhesiveSlidingHistory(**with_totals(given, given["velocity"]))
+
+
+@pytree
+class SteadySliding(_RenamedTotal, SteadyContact):
+    """Steady sliding, in the frame of the indenter, SI units.
+
+    velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N]; contact_area [m^2]
+    (a count of cells), smooth_area [m^2], film_strain, friction (nx, ny), forces [N], powers [W], pressure_centre (2,)
+    [m], leading_peak [Pa], iterations, error, status: as in ``SlidingHistory``; status 6: there is no steady state, and
+    the numbers have no meaning.
+
+    hysteresis_power [W]: dissipated in the dashpots of the body, computed from their internal variables; for a profile
+    without walls it equals hysteresis_force times speed. approach_drift [m]: on a half-space with steady-state viscous
+    flow, the increase of the approach for each factor e of the distance slid; ``approach`` is then that after sliding one
+    width of the grid. Zero otherwise.
+    """
+
+    view: ClassVar[str] = "steady sliding"
+    grid: Grid
+    velocity: Array
+    profile: Array
+    pressure: Array
+    displacement: Array
+    approach: Array
+    approach_drift: Array
+    load: Array
+    contact_area: Array
+    smooth_area: Array
+    film_strain: Array
+    friction: Array
+    lateral_force: Array
+    tangential_force: Array
+    hysteresis_force: Array
+    coulomb_force: Array
+    pressure_centre: Array
+    leading_peak: Array
+    power: Array
+    hysteresis_power: Array
+    friction_power: Array
+    iterations: Array
+    error: Array
+    status: Array
+
+    @property
+    def friction_coefficient(self) -> Array:
+        """The total friction coefficient tangential_force/load; zero without load."""
+        return _over_load(self.tangential_force, self.load)
+
+    @property
+    def traction(self) -> Array:
+        """Tangential traction on the body [Pa]: mu p along the velocity, (2, nx, ny); zero without friction."""
+        return _traction(self.friction, self.pressure, self.velocity)

@@ -11,7 +11,7 @@ from jax import Array
 from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.pytree import is_concrete, pytree
 from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
-from jaxcontact.inputs.grid import Grid
+from jaxcontact.bodies.grid import Grid
 from jaxcontact.results.labels import arrays_of, dataset, derived_of
 from jaxcontact.results.notes import IMAGE_LIMIT, Note, brief
 from jaxcontact.results.summaries import interior_summary

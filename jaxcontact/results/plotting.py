@@ -4,16 +4,186 @@ Only the modules of pictures in this folder and those of ``paper`` import matplo
 ``pyplot``, so there is no global state and no window; a notebook shows a figure that is the last value of a cell.
 """
 
-from typing import Any
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 from matplotlib import colormaps
+from matplotlib import style as matplotlib_style
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 
-from jaxcontact.results.picture_style import COLOURS, colours_of_time, scale_of, styled, time_axis
-from jaxcontact.results.time_series import along_the_largest
+from jaxcontact._support.fields import FIELDS
+from jaxcontact._support.prefixes import fitting_prefix, prefixed
+
+# The common style of all pictures, and the representation of time.
+#
+# The file ``style.mplstyle`` defines lines, legends and frames; ``matplotlib.style.use("jaxcontact.style")`` applies
+# it to any picture. Colours are those of viridis, which remain distinct for colour-blind readers and ordered in
+# greyscale.
+
+
+COLOURS = "viridis"
+STYLE = "jaxcontact.style"
+# fraction of the duration; if it holds more than half of the times, the axis of time is logarithmic
+EARLY = 0.1
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def styled(draw: Callable[P, R]) -> Callable[P, R]:
+    """Decorate a function that makes whole figures so that it draws in the common style."""
+
+    @functools.wraps(draw)
+    def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
+        with matplotlib_style.context(STYLE):
+            return draw(*args, **kwargs)
+
+    return wrapper
+
+
+def scale_of(values: Any, unit: str) -> tuple[float, str]:
+    """Return the factor and the symbol of the multiple of an SI unit in which the largest value lies between 1 and 1000."""
+    finite = np.abs(np.asarray(values, dtype=float))
+    factor, prefix = fitting_prefix(float(np.max(finite)) if finite.size else 0.0)
+    return factor, prefix + unit
+
+
+def shows_decades(times: Any) -> bool:
+    """Return whether times [s] span decades: none is negative, and most of them are early."""
+    times = np.asarray(times, dtype=float)
+    early = np.mean((times > 0.0) & (times <= EARLY * times[-1]))
+    return bool(times[0] >= 0.0 and times.size > 3 and early > 0.5)
+
+
+def first_after_zero(times: Any) -> float:
+    """Return the first time [s] above zero, where a logarithmic axis begins."""
+    times = np.asarray(times, dtype=float)
+    return float(np.min(times[times > 0.0]))
+
+
+def colours_of_time(times: Any) -> ScalarMappable:
+    """Return a sequential colour map of times [s], logarithmic where they span decades."""
+    times = np.asarray(times, dtype=float)
+    low, high = float(times[0]), float(times[-1])
+    if shows_decades(times):
+        norm: Normalize = LogNorm(first_after_zero(times), high)
+    else:
+        norm = Normalize(low, high if high > low else low + 1.0)
+    return ScalarMappable(norm, colormaps[COLOURS].resampled(256))
+
+
+def time_axis(ax: Axes, times: Any) -> None:
+    """Make the horizontal axis one of time [s], logarithmic (linear below the first time above 0) if times span decades."""
+    ax.set_xlabel("time [s]")
+    if shows_decades(times):
+        ax.set_xscale("symlog", linthresh=first_after_zero(times), linscale=0.5)
+        ax.set_xlim(float(np.min(times)), None)
+
+
+# Pictures of scalar quantities of a history over time.
+
+
+CONSTANT = (
+    1e-4  # relative change below which a quantity counts as constant: the figures of its value are the same
+)
+
+
+DRAWN = {  # the fields that figures show over time, and their labels
+    "approach": "approach",
+    "load": "load",
+    "contact_radius": "contact radius",
+    "peak_pressure": "peak pressure",
+    "tangential_force": "force against the motion",
+    "tangential_load": "tangential load",
+    "dissipated": "dissipated by friction",
+}
+
+
+class TimeSeries(NamedTuple):
+    """A quantity over time with the name and the unit that a figure shows."""
+
+    name: str
+    values: Any
+    unit: str
+
+    @property
+    def varies(self) -> bool:
+        return bool(np.ptp(self.values) > CONSTANT * np.max(np.abs(self.values)))
+
+    def __str__(self) -> str:
+        """The name and the value of a quantity that is constant."""
+        return f"{self.name} {prefixed(float(f'{np.max(self.values):.4g}'), self.unit)}"
+
+
+def time_series(history: Any) -> tuple[list[TimeSeries], str]:
+    """Return the time series to plot, and a line of text on those that are constant.
+
+    The series are approach, load, contact radius and peak pressure, and for sliding and shear the friction quantities. If
+    any series varies, only those that vary are returned.
+    """
+    series = [
+        TimeSeries(label, _values(history, name), FIELDS[name].unit)
+        for name, label in DRAWN.items()
+        if hasattr(history, name)
+    ]
+    if not any(one.varies for one in series):
+        return series, ""
+    return [one for one in series if one.varies], ", ".join(str(one) for one in series if not one.varies)
+
+
+def _values(history: Any, name: str) -> np.ndarray:
+    """Return a field over time, (nt,); of a tangential load, its component along its largest value."""
+    return along_the_largest(history)[1] if name == "tangential_load" else np.asarray(getattr(history, name))
+
+
+def along_the_largest(history: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return tangential displacement and load along the line of the largest tangential load, (nt,) each.
+
+    The larger component of the direction is positive, so that a load along x has the sign of its x component.
+    """
+    load, displacement = np.asarray(history.tangential_load), np.asarray(history.tangential_displacement)
+    largest = load[np.argmax(np.sum(load**2, 1))]
+    largest = largest * np.sign(largest[np.argmax(np.abs(largest))])
+    direction = largest / max(float(np.sqrt(np.sum(largest**2))), np.finfo(float).tiny)
+    return displacement @ direction, load @ direction
+
+
+def against_time(ax: Axes, times: Any, values: Any, name: str, unit: str) -> Axes:
+    """Plot a scalar quantity of the history against time [s].
+
+    The axis begins at zero, so that neither rounding nor a small change is enlarged to the whole height.
+    """
+    values, (factor, symbol) = np.asarray(values), scale_of(values, unit)
+    ax.plot(times, values / factor, color=colormaps[COLOURS](0.3), lw=1.6, marker=".", ms=3)
+    ax.set_ylabel(f"{name} [{symbol}]")
+    time_axis(ax, times)
+    ax.ticklabel_format(axis="y", useOffset=False)
+    low, high = float(np.min(values)) / factor, float(np.max(values)) / factor
+    if low == high == 0.0:
+        ax.set_ylim(-1.0, 1.0)
+    elif low >= 0.0:
+        ax.set_ylim(0.0, 1.08 * high)
+    elif high <= 0.0:
+        ax.set_ylim(1.08 * low, 0.0)
+    else:
+        ax.axhline(0.0, color="0.7", lw=0.8, ls="-", zorder=0)
+    return ax
+
+
+@styled
+def history_figure(history: Any) -> Figure:
+    """Time series of the main quantities: one panel for each that varies, the constant ones in the title."""
+    series, constant = time_series(history)
+    figure = Figure(figsize=(3.6 * len(series), 3.4), layout="constrained")
+    for ax, one in zip(np.atleast_1d(figure.subplots(1, len(series))), series, strict=True):
+        against_time(ax, history.times, one.values, one.name, one.unit)
+    figure.suptitle(constant, fontsize="medium")
+    return figure
+
 
 MOST_LINES, MOST_ARROWS = 40, 24
 TENSION = 0.02  # of the largest pressure: a tension that is shown
@@ -271,3 +441,89 @@ def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any
     axes[0].set_ylabel("d log(output) / d log(parameter)")
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside right center", fontsize=9)
     return figure
+
+
+# The figure of a parameter study: one result over the values that its cases vary.
+
+
+EQUAL = 1e-6  # relative difference between equal steps or ratios
+
+
+def study_figure(cases: Sequence[Mapping[str, Any]], values: np.ndarray, name: str) -> Figure:
+    """Return a figure of values (n,), one of each case, over the one or two numbers that the cases vary."""
+    return studies_figure(cases, {name: values})
+
+
+@styled
+def studies_figure(cases: Sequence[Mapping[str, Any]], values: Mapping[str, np.ndarray]) -> Figure:
+    """Return a figure with a panel for each name of values (n,)."""
+    figure = Figure(figsize=(5.2 * len(values), 3.9), layout="constrained")
+    for ax, (name, own) in zip(np.atleast_1d(figure.subplots(1, len(values))), values.items(), strict=True):
+        draw_study(ax, cases, own, name)
+    return figure
+
+
+def draw_study(ax: Axes, cases: Sequence[Mapping[str, Any]], values: np.ndarray, name: str) -> None:
+    """Draw values (n,) over the varied numbers: a line over one, a map over two."""
+    varied = varied_numbers(cases)
+    if not 1 <= len(varied) <= 2:
+        raise ValueError(f"cases: expected one or two numbers that vary, got {sorted(varied) or 'none'}")
+    (x_name, x), *second = varied.items()
+    ax.set_xlabel(x_name)
+    if second:
+        ((y_name, y),) = second
+        ax.set(ylabel=y_name, title=name)
+        _draw_map(ax, x, y, values)
+        return
+    order = np.argsort(x)
+    ax.plot(x[order], values[order], marker=".", color=colormaps[COLOURS](0.3), ls="-")
+    ax.set(ylabel=name, xscale=_scale(np.unique(x)), ylim=(0.0, None) if np.nanmin(values) >= 0.0 else None)
+
+
+def varied_numbers(cases: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:
+    """Return the numbers that differ between cases, (n,) by name; ValueError if something else differs."""
+    found = {}
+    for name in dict.fromkeys(key for case in cases for key in case):
+        values = [case.get(name) for case in cases]
+        if all(value == values[0] for value in values):
+            continue
+        if not all(isinstance(value, int | float) for value in values):
+            raise ValueError(
+                f"cases: expected numbers that vary, got {name} with values such as {values[0]!r}"
+            )
+        found[name] = np.array(values, dtype=float)
+    return found
+
+
+def _draw_map(ax: Axes, x: np.ndarray, y: np.ndarray, values: np.ndarray) -> None:
+    """Draw a map of values (n,) at the points x, y (n,); cells without a case are empty."""
+    (across, i), (along, j) = np.unique(x, return_inverse=True), np.unique(y, return_inverse=True)
+    table = np.full((along.size, across.size), np.nan)
+    table[j, i] = values
+    scales = _scale(across), _scale(along)
+    edges = [_edges(axis, scale) for axis, scale in zip((across, along), scales, strict=True)]
+    mesh = ax.pcolormesh(*edges, table, cmap=COLOURS, rasterized=True)
+    ax.figure.colorbar(mesh, ax=ax, pad=0.02)
+    ax.set(xscale=scales[0], yscale=scales[1])
+
+
+def _scale(values: np.ndarray) -> str:
+    """Return "log" where sorted values have equal ratios, otherwise "linear"."""
+    if values.size < 3 or values[0] <= 0.0:
+        return "linear"
+    steps = np.diff(np.log(values))
+    return "log" if np.ptp(steps) <= EQUAL * steps[0] else "linear"
+
+
+def _edges(values: np.ndarray, scale: str) -> np.ndarray:
+    """Return the edges of cells around sorted values, half-way between neighbours on the scale of their axis."""
+    where = np.log(values) if scale == "log" else values
+    if where.size == 1:
+        width = abs(where[0]) or 1.0
+        edges = where[0] + width * np.array([-0.5, 0.5])
+    else:
+        middle = 0.5 * (where[1:] + where[:-1])
+        edges = np.concatenate(
+            [[1.5 * where[0] - 0.5 * where[1]], middle, [1.5 * where[-1] - 0.5 * where[-2]]]
+        )
+    return np.exp(edges) if scale == "log" else edges

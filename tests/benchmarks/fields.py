@@ -28,7 +28,7 @@ from scipy import ndimage
 
 import fitting
 import jaxcontact as jc
-from fitting.models.pressing import PressedImages
+from fitting.fits.fields import PressedImages
 
 TRUTH, START, THICKNESS = 1e9, 0.9e9, 20e-6  # [Pa], [Pa], [m]
 BOUNDS = {"G": (0.8e9, 1.25e9)}
@@ -137,7 +137,7 @@ def covered(name, kind, seen, sets, seed=0, exact=False, verbose=False):
         rng = np.random.default_rng([seed, FIELDS.index(name), KINDS.index(kind), k])
         field = measured(name, clean[name], rng, kind)
         data = fitting.ContactData(TIMES, jc.Load(LOADS), {name: field}, grid)
-        with mock.patch("fitting.fits.field_search.PressedImages", PressedImages if exact else Tabulated):
+        with mock.patch("fitting.fits.fields.PressedImages", PressedImages if exact else Tabulated):
             fit = fitting.fit_fields(data, film, {"G": START}, bounds=BOUNDS, **setting)
         low, high = fit.intervals["G"]
         half = 0.5 * math.log(high / low)

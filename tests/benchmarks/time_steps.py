@@ -12,8 +12,8 @@ import warnings
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact.files.advice import foretold_step_error
-from jaxcontact.response.volume import surface_creep
+from jaxcontact.response.stack import surface_creep
+from jaxcontact.shell.advice import foretold_step_error
 from tests.support.time_steps import cases, reference, true_error
 
 

@@ -10,13 +10,12 @@ import pytest
 from scipy.optimize import minimize
 
 import jaxcontact as jc
+from jaxcontact.bodies.laws import RampedAttraction
 from jaxcontact.contact import implicit
-from jaxcontact.contact.adhesive_state import Start
-from jaxcontact.contact.attraction import Attraction
+from jaxcontact.contact.adhesive import Attraction, Start
 from jaxcontact.contact.normal import Problem
-from jaxcontact.inputs.adhesion import RampedAttraction
 from jaxcontact.operators.kernels import on_grid
-from jaxcontact.response.influence.images import Images
+from jaxcontact.response.images import Images
 
 TOLERANCE, MOST = jnp.asarray(1e-12), jnp.asarray(4000)
 EXPONENTIAL = jc.ExponentialAdhesion(0.02, 0.15)

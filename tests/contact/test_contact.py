@@ -12,8 +12,8 @@ from tolerances import APPROACH, PEAK, SOLVER
 import jaxcontact as jc
 from jaxcontact.contact import implicit, normal
 from jaxcontact.operators.convolution import Convolutions
-from jaxcontact.response.influence.coefficients import influence_coefficients
-from jaxcontact.response.influence.images import Images
+from jaxcontact.response.coefficients import influence_coefficients
+from jaxcontact.response.images import Images
 
 NOW = np.zeros(1)
 GLASS = jc.Elastic(G=30e9, nu=0.25)
@@ -299,7 +299,7 @@ def test_bad_input_is_refused_before_anything_is_computed(name):
 
 
 def test_two_equal_calls_trace_once():
-    from jaxcontact.verbs.running import _run
+    from jaxcontact.simulate.run import _run
 
     grid = square(2.6)
     press(jc.Load(20.0), grid)

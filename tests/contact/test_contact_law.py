@@ -10,11 +10,11 @@ import jaxcontact as jc
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.contact import implicit, nonsymmetric, normal
 from jaxcontact.contact.law import ContactLaw
-from jaxcontact.history import march
-from jaxcontact.history.pressing import PressStepper
+from jaxcontact.history import time_loop
+from jaxcontact.history.normal_step import PressStepper
 from jaxcontact.operators.convolution import Convolutions
-from jaxcontact.response.influence.coefficients import influence_coefficients
-from jaxcontact.response.influence.images import Images
+from jaxcontact.response.coefficients import influence_coefficients
+from jaxcontact.response.images import Images
 
 TOLERANCE, MOST = jnp.asarray(1e-11), jnp.asarray(2000)
 BISECTIONS = 60
@@ -141,12 +141,12 @@ def test_derivatives_hold_the_saturated_cells_at_the_hardness():
 
 def test_a_march_in_time_takes_the_law_of_its_setup():
     """A ball on a Maxwell half-space under a rising load: no pressure above the hardness, whose area then grows."""
-    steps = march.Steps(jnp.ones((3, 1)), jnp.array([[2.0], [6.0], [12.0]]), jnp.zeros((3, 1)))
+    steps = time_loop.Steps(jnp.ones((3, 1)), jnp.array([[2.0], [6.0], [12.0]]), jnp.zeros((3, 1)))
     stepper = PressStepper(
         _Elastic(), jnp.asarray(bumps()), jnp.asarray(1e-9), jnp.asarray(500), True, (False, False)
     )
     stepper = replace(stepper, law=Hardness(jnp.asarray(0.25)))
-    _, outcome = jax.jit(lambda: march.march_from_rest(stepper, steps, lambda outcome: outcome))()
+    _, outcome = jax.jit(lambda: time_loop.march_from_rest(stepper, steps, lambda outcome: outcome))()
     load, area = outcome.numbers["load"], outcome.numbers["contact_area"]
     assert np.all(np.asarray(outcome.numbers["status"]) != jc.Status.NOT_CONVERGED)
     assert float(jnp.max(outcome.fields["pressure"])) == 0.25

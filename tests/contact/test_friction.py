@@ -13,7 +13,7 @@ import jaxcontact as jc
 from jaxcontact.contact import friction
 from jaxcontact.contact.friction import TangentialProblem
 from jaxcontact.operators.coupled import Coupled, Tangential
-from jaxcontact.response.influence.tangential_coefficients import SurfaceKernels
+from jaxcontact.response.coefficients import SurfaceKernels
 
 N = 5
 solve = jax.jit(

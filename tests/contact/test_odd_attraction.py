@@ -5,15 +5,14 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from jaxcontact.contact import adhesive_sliding
-from jaxcontact.contact.adhesive_state import Start
-from jaxcontact.contact.attraction import Attraction
+from jaxcontact.bodies.grid import Grid
+from jaxcontact.bodies.laws import ExponentialAdhesion
+from jaxcontact.contact import adhesive
+from jaxcontact.contact.adhesive import Attraction, Start
 from jaxcontact.contact.normal import Problem
-from jaxcontact.inputs.adhesion import ExponentialAdhesion
-from jaxcontact.inputs.grid import Grid
+from jaxcontact.operators.convolution import Moving
 from jaxcontact.operators.kernels import on_grid
-from jaxcontact.operators.moving import Moving
-from jaxcontact.response.influence.images import Images
+from jaxcontact.response.images import Images
 
 SHAPE, FREE = (12, 11), (False, False)
 ODD = 1.5  # of the even part, for the waves that move a quarter of their length; E0/Einf = 10 reaches 1.42
@@ -33,7 +32,7 @@ def problem_of(target):
 
 @jax.jit
 def solved(problem, start):
-    return adhesive_sliding.solve(problem, start, jnp.asarray(1e-9), jnp.asarray(4000))
+    return adhesive.solve_sliding(problem, start, jnp.asarray(1e-9), jnp.asarray(4000))
 
 
 @pytest.mark.slow

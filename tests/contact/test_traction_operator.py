@@ -10,10 +10,9 @@ import jaxcontact as jc
 from jaxcontact._support.exponential import phi1
 from jaxcontact.operators.coupled import Coupled, Tangential
 from jaxcontact.reference.layered_solid import surface_response
-from jaxcontact.response.influence.tangential_coefficients import TangentialImages, tangential_coefficients
+from jaxcontact.response.coefficients import TangentialImages, tangential_coefficients
 from jaxcontact.response.stack import all_steps
-from jaxcontact.response.time.tangential_images import fit_images, fit_wavenumbers
-from jaxcontact.response.time.tangential_time import separate_tangential
+from jaxcontact.response.tangential import fit_images, fit_wavenumbers, separate_tangential
 
 GRID = jc.Grid((6, 5), (2.0, 3.0))
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)

@@ -10,7 +10,7 @@ from scipy import integrate, optimize, special
 
 import fitting
 import jaxcontact as jc
-from fitting.models import adhesion
+from fitting.models import adhesive_contact
 from jaxcontact.__main__ import main
 
 R, NU, W = 5e-6, 0.5, 1e-4  # a bead on a gel
@@ -136,14 +136,14 @@ def test_a_contact_that_shrinks_is_refused():
     ],
 )
 def test_what_jkr_leaves_out_is_said(work, modulus, lives, words):
-    said = adhesion.doubts(work, R, 1e-6, modulus, lives)
+    said = adhesive_contact.doubts(work, R, 1e-6, modulus, lives)
     assert len(said) == len(words) and all(word in note for word, note in zip(words, said, strict=True))
-    assert "surface tension" in adhesion.doubts(work, R, 3e-6, 8e4, 1.0)[-1]
+    assert "surface tension" in adhesive_contact.doubts(work, R, 3e-6, 8e4, 1.0)[-1]
 
 
 @pytest.mark.parametrize("which", ["depth", "total"])
 def test_the_slopes_are_those_of_central_differences(which):
-    f, x = {"depth": (adhesion.at_depth, 0.01), "total": (adhesion.under_load, -0.01)}[which]
+    f, x = {"depth": (adhesive_contact.at_depth, 0.01), "total": (adhesive_contact.under_load, -0.01)}[which]
     x, neck, step = x + np.array([0.0, 0.1, 1.0]), np.array([0.3, 0.2, 0.7]), 1e-5
     by_first = jax.jvp(lambda x: f(x, neck)[0], (x,), (np.ones(3),))[1]
     by_neck = jax.jvp(lambda neck: f(x, neck)[0], (neck,), (np.ones(3),))[1]

@@ -10,8 +10,8 @@ from force_curves import NU, RADIUS, SHIFT, UNITS, WORK, E, G, branch, force_cur
 
 import fitting
 import jaxcontact as jc
-from fitting.data.pull_off import read_pull_off
-from fitting.models.adhesive_curve import scaled_load
+from fitting.data.indentation import read_pull_off
+from fitting.models.adhesive_contact import scaled_load
 from jaxcontact.reference import maugis
 
 BALL = jc.Sphere(RADIUS)

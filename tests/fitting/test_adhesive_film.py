@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 import fitting
 import jaxcontact as jc
-from fitting.models.adhesive_film import Extent, FilmOnBase, load_at, series_of
+from fitting.models.adhesive_contact import Extent, FilmOnBase, film_load_at, series_of
 from jaxcontact.reference import abel
 
 BODY = (1.0 - NU) / G, WORK, RADIUS
@@ -47,7 +47,7 @@ def test_the_model_of_a_film_is_the_layered_reference_with_its_edge(ratio, thick
     film, extent = film_of(ratio, thickness), Extent(4.0 / thickness, 1.0 + ratio)
     approach, load = branch(ratio, thickness)
     inside = approach[2:]
-    at = lambda log_G, change, A: load_at(
+    at = lambda log_G, change, A: film_load_at(
         jnp.asarray(inside), change, series_of(log_G, NU, 0.0, film, extent), (A, *BODY[1:]),
         (film.thickness, extent),
     )  # fmt: skip

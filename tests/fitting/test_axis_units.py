@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from fitting.views import axis_units
+from fitting.views import sheet
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from fitting.views import axis_units
 def test_a_tick_times_its_unit_is_the_value(unit, values, says, tick):
     axes = Figure().add_subplot()
     axes.plot(values)
-    axis_units.label(axes.yaxis, "J", unit, np.array(values))
+    sheet.axis_label(axes.yaxis, "J", unit, np.array(values))
     assert axes.get_ylabel() == says
     if tick is not None:
         assert axes.yaxis.get_major_formatter()(float(tick[0])) == tick[1]

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.cli import batch_command, kinds
-from fitting.cli.batch_command import folders_of
+from fitting.cli import kinds, maps
+from fitting.cli.maps import folders_of
 from jaxcontact.__main__ import main
 
 NAMES = [
@@ -30,7 +30,7 @@ def test_folders_are_different_and_stay_inside():
         assert len({name.casefold() for name in found}) == len(files), (files, found)
         for name in found:
             assert name == Path(name).name and name not in (".", "..", "") and "\\" not in name, (files, name)
-            assert name.casefold() not in batch_command.RESULTS, (files, name)
+            assert name.casefold() not in maps.BATCH_RESULTS, (files, name)
 
 
 def test_a_plain_name_keeps_its_folder():
@@ -56,7 +56,7 @@ def test_awkward_files_are_all_fitted(tmp_path, monkeypatch):
     out.parent.mkdir()
     assert main(["fit", "batch", *moduli, "-o", str(out), "--model", "Maxwell"]) == 0
     assert [path.name for path in out.parent.iterdir()] == ["out"]
-    assert {path.name for path in out.iterdir() if path.is_file()} == set(batch_command.RESULTS)
+    assert {path.name for path in out.iterdir() if path.is_file()} == set(maps.BATCH_RESULTS)
     for row in json.loads((out / "summary.json").read_text())["fits"]:
         own = json.loads((out / row["folder"] / "summary.json").read_text())
         assert own["file"] == row["file"]

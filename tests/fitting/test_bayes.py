@@ -7,7 +7,7 @@ import pytest
 
 import fitting
 import jaxcontact as jc
-from fitting.search import sampling
+from fitting.after import posterior
 
 pytest.importorskip("numpyro")
 
@@ -123,7 +123,7 @@ def test_chains_that_have_not_mixed_are_refused(apart, follow, word, monkeypatch
     for k in range(1, 1000):
         x[:, k] = follow * x[:, k - 1] + np.sqrt(1 - follow**2) * random[:, k]
     x[:2, :, 1] += apart
-    monkeypatch.setattr(sampling, "run", lambda *given: (x, np.zeros((4, 1000))))
+    monkeypatch.setattr(posterior, "run", lambda *given: (x, np.zeros((4, 1000))))
     with pytest.raises(ValueError, match=f"chains: .*{word}.*expected.*warmup"):
         fitting.posterior(maxwell(weights="relative"))
 

@@ -7,9 +7,9 @@ import pytest
 
 import fitting
 import jaxcontact as jc
-from fitting.fits.force_search import ApproachCurve
-from fitting.io import afm
-from fitting.io.folders import curves_in
+from fitting.fits.force import ApproachCurve
+from fitting.read import force_curves
+from fitting.read.force_curves import curves_in
 from jaxcontact.__main__ import main
 
 K, SENSITIVITY, ZSENS, SENSOR = 0.2, 40e-9, 13e-9, 900e-9  # [N/m], [m/V]
@@ -107,8 +107,10 @@ def test_the_curves_of_a_force_volume_have_places_and_heights_of_the_sensor(tmp_
     path = volume(tmp_path / "map.spm")
     with pytest.raises(ValueError, match="got 2: choose with curve= from 0 to 1"):
         fitting.read_force(path)
-    assert [one.curve for one in afm.places(path)] == [0, 1]
-    np.testing.assert_allclose([(one.x, one.y) for one in afm.places(path)], [(-3e-7, 5e-8), (7e-7, 5e-8)])
+    assert [one.curve for one in force_curves.places(path)] == [0, 1]
+    np.testing.assert_allclose(
+        [(one.x, one.y) for one in force_curves.places(path)], [(-3e-7, 5e-8), (7e-7, 5e-8)]
+    )
     for k, E in enumerate((1e4, 3e4)):
         data = fitting.read_force(path, curve=k)
         assert data.t.size == 999

@@ -7,8 +7,8 @@ import pytest
 from test_progress import Terminal
 from test_readers import MALFORMED, write
 
-from fitting.cli import command, indentation_command
-from fitting.views.shell_words import HEADS
+from fitting.cli import command, kinds
+from fitting.views.text import HEADS
 from jaxcontact.__main__ import main
 
 TRUTH = {"G1_Pa": 0.75e9, "G2_Pa": 13.89e6, "eta1_Pa_s": 3148.6e9, "eta2_Pa_s": 120.9e9}
@@ -154,7 +154,7 @@ def taken(monkeypatch):
         raise Taken(data, options)
 
     monkeypatch.setattr(command, "fit_creep", stop)
-    monkeypatch.setattr(indentation_command, "fit_indentation", stop)
+    monkeypatch.setattr(kinds, "fit_indentation", stop)
 
     def run(*arguments):
         with pytest.raises(Taken) as caught:

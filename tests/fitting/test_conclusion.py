@@ -19,8 +19,8 @@ from force_curves import NU, RADIUS, force_curve
 import fitting
 import jaxcontact as jc
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
-from fitting.inference.evidence import Sample
 from fitting.inference.result import Fit
+from fitting.inference.verdict import Sample
 from fitting.models.search_space import ParameterSpace
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search.nonlinear import Objective

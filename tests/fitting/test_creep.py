@@ -11,7 +11,7 @@ from scipy import integrate, optimize, stats
 import fitting
 import jaxcontact as jc
 from fitting.models.history import columns, merge
-from fitting.search import creep_search
+from fitting.search import varpro
 
 # the paper's Eq. (14) is phi = 1/(2G): J = 2 phi, so every parameter is half of the printed one
 TRUTH = {"G1": 0.75e9, "G2": 0.01389e9, "eta1": 3148.6e9, "eta2": 120.9e9}
@@ -34,7 +34,7 @@ def noisy(end, seed, noise=0.01, n=200):
 
 def compiled():
     """Numbers of compiled programs for optima and for profiles."""
-    return [one._compiled_fast._cache_size() for one in (creep_search.minimise, creep_search.profile)]
+    return [one._compiled_fast._cache_size() for one in (varpro.minimise, varpro.profile)]
 
 
 def scipy_cost(t, J, weight, start=None, fixed=None):

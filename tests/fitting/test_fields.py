@@ -9,11 +9,16 @@ from scipy import ndimage
 
 import fitting
 import jaxcontact as jc
-from fitting.fits.field_search import ALIGN, FieldSearch
-from fitting.inference import pixels
-from fitting.models import imaging
-from fitting.models.imaging import View
-from fitting.models.pressing import BodyParameters
+from fitting.fits.fields import (
+    ALIGN,
+    Blocks,
+    BodyParameters,
+    FieldSearch,
+    View,
+    chosen,
+    observed,
+    signed_distance,
+)
 from fitting.models.structure import Sought, limits
 from tests.benchmarks import fields
 
@@ -48,9 +53,7 @@ def test_a_bump_is_blurred_shifted_and_rotated_as_in_closed_form():
     x, y = (np.asarray(axis) for axis in model.coordinates())
     field = np.exp(-(x**2) / (2 * sx**2) - y**2 / (2 * sy**2))
     view = View(jnp.array(shift), jnp.array(angle), jnp.array(blur), jnp.array(1.0), jnp.array(0.0))
-    found = imaging.observed("displacement", {"displacement": jnp.asarray(field)[None]}, model, image, view)[
-        0
-    ]
+    found = observed("displacement", {"displacement": jnp.asarray(field)[None]}, model, image, view)[0]
     x, y = (np.asarray(axis) for axis in image.coordinates())
     x, y = x - shift[0], y - shift[1]
     along, across = np.cos(angle) * x + np.sin(angle) * y, np.cos(angle) * y - np.sin(angle) * x
@@ -61,7 +64,7 @@ def test_a_bump_is_blurred_shifted_and_rotated_as_in_closed_form():
 
 def test_the_signed_distance_is_that_of_a_hertz_contact():
     p, gap, a = seen(FINE)
-    found = np.asarray(imaging.signed_distance(jnp.asarray(p), jnp.asarray(gap), FINE))
+    found = np.asarray(signed_distance(jnp.asarray(p), jnp.asarray(gap), FINE))
     x, y = (np.asarray(axis) for axis in FINE.coordinates())
     exact = a - np.hypot(x, y)
     near = np.abs(exact) < 0.15 * a
@@ -107,7 +110,7 @@ def test_block_means_have_the_variance_of_the_mean_of_the_image(blur):
     for _ in range(40):
         noise = rng.standard_normal((1, 96, 96))
         noise = ndimage.gaussian_filter(noise, (0, blur, blur), mode="wrap") if blur else noise
-        blocks = pixels.chosen(noise, known)
+        blocks = chosen(noise, known)
         values = blocks.means(noise)
         sides = blocks.inflation**2  # what the correlation along y adds is about that along x
         means.append(values.mean())
@@ -134,7 +137,7 @@ def test_the_correction_is_the_error_of_the_grid_in_closed_form():
 
 
 def test_lines_of_blocks_are_series():
-    blocks = pixels.Blocks.of(np.ones((2, 4, 6), dtype=bool), 2)
+    blocks = Blocks.of(np.ones((2, 4, 6), dtype=bool), 2)
     assert blocks.lines().tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3]
 
 

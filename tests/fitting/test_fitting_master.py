@@ -11,9 +11,7 @@ import scipy
 import fitting
 import jaxcontact as jc
 from fitting.cli.command import main
-from fitting.fits.master_data import sweeps_of
-from fitting.fits.master_search import Shifting, initial_shifts
-from fitting.models.master_curve import basis
+from fitting.fits.master import Shifting, basis, initial_shifts, sweeps_of
 from tests.benchmarks import master_coverage
 from tests.benchmarks.master_coverage import REFERENCE, TAU, TEMPERATURES, TRUTH, G, shift
 

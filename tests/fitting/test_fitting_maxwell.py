@@ -11,7 +11,7 @@ from scipy import optimize
 import fitting
 import jaxcontact as jc
 from fitting.cli.command import main
-from fitting.models.maxwell_series import MaxwellSeries
+from fitting.fits.prony import MaxwellSeries
 
 TAU, MODULI = np.array([0.03, 1.0, 40.0]), np.array([3e5, 1e5, 2e4])
 T, OMEGA = np.geomspace(1e-3, 1e3, 80), np.geomspace(1e-3, 1e3, 60)

@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline
 
 import fitting
 import jaxcontact as jc
-from fitting.data.probe import paraboloid_note
+from fitting.data.indentation import paraboloid_note
 from jaxcontact.__main__ import main
 from jaxcontact.reference import abel
 from tests.support.layouts import optics11

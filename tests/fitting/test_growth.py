@@ -12,7 +12,7 @@ import fitting
 import jaxcontact as jc
 from fitting.cli.command import main
 from fitting.fits import growth
-from jaxcontact.inputs.laws import RubbingState
+from jaxcontact.bodies.laws import RubbingState
 from tests.benchmarks import growth_coverage
 
 K = 1.380649e-23

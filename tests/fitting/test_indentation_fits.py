@@ -12,7 +12,7 @@ import jaxcontact as jc
 from fitting.models.coordinates import Coordinates
 from fitting.models.halfspace import Curve, evaluate, linear, relaxation_modes
 from jaxcontact.__main__ import main
-from jaxcontact.inputs.spectrum import Spectrum
+from jaxcontact.bodies.materials import Spectrum
 from jaxcontact.reference import lee_radok, ting
 
 TRUTH = {"G1": 0.75e9, "G2": 13.89e6, "eta1": 3148.6e9, "eta2": 120.9e9}

@@ -6,8 +6,8 @@ import json
 import numpy as np
 import pytest
 
-from fitting.cli.map_command import MapPoint
-from fitting.views import map_picture
+from fitting.cli import maps
+from fitting.cli.maps import MapPoint
 from jaxcontact.__main__ import main
 
 T = np.linspace(0.0, 1.0, 300)
@@ -59,7 +59,7 @@ def test_the_figure_of_a_map_shows_places_and_verdicts():
         MapPoint("a", k, 1e-6 * (k % 3), 1e-6 * (k // 3), 1e3 + k, 900.0, 2e3, 1e-7 * k, 1e-7, verdict)
         for k, verdict in enumerate(["accepted"] * 5 + ["rejected", "failed"])
     ]
-    axes = map_picture.draw(points).axes
+    axes = maps.draw(points).axes
     assert axes[0].get_xlabel() == "x [µm]" and "Young's modulus" in axes[0].get_title()
     assert [text.get_text() for text in axes[2].get_legend().get_texts()] == [
         "accepted: 5",
@@ -67,5 +67,5 @@ def test_the_figure_of_a_map_shows_places_and_verdicts():
         "failed: 1",
     ]
     assert axes[0].collections[1].get_array().size == 5
-    alone = map_picture.draw([MapPoint("a", 0, np.nan, np.nan, 1e3, 900.0, 2e3, 0.0, 1e-7, "accepted")])
+    alone = maps.draw([MapPoint("a", 0, np.nan, np.nan, 1e3, 900.0, 2e3, 0.0, 1e-7, "accepted")])
     assert alone.axes[0].get_xlabel() == "number of the curve"

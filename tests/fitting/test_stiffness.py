@@ -8,7 +8,7 @@ import pytest
 
 import fitting
 import jaxcontact as jc
-from fitting.models.contact_stiffness import Coated, Tip, log_stiffness
+from fitting.fits.stiffness import Coated, Tip, log_stiffness
 from jaxcontact.__main__ import main
 from jaxcontact.reference import abel
 

@@ -9,7 +9,7 @@ import pytest
 
 import fitting
 import jaxcontact as jc
-from fitting.models import thickness_polynomials
+from fitting.models import thin_layer
 from jaxcontact.reference import abel
 
 CHI = np.array([0.1, 0.2, 0.5, 0.75, 1.0, 1.5])
@@ -160,11 +160,11 @@ def test_a_traced_poissons_ratio_is_refused():
 
 def test_the_polynomials_deviate_as_is_known():
     """Dimitriadis is 7.7 % low at chi = 0.5 and 16 % at 1; Garcia is 5 % high at 0.75, 14 % at 1 and 44 % at 1.5."""
-    found = thickness_polynomials.approximations(jc.Sphere(1.0), 1.0, 0.5)
+    found = thin_layer.approximations(jc.Sphere(1.0), 1.0, 0.5)
     off = {name: np.asarray(layer.factor(CHI**2)) / PUBLISHED[0.5] - 1.0 for name, layer in found.items()}
     np.testing.assert_allclose(off["Dimitriadis 2002"][[2, 4]], [-0.077, -0.16], atol=5e-3)
     np.testing.assert_allclose(off["Garcia and Garcia 2018"][3:], [0.05, 0.14, 0.44], atol=6e-3)
-    assert thickness_polynomials.approximations(jc.Sphere(1.0), None, 0.5) == {}
+    assert thin_layer.approximations(jc.Sphere(1.0), None, 0.5) == {}
 
 
 def test_glass_is_rigid_below_ten_megapascals():

@@ -10,8 +10,8 @@ from scipy import optimize, stats
 import fitting
 import jaxcontact as jc
 from fitting.data.weights import noise_floor
-from fitting.inference import correlation, verdict
-from fitting.inference.noise import ErrorModels, noise_model
+from fitting.inference import verdict
+from fitting.inference.noise import RHO, ErrorModels, basis, lag_one, noise_model
 from tests.benchmarks import coverage
 
 TRUTH = {"G1": 2e5, "G2": 1e5, "eta1": 5e6, "eta2": 4e5}
@@ -170,9 +170,9 @@ def test_the_noise_is_judged_by_the_restricted_likelihood():
     e = (0.3 + x) * np.append(noise(25, 0.6, rng), noise(15, 0.6, rng))
     residual = e - X @ np.linalg.lstsq(X, e, rcond=None)[0]
     off, P = np.linalg.svd(X)[0][:, k:], np.linalg.pinv(X)
-    likelihood, variance = np.zeros((2, correlation.RHO.size)), np.zeros((2, correlation.RHO.size, k))
+    likelihood, variance = np.zeros((2, RHO.size)), np.zeros((2, RHO.size, k))
     for i, j in np.ndindex(likelihood.shape):
-        V = correlation.RHO[j] ** np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
+        V = RHO[j] ** np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
         V = V * (blocks == blocks[:, None]) * np.outer(shapes[i], shapes[i])
         W, r = off.T @ V @ off, off.T @ residual
         likelihood[i, j] = -0.5 * (np.linalg.slogdet(W)[1] + (n - k) * np.log(r @ np.linalg.solve(W, r)))
@@ -183,7 +183,7 @@ def test_the_noise_is_judged_by_the_restricted_likelihood():
     kurtosis = np.mean((residual - residual.mean()) ** 4) / np.var(residual) ** 2
     likelihood += best / max(1.0 + 0.5 * (kurtosis - 3.0), 1.0) - best
     # the prior: d rho/sqrt(1 - rho^2) in even steps of artanh(rho), and 0.3 on white noise
-    prior = 0.7 * np.sqrt(1 - correlation.RHO**2) / np.sum(np.sqrt(1 - correlation.RHO**2))
+    prior = 0.7 * np.sqrt(1 - RHO**2) / np.sum(np.sqrt(1 - RHO**2))
     prior[0] += 0.3
     share = prior * np.exp(likelihood - likelihood.max())
     kept = share > 1e-5 * share.max()
@@ -207,7 +207,7 @@ def test_blocks_have_no_slip_nor_neighbours_between_them():
     assert verdict.slipped(jump, 3, seam) is None
     assert verdict.slipped(jump, 3, (np.arange(60) > 39).astype(int)) == 29
     level = np.repeat([1.0, -1.0], 30)
-    assert correlation.lag_one(level, seam) > correlation.lag_one(level, 0 * seam) > 0.9
+    assert lag_one(level, seam) > lag_one(level, 0 * seam) > 0.9
     assert verdict.isolated(np.append(np.zeros(29), [5.0, 5.0, *np.zeros(29)]), 29, seam[:60])
 
 
@@ -233,7 +233,7 @@ def test_directions_that_are_rounding_are_not_in_the_basis():
     """Three columns of rank two, up to rounding."""
     x = np.linspace(0.0, 1.0, 30)
     X = np.column_stack([np.ones(30), x, 3.0 - 2.0 * x + 1e-14 * np.cos(9.0 * x)])
-    Q = correlation.basis(X)
+    Q = basis(X)
     assert Q.shape == (30, 2)
     np.testing.assert_allclose(Q @ (Q.T @ X), X, atol=1e-12)
 

@@ -19,21 +19,20 @@ LAYERS = [
     "_support",
     "reference",
     "_compile",
-    "inputs",
+    "bodies",
     "response",
     "indenters",
     "operators",
     "contact",
     "history",
     "results",
-    "verbs",
-    "files",
+    "simulate",
     "",  # the package itself, with its public names
     "paper",
-    "commands",
+    "shell",
     "__main__",
 ]
-FITTING_LAYERS = ["views", "data", "io", "models", "search", "inference", "fits", "after", "cli", ""]
+FITTING_LAYERS = ["views", "data", "read", "models", "search", "inference", "fits", "after", "cli", ""]
 
 
 def name_of(path: Path, package: Path = PACKAGE) -> str:
@@ -148,10 +147,8 @@ def test_the_oracles_share_no_code_with_the_package():
 def test_contact_and_march_see_operators_and_memories_by_their_protocols_alone():
     """No spectrum, no kernel, no response: what they import is closed under these few modules."""
     own = {"_support.pytree", "_support.reductions", "_support.status", "operators.base", "history.memory"}
-    own |= {"history.march", "history.pressing", "history.adhering", "history.step_error"}
-    steppers = [
-        PACKAGE / "history" / f"{name}.py" for name in ("march", "pressing", "shear_march", "adhering")
-    ]
+    own |= {"history.time_loop", "history.normal_step"}
+    steppers = [PACKAGE / "history" / f"{name}.py" for name in ("time_loop", "normal_step", "friction_step")]
     for path in [*(PACKAGE / "contact").glob("*.py"), *steppers]:
         found = {module_of(name) for name in imports(path, "jaxcontact")}
         assert {name for name in found if folder(name) != "contact"} <= own, path
@@ -161,8 +158,8 @@ def test_contact_and_march_see_operators_and_memories_by_their_protocols_alone()
 def test_layers_are_counted_in_one_place():
     """What a body is made of is asked of its response; ``layers`` itself checks them."""
     for path in {*SOURCES, *(ROOT / "fitting").rglob("*.py")}:
-        if "response" not in path.parts and path.name != "layers.py":
-            assert not re.search(r"(?<!inputs)\.layers\b", code_of(path)), path
+        if "response" not in path.parts and path != PACKAGE / "bodies" / "body.py":
+            assert not re.search(r"\.layers\b", code_of(path)), path
 
 
 def test_no_public_function_hides_a_module():
@@ -183,15 +180,8 @@ def test_only_plotting_imports_matplotlib():
     allowed = {
         PACKAGE / "results" / name
         for name in (
-            "picture_style.py",
             "plotting.py",
             "figures.py",
-            "rough_figures.py",
-            "adhesion_figures.py",
-            "contact_section.py",
-            "stress_panels.py",
-            "study_figures.py",
-            "time_series.py",
         )
     } | {PACKAGE / "paper" / "pictures.py"}
     for path in set(SOURCES) - allowed:
@@ -214,7 +204,7 @@ def test_derivative_rules_live_in_one_module():
 def test_fitting_uses_public_names_and_what_both_stand_on():
     common = (
         "jaxcontact._support.exponential.",
-        "jaxcontact.inputs.spectrum",
+        "jaxcontact.bodies.materials",
         "jaxcontact._compile.kept_traces",
         "jaxcontact._support.npz",
         "jaxcontact._support.prefixes.",

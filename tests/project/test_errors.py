@@ -19,8 +19,7 @@ from mistakes_of_motion import MOTION
 from mistakes_of_pressing import PRESSING
 
 import jaxcontact as jc
-from jaxcontact.files.case_file import read_case
-from jaxcontact.files.case_tables import CaseError
+from jaxcontact.shell.case_file import CaseError, read_case
 
 PACKAGE = Path(jc.__file__).parent
 PYTHON = PRESSING | MOTION

@@ -317,11 +317,11 @@ FOOLS = {
     ),
     "method of a part of this package that f does not name": (
         "import jaxcontact as jc\ndef f(case): return jc.LayeredHalfSpace([], jc.Elastic(1e9)).substrate.creep(0.0)",
-        "import jaxcontact.inputs.materials as m; m.Elastic.creep = lambda self, t: 9.0",
+        "import jaxcontact.bodies.materials as m; m.Elastic.creep = lambda self, t: 9.0",
     ),
     "function of this package, replaced by a compiled one": (
         "import jax, jaxcontact as jc\ndef f(case): return jc.sweep(1)",
-        "import jaxcontact.verbs.studies as s; jc.sweep = jax.jit(lambda x: 9.0)",
+        "import jaxcontact.simulate.sweep as s; jc.sweep = jax.jit(lambda x: 9.0)",
     ),
     "built-in function, replaced": ("import builtins as b\ndef f(case): return abs(-1.0)", "b.abs = lambda x: 9.0"),
     "partial of a method": (

@@ -16,9 +16,9 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
-from jaxcontact.commands.playground.contacts import TIMES, contact, solve
-from jaxcontact.commands.playground.presets import PRESETS
-from jaxcontact.commands.playground.server import PageServer
+from jaxcontact.shell.playground.contacts import TIMES, contact, solve
+from jaxcontact.shell.playground.presets import PRESETS
+from jaxcontact.shell.playground.server import PageServer
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 STEEL, GLASS = jc.Elastic.from_young(210e9, nu=0.3), jc.Elastic.from_young(70e9, nu=0.22)

@@ -13,7 +13,7 @@ from test_storage import made_up
 
 import fitting
 import jaxcontact as jc
-from jaxcontact.files import storage
+from jaxcontact.results import storage
 
 MOST_LINES, LONGEST = 40, 160
 RAMP = np.linspace(0.0, 60.0, 500)
@@ -59,7 +59,7 @@ OBJECTS = {
     "Cylinder": lambda: jc.Cylinder(1e-3, 1e-3),
     "FlatPunch": lambda: jc.FlatPunch(1e-3),
     "HeightField": lambda: jc.HeightField(HEIGHTS, STEEL),
-    **{name: lambda kind=kind: made_up(kind) for name, kind in storage.KINDS.items()},
+    **{name: lambda kind=kind: made_up(kind) for name, kind in storage.result_classes().items()},
     "ContactClusters": lambda: jc.contact_clusters(HISTORY),
     "ContactStatistics": lambda: jc.contact_statistics(HISTORY),
     "PressureHistogram": lambda: jc.pressure_histogram(HISTORY),

@@ -6,8 +6,8 @@ import pytest
 from bodies import BODY
 
 import jaxcontact as jc
-from jaxcontact.verbs.indent import Indentation
-from jaxcontact.verbs.setup import ContactSetup, Settings
+from jaxcontact.simulate.experiment import ContactSetup, Settings
+from jaxcontact.simulate.indent import Indentation
 
 pytestmark = pytest.mark.versions
 

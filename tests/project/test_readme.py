@@ -69,7 +69,7 @@ def test_commands_of_the_page_on_the_shell_run(capsys, tmp_path, monkeypatch):
         few = path.read_text().replace("n = 256", "n = 32").replace("count = 6", "count = 2")
         (cases / path.relative_to(packaged)).write_text(few)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("jaxcontact.commands.look.CASES", cases)
+    monkeypatch.setattr("jaxcontact.shell.look.CASES", cases)
     asked = []
     monkeypatch.setattr(
         "jaxcontact.paper.reproduce.main", lambda names, directory, force: asked.extend(names) or 0

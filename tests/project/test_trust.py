@@ -7,8 +7,8 @@ import pytest
 from bodies import GLASS
 
 import jaxcontact as jc
-from jaxcontact.files import storage
 from jaxcontact.reference import hertz
+from jaxcontact.results import storage
 
 BALL, NOW = jc.Sphere(5e-3), np.zeros(1)
 GRID = jc.Grid.square(24, 300e-6)
@@ -122,7 +122,7 @@ def test_a_response_that_is_not_finite_has_a_status_of_its_own_in_every_verb(ver
 )
 def test_a_response_known_to_be_off_by_more_than_a_hundredth_is_not_fine(separation, horizon, status):
     from jaxcontact.operators.kernels import Errors
-    from jaxcontact.verbs.running import doubted
+    from jaxcontact.simulate.run import doubted
 
     errors = Errors(np.asarray(separation), np.asarray(1e-6), np.asarray(horizon))
     found = doubted(np.array([0, 3, 1, 6]), np.ones(4), errors)

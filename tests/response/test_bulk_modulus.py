@@ -11,9 +11,9 @@ from tolerances import APPROACH
 import jaxcontact as jc
 from jaxcontact.reference import abel
 from jaxcontact.reference.layered_solid import surface_response
-from jaxcontact.response.time.rational import separate
-from jaxcontact.response.time.tangential_time import separate_tangential
-from jaxcontact.response.volume import surface_creep
+from jaxcontact.response.in_time import separate
+from jaxcontact.response.stack import surface_creep
+from jaxcontact.response.tangential import separate_tangential
 
 K, H = 1.625e9, 150e-9
 PARAMETERS = {"G1": 0.75e9, "G2": 13.89e6, "eta1": 3.1486e12, "eta2": 120.9e9}

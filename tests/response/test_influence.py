@@ -13,9 +13,9 @@ import jaxcontact as jc
 from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import image_weights
 from jaxcontact.reference import refined_grid
-from jaxcontact.response.body import response_of
-from jaxcontact.response.influence import coefficients as influence
-from jaxcontact.response.influence.images import Images
+from jaxcontact.response import coefficients as influence
+from jaxcontact.response.images import Images
+from jaxcontact.response.normal import response_of
 
 influence_coefficients = jax.jit(
     influence.influence_coefficients

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
-from jaxcontact.response.body import response_of
+from jaxcontact.response.normal import response_of
 
 EXACT = 1e-13  # float64 sums of positive terms
 step = jax.jit(

@@ -12,11 +12,9 @@ from tolerances import ROUND_OFF
 import jaxcontact as jc
 from jaxcontact.operators import kernels as gridded
 from jaxcontact.reference.layered_solid import surface_response
-from jaxcontact.response.body import response_of
-from jaxcontact.response.layered import Stack
+from jaxcontact.response.in_time import products, separate
+from jaxcontact.response.normal import Stack, response_of
 from jaxcontact.response.stack import mean_step, step, surface_compliance
-from jaxcontact.response.time.rational import separate
-from jaxcontact.response.time.separable import products
 
 
 def closed_form(body, wavenumber, start, end):

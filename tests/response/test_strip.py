@@ -9,8 +9,8 @@ from bodies import STEEL
 from scipy import integrate, special
 
 import jaxcontact as jc
-from jaxcontact.response.influence.images import Images
-from jaxcontact.response.influence.strip_coefficients import strip_coefficients
+from jaxcontact.response.coefficients import strip_coefficients
+from jaxcontact.response.images import Images
 
 FILM = jc.StandardLinearSolid(G1=1e9, G2=1e9, eta2=1e9, nu=0.3)
 ON_FILM = jc.LayeredHalfSpace([jc.Layer(FILM, 3e-6)], STEEL)

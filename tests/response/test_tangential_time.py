@@ -7,8 +7,7 @@ from laplace import inverted
 
 import jaxcontact as jc
 from jaxcontact.reference.layered_solid import surface_response
-from jaxcontact.response.time.tangential_images import images_at
-from jaxcontact.response.time.tangential_time import tangential_expansion
+from jaxcontact.response.tangential import images_at, tangential_expansion
 
 H = 1e-5
 MAXWELL = jc.Maxwell(G=1e9, eta=1e9, nu=0.4)

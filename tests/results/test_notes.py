@@ -19,10 +19,10 @@ import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.recorded_warnings import recorded_warnings
-from jaxcontact.files import storage
+from jaxcontact.results import storage
 from jaxcontact.results.notes import Diagnostics, Note
 
-RESULTS = {name: kind for name, kind in storage.KINDS.items() if kind is not jc.InteriorFields}
+RESULTS = {name: kind for name, kind in storage.result_classes().items() if kind is not jc.InteriorFields}
 BALL = jc.Sphere(5e-3, STEEL)
 GRID = jc.Grid.square(n=16, width=300e-6)
 

@@ -15,8 +15,7 @@ from tolerances import PEAK_ON_FEW_CELLS
 import jaxcontact as jc
 from jaxcontact._support.prefixes import prefixed
 from jaxcontact.results import labels
-from jaxcontact.results.picture_style import colours_of_time, time_axis
-from jaxcontact.results.plotting import pick
+from jaxcontact.results.plotting import colours_of_time, pick, time_axis
 from jaxcontact.results.summaries import component
 
 GRID = jc.Grid.square(n=32, width=5e-4)

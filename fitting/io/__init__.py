@@ -1,1 +1,0 @@
-"""Conversion of an instrument's file to columns in SI units, one module for each step."""

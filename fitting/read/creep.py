@@ -1,0 +1,302 @@
+"""The reader of creep tests: compliance, or strain under a stress, over time."""
+
+import os
+import re
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from fitting.data import units as unit_table
+from fitting.data.curves import CONVENTIONS, CreepData
+from fitting.read import cleaning, loading_time
+from fitting.read.columns import Series, Wanted, has, locate
+from fitting.read.curves import (
+    COMPLIANCE,
+    CREEP_MODULUS,
+    TIME,
+    build,
+    check_holdings,
+    checked_options,
+    curves_of,
+    heated,
+    once,
+    stated_number,
+)
+from fitting.read.table import Block, Table, kind_of, number, read_heading, read_table, says_shear
+
+# Flow ramps and flow curves in the export of a rheometer, which are no creep tests although they have stress and
+# strain.
+
+
+NAMED = re.compile(
+    r"flow\s*(?:ramp|sweep|curve|step)|shear\s*rate\s*(?:ramp|sweep)|viscosity\s*curve|flie(?:ß|ss)kurve|viskositätskurve"
+    r"|courbe\s*d.écoulement|curva\s*de\s*flujo|流動曲線|フローカーブ",
+    re.IGNORECASE,
+)
+RISE = 1.5  # least factor of the stress from the first quarter to the middle, and from there to the end
+
+
+def sorted_out(table: Table, parts: list[Series], chosen: bool) -> list[Series]:
+    """Return the curves of a creep file without its flow ramps, all of them where some are ``chosen`` by the caller.
+
+    Raises:
+        ValueError: the file has nothing else.
+    """
+    blocks = [block for block in table.blocks if _flows(block, table.dialect.decimal)]
+    lines = {line for block in blocks for line, _ in block.rows}
+    flowing = [part for part in parts if int(part.lines[0]) in lines]
+    if not flowing or chosen:
+        return parts
+    left = [part for part in parts if int(part.lines[0]) not in lines]
+    if not left:
+        refuse(table.path, flowing[0])
+    names = ", ".join(part.name or f"line {part.lines[0]}" for part in flowing)
+    return [part.say(f"flow ramps left out: {names}") for part in left]
+
+
+def check(table: Table, part: Series) -> None:
+    """Raise ValueError for a chosen curve that is a flow ramp."""
+    blocks = [block for block in table.blocks if any(line == part.lines[0] for line, _ in block.rows)]
+    if blocks and _flows(blocks[0], table.dialect.decimal):
+        refuse(table.path, part)
+
+
+def refuse(path: str, part: Series) -> None:
+    """Raise ValueError that says why a curve is no creep test."""
+    name = f" ({part.name})" if part.name else ""
+    raise ValueError(
+        f"{path}: line {part.lines[0]}: expected a creep test, got a flow ramp{name}, whose rate is changed: it has no"
+        " compliance, and its viscosity is not fitted here"
+    )
+
+
+def _flows(block: Block, decimal: str) -> bool:
+    """Return whether a block has the name of a flow ramp, or a viscosity and a rate beside a stress that keeps changing."""
+    if NAMED.search(block.name):
+        return True
+    kinds = [read_heading(cell).kind for cell in block.header.cells] if block.header else []
+    if not {"viscosity", "shear rate", "stress"} <= set(kinds):
+        return False
+    place = kinds.index("stress")
+    found = [number(row[place], decimal) for _, row in block.rows if place < len(row)]
+    stress = np.abs([value for value in found if value is not None])
+    if stress.size < 8:
+        return False
+    quarter, middle, last = stress[stress.size // 4], stress[stress.size // 2], stress[-1]
+    low, high = min(quarter, last), max(quarter, last)
+    return bool(low > 0.0 and RISE * low <= middle and RISE * middle <= high)
+
+
+STRAIN = Wanted("strain", ("strain", "tensile strain"))
+STRESS = Wanted("stress", ("stress", "tensile stress"))
+STRESS_FACT = r"(?im)\bstress=([0-9.eE+-]+)\s*;"  # RepTate, in Pa
+STATED = (
+    re.compile(
+        r"\W*(?P<name>[^:=;,\t\d]+?)\s*[:=;,\t]+\s*(?P<value>[-+\d.,eE]+)[\s;,\t]*[\[(]?(?P<unit>[^\s;,\])]+)\W*"
+    ),
+    re.compile(
+        r"\W*(?P<name>[^:=;,\t\d\[(]+?)\s*[\[(](?P<unit>[^\s\])]+)[\])]\s*[:=;,\t]+\s*(?P<value>[-+\d.,eE]+)[\s;,\t]*"
+    ),
+)  # "Stress: 100 Pa", "Stress (Pa): 100"
+
+
+def read_creep(
+    path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None, convention: str = "J",
+    nu: float | None = None, stress: float | None = None, start: float | None = None,
+    segment: int | str | Sequence[int | str] | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> CreepData:  # fmt: skip
+    """Read time and compliance, or time, strain and stress, or time and creep modulus, of a creep test.
+
+    A creep modulus is strain over stress inverted, 1/D(t) (ISO 899-1, in tension): its inverse is the compliance.
+
+    A stress column beside a compliance determines its meaning: J(t) if the stress is constant; if it varies, the
+    compliance is the quotient of strain and stress, and the strain is used with the measured stress.
+
+    Args:
+        path: a text file: CSV, TSV, exports of rheometers (TRIOS, Anton Paar, RepTate) and others.
+        columns: places of columns that the header does not identify: {"t": header or position from 0, "J": ...,
+            "strain": ..., "stress": ..., "creep_modulus": ...}, and {"sigma": ...} for a column of standard deviations of J
+            or strain, in the unit of these if it has none of its own.
+        units: {"t": "h", "J": "1/MPa"}; they take precedence over the header.
+        convention: meaning of the compliance: "J" = gamma/tau in shear, "1/(2G)", or "D" = strain/stress in
+            tension, which needs nu.
+        nu: Poisson's ratio of a tensile test, J = 2 (1 + nu) D; required for a column that is named as tensile
+            ("D(t)", "tensile strain").
+        stress: the constant stress [Pa] of a file that has strain alone.
+        start: time of loading [s] on the file's clock. Without it the file must show it, and a note states the
+            time used.
+        segment: the step or interval of a file with several, by name or position from 0; several are joined.
+        window: (begin, end) [s] of the file's clock, None for an open side.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
+
+    Returns:
+        The curve in SI, with notes on what was read and corrected.
+
+    Raises:
+        ValueError: a file that cannot be read, in a message of one line.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "film.csv"
+        >>> _ = file.write_text("t [min],J [1/MPa]\\n" + "".join(f"{t},{2 + t}\\n" for t in range(1, 7)))
+        >>> data = fitting.read_creep(file)
+        >>> print(data.t[0], data.J[0])
+        60.0 3e-06
+    """
+    if convention not in CONVENTIONS:
+        raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
+    table = read_table(path, decimal, columns)
+    keys = ("t", "J", "strain", "stress", "creep_modulus", "sigma")
+    columns, units = checked_options(table, columns, units, keys)
+    wanted = wanted_of(table, columns, units, stress)
+    parts = curves_of(table, wanted, columns, units, "", segment, segment is not None)
+    parts = sorted_out(table, parts, segment is not None)
+    taken = cleaning.choose(table.path, "segment", parts, segment)
+    check(table, taken)
+    taken = heated(table, taken, None)
+    return creep_of(table, taken, convention, nu, stress, start, window)
+
+
+def creep_of(
+    table: Table, taken: Series, convention: str, nu: float | None, stress: float | None, start: float | None,
+    window: tuple[float | None, float | None] | None, temperature: float | None = None,
+) -> CreepData:  # fmt: skip
+    """Return the creep test of a series with the columns of ``wanted_of``."""
+    if "creep_modulus" in taken.values:
+        taken = _inverse(table.path, taken)
+    if "J" in taken.values and "stress" in taken.values:
+        taken = cleaning.settle(table.path, taken, window and window[1])
+    convention, taken = _tension(table, taken, convention, nu)
+    taken = loading_time.shift(table.path, taken, start)
+    fields: dict[str, Any] = {"convention": convention, "nu": nu}
+    if "J" in taken.values:
+        loading_time.check_clock(table.path, taken, start)
+        taken = cleaning.complete(table.path, cleaning.window(taken, window), positive=("J",))
+        taken = cleaning.check_times(table.path, cleaning.ordered(taken))
+        fields |= {"J": taken.values["J"], "start": 0.0}
+        loading_time.check_course(table.path, taken.values["t"], fields["J"])
+    else:
+        taken = cleaning.ordered(cleaning.complete(table.path, _stressed(table, taken, stress)))
+        taken, fields["stress"] = loading_time.loaded(table.path, taken, start)
+        taken = cleaning.window(taken, window)
+        taken = cleaning.check_times(table.path, taken)
+        fields["strain"] = taken.values["strain"]
+        loading_time.check_course(table.path, taken.values["t"], fields["strain"], fields["stress"][1])
+    fields |= {"sigma": taken.values.get("sigma"), "temperature": temperature}
+    return build(table.path, CreepData, t=taken.values["t"], notes=once(taken.notes), **fields)
+
+
+def _inverse(path: str, taken: Series) -> Series:
+    """Return the series with the compliance, the inverse of its creep modulus, of a test in tension unless the column names
+    shear."""
+    modulus, column = taken.values["creep_modulus"], taken.columns["creep_modulus"]
+    if "sigma" in taken.values:
+        raise ValueError(
+            f"{path}: columns['sigma']: expected none beside a creep modulus, got one: it is not that of 1/J"
+        )
+    with np.errstate(divide="ignore"):
+        compliance = np.where(modulus > 0.0, 1.0 / modulus, np.nan)
+    shear = column.name == "shear creep modulus"
+    inverse = column._replace(
+        name="compliance" if shear else "tensile compliance",
+        shown="shear compliance" if shear else column.shown,
+    )
+    values = {**{key: one for key, one in taken.values.items() if key != "creep_modulus"}, "J": compliance}
+    columns = {**{key: one for key, one in taken.columns.items() if key != "creep_modulus"}, "J": inverse}
+    return taken._replace(values=values, columns=columns).say(
+        f"{column.label}: its inverse is the compliance"
+    )
+
+
+def wanted_of(table: Table, columns: dict, units: dict, stress: float | None) -> tuple[Wanted, ...]:
+    """Return the wanted columns of a creep test."""
+    wanted = _what(table, columns, stress)
+    if "sigma" in columns:
+        wanted = (*wanted, Wanted("sigma", wanted[1].names))
+    if COMPLIANCE in wanted:
+        wanted = (*wanted, *_beside(table, columns, units))
+    return wanted
+
+
+def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ...]:
+    """Return the wanted columns: compliance where a block has it, otherwise strain and stress."""
+    some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
+    others = {"J", "strain", "stress"} & set(columns)
+    if CREEP_MODULUS.key in columns or (
+        some(CREEP_MODULUS) and not others
+    ):  # then a compliance beside it is 1/D too
+        return TIME, CREEP_MODULUS
+    if some(COMPLIANCE) or not some(STRAIN):
+        if not some(COMPLIANCE) and "J" not in columns:
+            check_holdings(table, "a creep compliance or strain and stress", "read_creep")
+        return TIME, COMPLIANCE
+    alone = stress is not None or _stated_stress(table.blocks[0].before) is not None
+    if not some(STRAIN, STRESS) and not alone and "strain" not in columns:
+        raise ValueError(
+            f"{table.path}: column 'stress': expected one beside the strain, got none: give stress= [Pa]"
+        )
+    return (TIME, STRAIN, STRESS) if some(STRAIN, STRESS) else (TIME, STRAIN)
+
+
+def _beside(table: Table, columns: dict, units: dict) -> list[Wanted]:
+    """Return the stress, and the strain, in the columns beside a compliance; empty where the stress is missing or
+    ambiguous."""
+    blocks = [block for block in table.blocks if has(block, COMPLIANCE, columns)]
+
+    def told(wanted: Wanted) -> bool:
+        try:
+            return bool(blocks) and all(locate(table, block, wanted, columns, units) for block in blocks)
+        except (ValueError, AssertionError):
+            return False
+
+    return [wanted for wanted in (STRESS, STRAIN) if told(wanted)] if told(STRESS) else []
+
+
+def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
+    """Return the series with a stress, from the file or the caller."""
+    if "stress" in taken.values:
+        if stress is not None:
+            raise ValueError(
+                f"{table.path}: stress: expected none for a file with a column of stress, got {stress!r}"
+            )
+        return taken
+    value = _stated_stress(taken.before) if stress is None else float(stress)
+    if not value or not np.isfinite(value):
+        raise ValueError(f"{table.path}: stress: expected a stress in Pa that is not zero, got {value!r}")
+    values = taken.values | {"stress": np.full(taken.lines.size, value)}
+    return taken._replace(values=values).say(f"constant stress {value:g} Pa")
+
+
+def _tension(table: Table, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:
+    """Return the convention that the columns declare; a tensile test is never taken as shear."""
+    columns = [taken.columns[key] for key in ("J", "strain", "stress") if key in taken.columns]
+    tensile = [column.label for column in columns if (column.name or "").startswith("tensile")]
+    if tensile and nu is None:
+        raise ValueError(
+            f"{table.path}: column {tensile[0]!r}: a tensile test needs nu= for J = 2 (1 + nu) D, got none"
+        )
+    if tensile and convention == "1/(2G)":
+        raise ValueError(f"{table.path}: convention: expected 'D' for {tensile[0]!r}, got {convention!r}")
+    if tensile:
+        return "D", taken.say(f"{tensile[0]}: tension, J = 2 (1 + nu) D with nu = {nu:g}")
+    if nu is not None and convention != "D":
+        raise ValueError(
+            f"{table.path}: nu: goes with tension, convention='D'; got convention={convention!r}"
+        )
+    silent = [column.label for column in columns if not says_shear(column.shown)]
+    if convention == "J" and len(silent) == len(columns):
+        return convention, taken.say(f"{silent[0]}: taken as shear; for tension give convention='D' and nu=")
+    return convention, taken
+
+
+def _stated_stress(text: str) -> float | None:
+    """Return the one stress [Pa] that the text above the columns states with its unit ("Stress: 100 Pa"), or None."""
+    found = set()
+    for parts in filter(None, (form.fullmatch(line) for line in text.splitlines() for form in STATED)):
+        if kind_of(parts["name"]) in STRESS.names and unit_table.is_unit("stress", parts["unit"]):
+            value = number(parts["value"], ".")
+            value = number(parts["value"], ",") if value is None else value
+            found |= set() if value is None else {value * unit_table.factor("stress", parts["unit"])}
+    return found.pop() if len(found) == 1 else stated_number(STRESS_FACT, text)

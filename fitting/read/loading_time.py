@@ -1,0 +1,141 @@
+"""Time of loading of a creep test: as given by the caller or shown in the file, otherwise an error that asks for it."""
+
+import numpy as np
+
+from fitting.data.contact import sample_noise, smooth
+from fitting.data.curves import counts_from_zero
+from fitting.read.columns import Series
+
+ZERO = 0.01  # fraction of the largest stress below which the stress is zero
+NOTHING = 1e-6  # fraction of it that is certainly zero
+JUMP = 0.1  # change between samples at a jump, as a fraction of the largest stress
+FALL = 0.2  # fraction of its maximum by which a creep curve may fall
+SURE = 3.0  # significant fall in standard deviations of the noise
+LEAST = 5  # number of samples below which no check is made
+
+
+def shift(path: str, series: Series, start: float | None) -> Series:
+    """Return the series with times from the start of the load [s], without earlier rows; unchanged for None.
+
+    Raises:
+        ValueError: a start that is not before the last sample.
+    """
+    if start is None:
+        return series
+    t = series.values["t"]
+    if not (np.isfinite(start) and start < np.nanmax(t)):
+        raise ValueError(f"{path}: start: expected a time before the last, {np.nanmax(t):g} s; got {start!r}")
+    later = series.pick(~(t < start))
+    later = later._replace(values=later.values | {"t": later.values["t"] - start}, zero=series.zero + start)
+    left = series.lines.size - later.lines.size
+    note = f"; {left} rows before it left out" if left else ""
+    return later.say(f"the load begins at {start:g} s of the file's clock, t counts from there{note}")
+
+
+def check_clock(path: str, series: Series, start: float | None) -> None:
+    """Raise ValueError unless t counts from the load, since J(t) and G(t) are functions of the time since loading.
+
+    Args:
+        path: for messages.
+        series: all rows of the file, before a window is taken.
+        start: time of loading given by the caller.
+
+    Raises:
+        ValueError: no start is given, and the clock may have started before the load; the message names both options.
+    """
+    t = np.unique(series.values["t"][np.isfinite(series.values["t"])])
+    if start is None and series.columns["t"].name != "step time" and not counts_from_zero(t):
+        raise ValueError(
+            f"{path}: expected t to count from the load, got a first sample at {t[0]:g} s: give start={t[0]:g} if the load "
+            "began with it, start=0 if t counts from the load"
+        )
+
+
+def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tuple[np.ndarray, np.ndarray]]:
+    """Return the strain from the start of the stress on, and the stress (knots [s], values [Pa]), piecewise linear.
+
+    With a start (after ``shift``) the stress steps there to its first value. Otherwise, if it is zero at
+    first, it rises between two samples; if it is present from the first sample on, it steps at the zero of a
+    clock that appears to start with it, or rises from there if its first values lie on a line through the origin.
+
+    Raises:
+        ValueError: the file does not show when the stress began; the message names ``start``.
+    """
+    t, stress = series.values["t"], series.values["stress"]
+    largest = np.max(np.abs(stress))
+    first = _first(np.abs(stress))
+    later = np.abs(np.diff(stress[first:])) > JUMP * largest
+    if np.any(later):
+        between = t[first:][np.argmax(later)], t[first:][np.argmax(later) + 1]
+        series = series.say(
+            f"the stress changes between {between[0]:g} and {between[1]:g} s, taken as linear"
+        )
+    if start is not None:
+        return series.pick(slice(first, None)), _step(t[first:], stress[first:])
+    if first > 0:
+        begin, end = float(t[first - 1]), float(t[first])
+        series = shift(path, series.pick(slice(first - 1, None)), begin)
+        series = series.say(f"the stress rises between {begin:g} and {end:g} s; if it is a step, give start=")
+        return series, (series.values["t"], series.values["stress"])
+    if series.columns["t"].name != "step time" and not counts_from_zero(t):
+        raise ValueError(
+            f"{path}: stress: expected the beginning of the stress in the file, got a stress from the first sample on, at"
+            f" {t[0]:g} s: give the time of loading, start= [s]"
+        )
+    if _ramps(t, stress):
+        series = series.say("the stress is taken to rise from zero at t = 0; if not, give start=")
+        return series, (np.append(0.0, t), np.append(0.0, stress))
+    return series.say("the stress is taken to begin at t = 0; if not, give start="), _step(t, stress)
+
+
+def check_course(path: str, t: np.ndarray, y: np.ndarray, stress: np.ndarray | None = None) -> None:
+    """Raise ValueError if a compliance, or a strain under a constant stress, falls as in a recovery.
+
+    Raises:
+        ValueError: it falls by a fifth, or strain and stress have opposite signs.
+    """
+    if stress is not None:
+        if np.median(y) * np.median(stress) < 0:
+            raise ValueError(f"{path}: strain: expected the sign of the stress, got the opposite")
+        if np.ptp(stress) > ZERO * np.max(np.abs(stress)):
+            return
+    if t.size < LEAST:
+        return
+    course = smooth(np.abs(y))
+    top = int(np.argmax(course))
+    fall = course[top] - course[top:].min()
+    if fall > FALL * course[top] and fall > SURE * sample_noise(y):
+        last = t[np.argmax(np.abs(y))]
+        raise ValueError(
+            f"{path}: expected a creep curve that rises, got one that falls after {last:g} s: a recovery? "
+            f"window=(0, {last:.6g}) selects the creep"
+        )
+
+
+def _first(stress: np.ndarray) -> int:
+    """Return the index of the first sample under stress (n,) >= 0; for a slow rise, of the beginning of the rise."""
+    first = int(np.argmax(stress > ZERO * stress.max()))
+    if first == 0:
+        return 0
+    least = max(NOTHING * stress.max(), SURE * sample_noise(stress[: first + 2]) if first > 1 else 0.0)
+    while (
+        first > 0
+        and stress[first - 1] > least
+        and (first == 1 or stress[first - 1] - stress[first - 2] > least)
+    ):
+        first -= 1
+    return first
+
+
+def _ramps(t: np.ndarray, stress: np.ndarray) -> bool:
+    """Return whether a sloping line through the first stresses passes through zero at t = 0."""
+    few = slice(0, LEAST)
+    if t[0] <= 0.0 or np.unique(t[few]).size < LEAST:
+        return False
+    slope, at_zero = np.polyfit(t[few], stress[few], 1)
+    return bool(abs(slope * t[0]) > JUMP * abs(stress[0]) and abs(at_zero) < JUMP * abs(stress[0]))
+
+
+def _step(t: np.ndarray, stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a stress that steps at t = 0 to its first value."""
+    return np.concatenate([[0.0], t]), np.concatenate([stress[:1], stress])

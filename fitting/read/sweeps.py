@@ -1,0 +1,192 @@
+"""Reader of tests at several temperatures, for their superposition: one curve for each temperature of a file."""
+
+import math
+import os
+import re
+from typing import Any
+
+import numpy as np
+
+from fitting.data.curves import since_load
+from fitting.data.units import CELSIUS
+from fitting.read.columns import Series, Wanted, has
+from fitting.read.creep import creep_of, wanted_of
+from fitting.read.curves import (
+    COMPLIANCE,
+    CREEP_MODULUS,
+    DRIFT,
+    MODULUS,
+    STORAGE,
+    TIME,
+    checked_options,
+    curves_of,
+)
+from fitting.read.modulus import (
+    ANGLE,
+    COMPLEX,
+    FACTOR,
+    LOSS,
+    OMEGA,
+    oscillation_of,
+    pair_of,
+    relaxation_of,
+    swept,
+)
+from fitting.read.table import Block, Table, read_heading, read_table
+
+TEMPERATURE = Wanted("temperature", ("temperature",))
+ZERO = 273.15  # K, of the Celsius scale
+STEP = 1.5  # change [K] between neighbouring rows that begins a test at another temperature
+LEAST = 5  # fewest points of a curve
+DEGREES = "|".join(map(re.escape, sorted((*CELSIUS, "K"), key=len, reverse=True)))
+STATED = (
+    rf"(?im)\bT(?:emp(?:eratur(?:e)?)?)?\s*[=:]\s*(?P<value>-?\d+(?:[.,]\d+)?)\s*(?P<unit>{DEGREES})\b",
+    r"(?m)\bT=(?P<value>-?\d+(?:\.\d+)?);(?P<unit>)",  # RepTate, in °C
+)
+IN_NAME = rf"(?P<value>-?\d+(?:[.,]\d+)?)\s*(?P<unit>{DEGREES})(?![A-Za-z])"  # "Frequency sweep 130 °C"
+
+
+def read_sweeps(
+    path: str | os.PathLike, *, temperature: float | None = None, columns: dict | None = None,
+    units: dict | None = None, convention: str | None = None, nu: float | None = None,
+    window: tuple[float | None, float | None] | None = None, decimal: str | None = None,
+) -> list[Any]:  # fmt: skip
+    """Read tests at one or several temperatures, for ``fit_master``.
+
+    The file has storage and loss moduli, a relaxation modulus, a creep compliance or a creep modulus. A column of
+    temperatures gives that of each test, which begins where the frequencies or times start again or the temperature
+    changes by more than 1.5 K; otherwise the temperature is that in the name of the step or in the text above it.
+
+    Args:
+        path: a text file.
+        temperature: [K] of the whole file, which takes precedence over what it states.
+        columns: columns that the header does not identify, as in ``read_oscillation``, ``read_relaxation`` and
+            ``read_creep``, and {"temperature": header or position from 0}.
+        units: as there; {"temperature": "C"} or "K" for a column without a unit.
+        convention: as there; None is tension where nu is given, and shear without it.
+        nu: Poisson's ratio of a tensile test.
+        window: (begin, end) of the angular frequencies [rad/s] or times [s], None for an open side.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
+
+    Returns:
+        A list of curves in SI, each with its ``temperature``.
+
+    Raises:
+        ValueError: a file that cannot be read, that states no temperature, whose temperature changes by more than 5 K
+            within a curve, or whose times go on from one relaxation or creep test to the next, in a message of one line.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "melt.csv"
+        >>> rows = "".join(f"{w},{w * a},{9 * a},{T}\\n" for T, a in ((130, 2), (150, 1)) for w in range(1, 7))
+        >>> _ = file.write_text("omega [rad/s],G' [kPa],G'' [kPa],T [°C]\\n" + rows)
+        >>> [one.temperature for one in fitting.read_sweeps(file)]
+        [403.15, 423.15]
+    """
+    table = read_table(path, decimal, columns)
+    pairs = (one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR))
+    keys = ("t", "modulus", "J", "creep_modulus", "sigma", "omega", TEMPERATURE.key, *pairs)
+    columns, units = checked_options(table, columns, units, keys)
+    some = lambda wanted: any(has(block, wanted, columns) for block in table.blocks)
+    crept = (some(COMPLIANCE) or some(CREEP_MODULUS)) and not some(STORAGE)
+    relaxed = some(MODULUS) and not crept and not some(STORAGE)
+    if crept:
+        wanted = tuple(
+            one for one in wanted_of(table, columns, units, None) if one.key not in ("stress", "strain")
+        )
+    else:
+        wanted = (TIME, MODULUS) if relaxed else (OMEGA, *pair_of(table, columns))
+    found: list[Any] = []
+    parts = _parts(table, wanted, columns, units, temperature is None)
+    for part in parts if crept or relaxed else swept(parts, math.inf):
+        if part.error:
+            raise ValueError(part.error)
+        held = _held(table.path, part, units) if temperature is None else temperature
+        part = part._replace(values={k: v for k, v in part.values.items() if k != TEMPERATURE.key})
+        if part.lines.size < LEAST:
+            continue
+        if crept:
+            given = convention or ("J" if nu is None else "D")
+            found.append(creep_of(table, part, given, nu, None, None, window, held))
+        elif relaxed:
+            part = part.say(*since_load(np.unique(part.values["t"]), None)[1])
+            given = convention or ("G" if nu is None else "E")
+            found.append(relaxation_of(table.path, part, given, nu, 0.0, window, held))
+        else:
+            given = convention or ("G" if nu is None else "E")
+            found.append(oscillation_of(table.path, part, units, given, nu, window, held))
+    if not found:
+        raise ValueError(
+            f"{table.path}: expected curves of at least {LEAST} points at one temperature, got none"
+        )
+    return found
+
+
+def _parts(
+    table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict, heated: bool
+) -> list[Series]:
+    """Return the curves of a file, each at one temperature."""
+    place = next((_column(block) for block in table.blocks if _column(block) is not None), None)
+    if heated and (place is not None or TEMPERATURE.key in columns):
+        wanted, columns = (*wanted, TEMPERATURE), {TEMPERATURE.key: place, **columns}
+    parts = curves_of(table, wanted, columns, units, divided=True)
+    return [piece for part in parts for piece in _pieces(table.path, part)]
+
+
+def _column(block: Block) -> int | None:
+    """Return the place of the first column of temperatures."""
+    cells = block.header.cells if block.header else []
+    return next((k for k, cell in enumerate(cells) if read_heading(cell).kind == TEMPERATURE.key), None)
+
+
+def _pieces(path: str, part: Series) -> list[Series]:
+    """Return the parts of a curve between changes of the temperature.
+
+    ValueError for times that go on from one to the next, since a relaxation modulus or a compliance is a function of the
+    time since its own step.
+    """
+    T = part.values.get(TEMPERATURE.key)
+    if T is None:
+        return [part]
+    cuts = np.flatnonzero(np.abs(np.diff(T)) > STEP) + 1
+    if cuts.size and "t" in part.values:
+        raise ValueError(
+            f"{path}: t: expected times that start again with the step at each temperature, got times that go on at"
+            f" {part.values['t'][cuts[0]]:g} s, where it changes from {T[cuts[0] - 1]:g} to {T[cuts[0]]:g}: subtract the"
+            " time of each step"
+        )
+    return [part.pick(rows) for rows in np.split(np.arange(T.size), cuts)]
+
+
+def _held(path: str, part: Series, units: dict) -> float:
+    """Return the temperature of a curve [K]: the median of its column, or what its name or the text above it states."""
+    T = part.values.get(TEMPERATURE.key)
+    if T is None:
+        return _stated(path, part.name, part.before)
+    column = part.columns[TEMPERATURE.key]
+    unit = str(units.get(TEMPERATURE.key, column.unit or ""))
+    if not unit:
+        raise ValueError(
+            f"{path}: column {column.label!r}: expected a temperature in °C or K, got neither: give"
+            " units={'temperature': 'C'} or 'K'"
+        )
+    if np.nanmax(T) - np.nanmin(T) > DRIFT:
+        raise ValueError(
+            f"{path}: column {column.label!r}: expected one temperature within a curve, got {np.nanmin(T):g} to"
+            f" {np.nanmax(T):g}: a ramp cannot be superposed"
+        )
+    zero = 0.0 if unit.strip("[]() ").casefold() == "k" else ZERO
+    return round(float(np.nanmedian(T)) + zero, 6)
+
+
+def _stated(path: str, *texts: str) -> float:
+    """Return the temperature [K] that the name of a step or the text above it states."""
+    patterns = [(IN_NAME, texts[0])] if len(texts) > 1 else []
+    for pattern, text in [*patterns, *((one, texts[-1]) for one in STATED)]:
+        hits = {(m["value"].replace(",", "."), m["unit"]) for m in re.finditer(pattern, text)}
+        if len(hits) == 1:
+            value, unit = hits.pop()
+            return round(float(value) + (0.0 if unit.casefold() == "k" else ZERO), 6)
+    raise ValueError(
+        f"{path}: temperature: expected a column, or a step or a line that states it, got none: give temperature= [K]"
+    )

@@ -1,0 +1,802 @@
+"""Blocks of numbers in a text; an export may hold several, each with its own header."""
+
+import csv
+import datetime
+import importlib
+import itertools
+import math
+import os
+import re
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from fitting.data import units
+
+# Workbooks (.xlsx, .xls, .ods) as text, by the library python-calamine, which is imported on first use.
+
+
+def as_text(name: str) -> str:
+    """Return the rows of all sheets with tabs between cells; the name of each of several sheets stands above it.
+
+    Raises:
+        ValueError: python-calamine is not installed, or cannot read the file; the message says what to do.
+    """
+    try:
+        library = importlib.import_module("python_calamine")
+    except ImportError:
+        raise ValueError(
+            f"{name}: a workbook needs python-calamine: pip install 'jaxcontact[workbooks]', or save the sheet as CSV"
+        ) from None
+    try:
+        book = library.CalamineWorkbook.from_path(name)
+        sheets = {sheet: book.get_sheet_by_name(sheet).to_python() for sheet in book.sheet_names}
+    except Exception as error:  # its errors have no common base
+        what = (str(error) or type(error).__name__).splitlines()[0][:200]
+        raise ValueError(f"{name}: not a workbook that can be read ({what}): save the sheet as CSV") from None
+    filled = {sheet: rows for sheet, rows in sheets.items() if rows}
+    parts = ["\n".join("\t".join(map(_cell, row)) for row in rows) for rows in filled.values()]
+    if len(parts) > 1:
+        parts = [f"[step]\n{sheet}\n{part}" for sheet, part in zip(filled, parts, strict=True)]
+    return "\n".join(parts) + "\n"
+
+
+def _cell(value: Any) -> str:
+    """Return a cell as text: numbers in full, times of day and durations as seconds in hh:mm:ss, without line breaks."""
+    if isinstance(value, datetime.timedelta):
+        minutes, seconds = divmod(value.total_seconds(), 60.0)
+        return f"{int(minutes // 60)}:{int(minutes % 60):02d}:{seconds:09.6f}"
+    if isinstance(value, datetime.time):
+        return f"{value.hour}:{value.minute:02d}:{value.second + 1e-6 * value.microsecond:09.6f}"
+    return repr(value) if isinstance(value, float) else " ".join(str(value).split())
+
+
+# Names of columns in English, German, French, Spanish and Japanese, and parsing of headings.
+
+
+# Names are compared without case (one letter apart: T is a temperature), blanks, dots, hyphens, underscores.
+NAMES = {
+    "time": "t time testtime seriestime elapsedtime totaltime creeptime timeonsample runtime time(sequence)"
+    " temps tempsd'essai tempsdemesure tempsécoulé durée tiempo tiempodeensayo"
+    " tiempototal 時間 経過時間 測定時間 試験時間 zeit messzeit prüfzeit versuchszeit gesamtzeit kriechzeit testzeit",
+    "step time": "tempsd'étape tiempodepaso ステップ時間 steptime intervaltime segmenttime"
+    " time(action) schrittzeit intervallzeit abschnittszeit"
+    " segmentzeit",
+    "compliance": "J j j(t) jt compliance creepcompliance shearcompliance shearcreepcompliance"
+    " complaisance complaisancedefluage complianza complianzadefluencia"
+    " コンプライアンス クリープコンプライアンス nachgiebigkeit"
+    " kriechnachgiebigkeit schernachgiebigkeit schubnachgiebigkeit komplianz",
+    "tensile compliance": "D d(t) tensilecompliance tensilecreepcompliance uniaxialcompliance"
+    " extensionalcompliance axialcompliance flexuralcompliance dehnnachgiebigkeit zugnachgiebigkeit"
+    " zugkriechnachgiebigkeit biegenachgiebigkeit",
+    "strain": "strain strain(t) creepstrain γ γ(t) gamma gamma(t) shearstrain scherung schiebung gleitung"
+    " scherdehnung deformation scherdeformation déformation déformationdecisaillement"
+    " cisaillement deformación deformacióndecorte deformacióncortante"
+    " deformacion ひずみ 歪み せん断ひずみ",
+    "tensile strain": "ε ε(t) epsilon tensilestrain axialstrain extensionalstrain engineeringstrain"
+    " truestrain elongation flexuralstrain dehnung kriechdehnung zugdehnung längsdehnung",
+    "stress": "stress stress(t) appliedstress creepstress τ tau shearstress sxy spannung schubspannung scherspannung"
+    " contrainte contraintedecisaillement esfuerzo esfuerzocortante esfuerzodecorte"
+    " tensión tensióncortante 応力 せん断応力",
+    "tensile stress": "σ sigma tensilestress axialstress extensionalstress engineeringstress truestress"
+    " flexuralstress zugspannung normalspannung",
+    "relaxation modulus": "g(t) e(t) erelax grelax relaxationmodulus shearrelaxationmodulus tensilerelaxationmodulus"
+    " relaxationsmodul modulederelaxation móduloderelajación 緩和弾性率",
+    "modulus": "G modulus shearmodulus modul schubmodul schermodul gleitmodul module módulo 弾性率",
+    "tensile modulus": "E elasticmodulus youngsmodulus young'smodulus youngmodulus elastizitätsmodul emodul"
+    " tensilemodulus indentationmodulus",
+    # ISO 899-1 and 899-2: stress over strain under a constant stress, 1/D(t), which is no relaxation modulus
+    "creep modulus": "creepmodulus tensilecreepmodulus flexuralcreepmodulus ec(t) kriechmodul"
+    " zugkriechmodul biegekriechmodul moduledefluage módulodefluencia クリープ弾性率",
+    "shear creep modulus": "shearcreepmodulus schubkriechmodul scherkriechmodul",
+    "reduced modulus": "reducedmodulus reducedmod er reduziertermodul",
+    "stated modulus": "storagemod",
+    "contact area": "contactarea projectedarea projectedcontactarea kontaktfläche airedecontact áreadecontacto 接触面積",
+    "angular frequency": "ω omega w angularfrequency angfrequency kreisfrequenz winkelfrequenz pulsation"
+    " fréquenceangulaire frecuenciaangular 角周波数 角振動数",
+    "frequency": "ν f freq frequency testfrequency frequenz prüffrequenz fréquence frecuencia 周波数",
+    "storage modulus": "g' gstor storagemodulus shearstoragemodulus speichermodul speicherschubmodul"
+    " moduledeconservation moduleélastique módulodealmacenamiento móduloelástico 貯蔵弾性率 貯蔵せん断弾性率",
+    "loss modulus": "g'' g\" gloss lossmodulus shearlossmodulus verlustmodul verlustschubmodul"
+    " moduledeperte modulevisqueux módulodepérdida móduloviscoso 損失弾性率 損失せん断弾性率",
+    "complex modulus": "g* |g*| complexmodulus complexshearmodulus dynamicmodulus dynamicshearmodulus absolutemodulus"
+    " dynamischermodul dynamischerschubmodul komplexermodul komplexerschubmodul"
+    " modulecomplexe módulocomplejo 複素弾性率",
+    "tensile complex modulus": "e* |e*| tensilecomplexmodulus tensiledynamicmodulus dynamicmodulus|e*| dynamicmodulus(|e*|)",
+    "loss factor": "tanδ tan(δ) tan(d) tandelta tan(delta) losstangent lossfactor dampingfactor verlustfaktor"
+    " dämpfungsfaktor facteurdeperte factordepérdida 損失正接",
+    "phase angle": "δ(g*) phaseangle phaseangle(δ) phaselag lossangle phasenwinkel verlustwinkel"
+    " angledephase déphasage ángulodefase 位相角",
+    "tensile storage modulus": "e' estor tensilestoragemodulus",
+    "tensile loss modulus": "e'' e\" eloss tensilelossmodulus",
+    "load": "P p F fn load force normalforce loadonsample indentload indentationload indentationforce"
+    " fz verticaldeflection vdeflection kraft standardforce standardkraft normalkraft prüfkraft last eindringkraft"
+    " forcenormale fuerza fuerzanormal carga 荷重 力 押込み荷重",
+    "depth": "h d pd disp position(z) depth indentation indentationdepth penetration penetrationdepth displacement"
+    " standardweg standardtravel"
+    " displacementintosurface indentdisp indentdisplacement eindringtiefe eindringung tiefe verschiebung profondeur"
+    " enfoncement déplacement pénétration profundidad desplazamiento penetración 深さ 押込み深さ 変位",
+    "contact stiffness": "contactstiffness harmoniccontactstiffness storagestiffness storagestiff kontaktsteifigkeit"
+    " rigiditédecontact rigidezdecontacto 接触剛性",
+    "stiffness": "stiffness harmonicstiffness dynamicstiffness steifigkeit rigidité rigidez 剛性",
+    "delta": "δ delta",  # a depth or a phase angle
+    "height": "height(measured) measuredheight heightmeasured zsensor",
+    "smoothed height": "height(measured&smoothed) smoothedmeasuredheight",
+    "commanded height": "z height height(piezo) piezo piezoposition zposition höhe piezoweg",
+    "separation": "tipsampleseparation verticaltipposition tipposition",  # falls as the tip moves inwards
+    "thickness": "thickness filmthickness layerthickness tribofilmthickness meanthickness dicke"
+    " schichtdicke filmdicke épaisseur épaisseurdufilm espesor grosor 膜厚 厚さ",
+    "viscosity": "viscosity shearviscosity viskosität scherviskosität viscosité viscosidad 粘度",
+    "shear rate": "shearrate scherrate schergeschwindigkeit vitessedecisaillement velocidaddecorte せん断速度",
+    "temperature": "T temp temperature sampletemperature temperatur probentemperatur température temperatura 温度",
+    "segment": "segment segmentindex segindex segmentno segmentnumber segmenttype phase segmentname abschnitt"
+    " interval intervalno intervalnumber intervall step stepno stepnumber stepindex schritt cycle cycleno cyclenumber"
+    " zyklus sweepno sweepnumber run runno runnumber lauf",
+}
+KINDS = {
+    "time": "t", "step time": "t", "compliance": "J", "tensile compliance": "J", "strain": "strain",
+    "tensile strain": "strain", "relaxation modulus": "stress", "stress": "stress", "tensile stress": "stress",
+    "angular frequency": "omega", "frequency": "omega", "storage modulus": "stress", "loss modulus": "stress",
+    "tensile storage modulus": "stress", "tensile loss modulus": "stress", "complex modulus": "stress",
+    "tensile complex modulus": "stress", "loss factor": "ratio", "phase angle": "angle",
+    "load": "load", "depth": "depth", "delta": "depth", "height": "depth",
+    "thickness": "depth", "smoothed height": "depth", "commanded height": "depth", "separation": "depth",
+    "modulus": "stress", "tensile modulus": "stress", "creep modulus": "stress", "shear creep modulus": "stress",
+    "reduced modulus": "stress", "stated modulus": "stress", "contact area": "area",
+    "temperature": "temperature", "stiffness": "stiffness", "contact stiffness": "stiffness",
+}  # fmt: skip
+LOOKUP = {name: kind for kind, names in NAMES.items() for name in names.split()}
+BLANK = r"(?P<name>.*\S)\s+(?P<unit>\S+)"
+BRACKETS = (
+    r"(?P<name>.*\S)\s*\[(?P<unit>[^\[\]]*)\]",
+    r"(?P<name>.*\S)\s*\((?P<unit>(?:[^()]|\([^()]*\))*)\)",
+    r"(?P<name>.*\S)\s*[{<（【](?P<unit>[^{}<>（）【】]*)[}>）】]",
+)
+AGAIN = re.compile(r"(?<=[\])])\.[0-9]+$")  # suffix that pandas adds to the second of two equal names
+LOGARITHM = re.compile(r"\s*(?:log|lg|ln|sqrt)(?:10|2|e)?(?=[\s_(\[])", re.IGNORECASE)
+FACTOR = re.compile(r"10\s*(?:\^\s*[-−+]?|[-−+])[0-9]|10[⁻⁺]?[⁰¹²³⁴-⁹]|[0-9][eE][-−+]?[0-9]")
+PARTS = (
+    r"(?P<name>.+)",
+    *BRACKETS,
+    r"(?P<name>.*\S)\s+in\s+(?P<unit>\S.*)",
+    r"(?P<name>[^/]*\S)\s*/\s*(?P<unit>\S.*)",
+    r"(?P<name>.*\S)\s*,\s*(?P<unit>\S+)",
+    "_",
+    BLANK,
+)
+PRIMES = str.maketrans({"′": "'", "’": "'", "´": "'", "″": '"', "”": '"'})
+DECLARED = ("shear", "scher", "schub", "schieb", "gleit", "γ", "gamma", "τ", "tau", "j", "sxy")
+
+
+class Heading(NamedTuple):
+    """A parsed heading: name: normalised; kind: of NAMES, None if unknown; unit: as written, None if not given."""
+
+    name: str
+    kind: str | None
+    unit: str | None
+
+
+def read_heading(cell: str) -> Heading:
+    """Parse a header cell such as "J [1/GPa]", "Depth (nm)", "time / s", "F/mN", "time_s" or "Kraft in N"."""
+    cell = AGAIN.sub("", cell.strip().strip(":"))
+    cuts = [(pattern, *found) for pattern in PARTS for found in _cuts(pattern, cell)]
+    for pattern, name, unit in cuts:
+        kind = kind_of(name)
+        if kind and (pattern is not BLANK or (kind in KINDS and units.is_unit(KINDS[kind], unit or ""))):
+            return Heading(plain(name), kind, unit)
+    for pattern, name, unit in cuts:
+        if unit is not None and (
+            pattern in BRACKETS or any(units.is_unit(kind, unit) for kind in units.KINDS)
+        ):
+            return Heading(plain(name), None, unit)
+    return Heading(plain(cell), None, None)
+
+
+def _cuts(pattern: str, cell: str) -> list[tuple[str, str | None]]:
+    """Return the ways (name, unit) in which a pattern splits the cell; by an underscore, at each of them."""
+    if pattern == "_":
+        places = [k for k, letter in enumerate(cell) if letter == "_" and not re.search(r"\s[\[(]", cell[k:])]
+        return [(cell[:k], cell[k + 1 :]) for k in reversed(places)]
+    found = re.fullmatch(pattern, cell)
+    return [(found["name"], found.groupdict().get("unit"))] if found else []
+
+
+def kind_of(name: str) -> str | None:
+    """Return the kind of a name, with or without a symbol after it: "Zeit t", "Compliance J(t)"."""
+    head, _, symbol = name.strip().rpartition(" ")
+    kind = LOOKUP.get(plain(head))
+    return LOOKUP.get(plain(name)) or (kind if kind and LOOKUP.get(plain(symbol)) == kind else None)
+
+
+def plain(name: str) -> str:
+    """Return the name without blanks and marks, in lower case if it is longer than one letter."""
+    name = re.sub(r"[\s_.\-]", "", name).translate(PRIMES)
+    return name if len(name) == 1 else name.lower()
+
+
+def says_shear(name: str) -> bool:
+    """Return whether a normalised name states that shear is meant."""
+    return name.lower().startswith(DECLARED)
+
+
+# Text of a file as numbered lines, for various encodings.
+
+
+PACKED = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0", b"\x1f\x8b")  # xlsx and ods, xls, gz
+WORKBOOK, SHEETS = PACKED[:2], (".xlsx", ".xlsm", ".xls", ".xlsb", ".ods")
+# first characters of HTML, XML, JSON, RTF and PDF; a line in angle brackets without a closing tag ("<Mach-1 File>") is text
+MARKUP = re.compile(r"<[?!]|<(?=[\s\S]*?(?:</|/>))|[{]|\[\s*[\[{]|%PDF")
+INVISIBLE = str.maketrans("", "", "\ufeff\u200b")  # byte-order marks within joined files, zero-width spaces
+OPEN = re.compile(r'(?:^|[,;\t])\s*"[^"]*$')  # a quoted cell that continues on the next line
+LONGEST = 4  # largest number of lines of such a cell
+JAPANESE = tuple(name for name in LOOKUP if len(name) > 1 and min(name) > "\u3000")
+REMARK = re.compile(r"\s*(#+|//+|%+(?=\s*\w))\s?")
+
+
+class Line(NamedTuple):
+    """A line of a file: number, from 1; text, without a comment mark; remark: whether it had one."""
+
+    number: int
+    text: str
+    remark: bool
+
+
+def read_lines(path: str | os.PathLike) -> list[Line]:
+    """Return the lines that are not blank; a line that begins with #, // or % is a remark.
+
+    Raises:
+        ValueError: no such file, not text, or nothing in it.
+    """
+    name = os.fspath(path)
+    whole = decode(name).translate(INVISIBLE)
+    if MARKUP.match(whole.lstrip()):
+        raise ValueError(
+            f"{name}: expected rows of numbers, got {whole.strip()[:12]!r}: save the table as CSV"
+        )
+    found = [_line(number, text) for number, text in _joined(whole.splitlines()) if text.strip(" \t\r\n,;")]
+    if not any(line.text.strip() and not line.remark for line in found):
+        raise ValueError(f"{name}: expected a table, got an empty file")
+    return found
+
+
+def _joined(texts: list[str]) -> Iterator[tuple[int, str]]:
+    """Yield numbers and texts of lines, joining those within a quoted cell ("Time" over "(s)" in a workbook)."""
+    k = 0
+    while k < len(texts):
+        size = 1
+        if OPEN.search(texts[k]):
+            size = next((n for n in range(2, LONGEST + 1) if _closed(texts[k : k + n])), 1)
+        yield k + 1, " ".join(texts[k : k + size])
+        k += size
+
+
+def _closed(texts: list[str]) -> bool:
+    """Return whether every quoted cell ends within these lines."""
+    whole = " ".join(texts)
+    return whole.count('"') % 2 == 0 and not OPEN.search(whole)
+
+
+def _line(number: int, text: str) -> Line:
+    mark = REMARK.match(text)
+    return Line(number, text[mark.end() :] if mark else text, bool(mark))
+
+
+def decode(name: str) -> str:
+    """Return the text of a file in UTF-8 or UTF-16, with or without byte-order mark, else in Shift JIS where it has names
+    of columns in Japanese, else in Latin-1."""
+    try:
+        raw = Path(name).read_bytes()
+    except OSError as error:
+        raise ValueError(f"{name}: cannot be read: {error.strerror}") from None
+    if raw.startswith(WORKBOOK) and name.lower().endswith(SHEETS):
+        return as_text(name)
+    if raw.startswith(PACKED):
+        raise ValueError(f"{name}: expected text, got binary data (a workbook or an archive): save a CSV")
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw.decode("utf-16", errors="replace")
+    if raw and raw[1::2].count(0) > 0.8 * len(raw[1::2]):
+        return raw.decode("utf-16-le", errors="replace")
+    if b"\0" in raw:
+        raise ValueError(f"{name}: expected text, got binary data: export it as text or CSV")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return _japanese(raw) or raw.decode("latin-1")
+
+
+def _japanese(raw: bytes) -> str | None:
+    """Return the text in Shift JIS, None where it is in another encoding."""
+    try:
+        text = raw.decode("cp932")
+    except UnicodeDecodeError:
+        return None
+    return text if any(name in text for name in JAPANESE) else None
+
+
+# Cells of a line and the numbers in them, in several dialects of delimited text.
+
+
+MISSING = {"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "---", "*"}
+SAMPLE = 400  # number of lines that determine the dialect
+_DIGITS = {".": r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)", ",": r"(?:[0-9]+,?[0-9]*|,[0-9]+)"}
+PLAIN = {mark: re.compile(rf"[+-]?{digits}(?:[eEdD][+-]?[0-9]+)?") for mark, digits in _DIGITS.items()}
+GROUPED = {
+    ".": re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[,'’][0-9]{3})+(?:\.[0-9]*)?"),
+    ",": re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.'’][0-9]{3})+(?:,[0-9]*)?"),
+}
+CLOCK = re.compile(r"([0-9]{1,4}):([0-5][0-9]):([0-5][0-9](?:[.,][0-9]+)?)")  # hours, minutes, seconds
+INFINITE = re.compile(r"([+-]?)inf(?:inity)?", re.IGNORECASE)
+EXPONENT = str.maketrans("dD", "ee")
+POINT = str.maketrans("dD,", "ee.")
+SPACES = re.compile(r"(?<=[0-9])[\u00a0\u202f\u2009](?=[0-9]{3})")  # spaces between groups of three digits
+
+
+class Dialect(NamedTuple):
+    """Dialect of delimited text: separator of cells, None for any white space; decimal mark, "." or ","."""
+
+    separator: str | None
+    decimal: str
+
+
+def split(text: str, separator: str | None) -> list[str]:
+    """Return the cells of a line, stripped; a separator within quotes is text."""
+    text = text.strip("\r\n ")
+    if separator is None:
+        return text.split()
+    if '"' not in text:
+        return [cell.strip() for cell in text.split(separator)]
+    cells = next(csv.reader([text], delimiter=separator, skipinitialspace=True), [])
+    return [cell.strip().strip('"') for cell in cells]
+
+
+def number(cell: str, decimal: str) -> float | None:
+    """Return the number in a cell, or None; digits may be grouped by three: "1.512,8" is 1512.8 if "," is the mark.
+
+    A time as hh:mm:ss is a number of seconds.
+    """
+    clock = CLOCK.fullmatch(cell)
+    if clock:
+        hours, minutes, seconds = clock.groups()
+        return 3600.0 * int(hours) + 60.0 * int(minutes) + float(seconds.replace(",", "."))
+    if not PLAIN[decimal].fullmatch(cell):
+        cell = SPACES.sub("", cell.replace("−", "-"))
+        if GROUPED[decimal].fullmatch(cell):
+            cell = re.sub(rf"['’{'.' if decimal == ',' else ','}]", "", cell)
+        elif INFINITE.fullmatch(cell):
+            return float(cell)
+        elif not PLAIN[decimal].fullmatch(cell):
+            return None
+    return float(cell.translate(POINT if decimal == "," else EXPONENT))
+
+
+def is_missing(cell: str) -> bool:
+    """Return whether a cell holds no value."""
+    return cell.lower() in MISSING
+
+
+def is_data(row: list[str], decimal: str) -> bool:
+    """Return whether a row has two numbers and fewer words, or one number beside missing cells.
+
+    A clock time counts as a number in the first cell alone, since a date has one among its words.
+    """
+    numbers = sum(
+        number(cell, decimal) is not None and (k == 0 or not CLOCK.fullmatch(cell))
+        for k, cell in enumerate(row)
+    )
+    missing = sum(map(is_missing, row))
+    words = len(row) - numbers - missing
+    if numbers < 2 or any(cell.endswith(":") for cell in row):
+        return numbers == 1 and len(row) == 1 + missing > 1
+    return words < numbers or (words == numbers and number(row[0], decimal) is not None)
+
+
+def choose(path: str, lines: list[Line], decimal: str | None) -> Dialect:
+    """Return the dialect in which most lines are rows of numbers, and most cells numbers.
+
+    Raises:
+        ValueError: no rows of numbers, or an ambiguous decimal mark.
+    """
+    plain = [line.text for line in lines if not line.remark]
+    sample = plain[:: math.ceil(len(plain) / SAMPLE)]
+    marks = (decimal,) if decimal else (".", ",")
+    ranked = {Dialect(s, mark): _score(sample, s, mark) for s in ("\t", ";", ",", None) for mark in marks}
+    best = max(ranked, key=lambda dialect: ranked[dialect])
+    if ranked[best][0] == 0:
+        what = (
+            "expected rows of at least two numbers (no dates) between commas, semicolons, tabs or blanks,"
+            " got none: save the table as CSV"
+        )
+        raise ValueError(f"{path}: line {lines[-1].number}: {what}")
+    twin = Dialect(best.separator, "," if best.decimal == "." else ".")
+    if ranked.get(twin, ())[:2] == ranked[best][:2] and _doubtful(sample, best, ranked[best], ranked[twin]):
+        raise ValueError(
+            f"{path}: expected one decimal mark, got numbers that read both ways: give decimal='.' or ','"
+        )
+    return best
+
+
+def _score(sample: list[str], separator: str | None, decimal: str) -> tuple[int, float, int]:
+    """Return (rows of numbers, fraction of their cells that are numbers or missing, minus grouped numbers)."""
+    rows = [row for row in (split(text, separator) for text in sample) if is_data(row, decimal)]
+    cells = [cell for row in rows for cell in row]
+    fine = sum(is_missing(cell) or number(cell, decimal) is not None for cell in cells)
+    grouped = sum(bool(GROUPED[decimal].fullmatch(cell)) for cell in cells)
+    return len(rows), round(fine / max(len(cells), 1), 6), -grouped
+
+
+def _doubtful(sample: list[str], best: Dialect, score: tuple, other: tuple) -> bool:
+    """Return whether numbers that the other mark reads as groups of three digits are ambiguous.
+
+    They are not where every number of a column has the mark, as all would be whole thousands.
+    """
+    if not (score[2] or other[2]):
+        return False
+    rows = [row for row in (split(text, best.separator) for text in sample) if is_data(row, best.decimal)]
+    marked = [{best.decimal in cell for cell in column} for column in zip(*rows, strict=False)]
+    return bool(score[2]) or best.separator == best.decimal or {True, False} in marked
+
+
+# Detection of the header of a block of numbers, and of a line of units, among the preceding lines.
+
+
+class Header(NamedTuple):
+    """A header: cells: names, with units where they have them; units: of a line of units; line: number of the line of
+    names."""
+
+    cells: list[str]
+    units: list[str]
+    line: int
+
+
+def find_header(lines: list[Line], width: int, separator: str | None) -> Header | None:
+    """Return the line with the most known names over matching columns; without any, the last line of ``width`` words."""
+    best: tuple[tuple, list[str]] | None = None
+    for k, line in enumerate(lines):
+        cells = _cells(line.text, width, separator)
+        rank = (known(cells) > 0, len(cells) >= width, known(cells), k)
+        if cells and (best is None or rank > best[0]):
+            best = rank, cells
+    if best is None:
+        return None
+    (*_, k), cells = best
+    found = _units(lines[k + 1 :], cells, separator)
+    if not any(found) and k > 0:
+        above = _under(split(lines[k - 1].text, separator), len(cells))
+        found = above if above and all(map(_fits, cells, above)) else found
+    return Header(cells, _with_factors(lines[k + 1 :], found, separator), lines[k].number)
+
+
+def _cells(text: str, width: int, separator: str | None) -> list[str]:
+    """Return the line's cells as a header, [] if it is not one: matching names, else several names, else words."""
+    every = [_trimmed(cells, width) for cells in ways_to_split(text, separator)]
+    if separator is not None and not _may_be_header(every[0]):
+        every[0] = before_gap(every[0])  # a stray number beside the table
+    ways = [cells for cells in every if _may_be_header(cells)]
+    for cells in ways:
+        own = separator is not None and cells is every[0]
+        if known(cells) and (len(cells) == width or (own and known(cells) >= 2)):
+            return cells
+    several = max(ways, key=known, default=[])
+    if known(several) >= 2:
+        return several
+    return every[0] if every[0] in ways and len(every[0]) == width else []
+
+
+def _may_be_header(cells: list[str]) -> bool:
+    """Return whether there are at least two cells, no number, and not only units."""
+    words = [cell.strip("[]() ") for cell in cells if cell]
+    numbers = any(number(cell, mark) is not None for cell in cells for mark in ".,")
+    return len(cells) >= 2 and not numbers and not all(map(_is_any_unit, words))
+
+
+def before_gap(cells: list[str]) -> list[str]:
+    """Return the cells up to the first empty one after a filled one: what stands beyond it is beside the table."""
+    first = next((k for k, cell in enumerate(cells) if cell), 0)
+    return cells[: next((k for k in range(first, len(cells)) if not cells[k]), len(cells))]
+
+
+def _is_any_unit(text: str) -> bool:
+    return any(units.is_unit(kind, text) for kind in units.KINDS)
+
+
+def known(cells: list[str]) -> int:
+    """Return the number of known names."""
+    return sum(read_heading(cell).kind is not None for cell in cells)
+
+
+def ways_to_split(text: str, separator: str | None) -> list[list[str]]:
+    """Return the possible splits of a header, whose separator may differ from that of the numbers."""
+    ways = [split(text, separator)] + [split(text, other) for other in ("\t", ";", ",")]
+    ways.append(re.split(r"\t|\s{2,}", text.strip()))
+    ways.append([a or b for a, b in re.findall(r'"([^"]*)"|(\S+)', text)])
+    ways.append([cell.strip(" ,;") for cell in re.findall(r"[^\[(]+[\[(][^\])]*[\])]+", text)])
+    ways.append(re.split(r"\s+(?![\[(])", text.strip()))
+    return ways
+
+
+def _trimmed(cells: list[str], width: int) -> list[str]:
+    """Return the cells without empty ones at the end, and without a label ("columns:") that has no column."""
+    while len(cells) > 1 and not cells[-1]:
+        cells = cells[:-1]
+    return cells[1:] if len(cells) == width + 1 and cells[0][-1:] in ("", ":") else cells
+
+
+def _units(lines: list[Line], cells: list[str], separator: str | None) -> list[str]:
+    """Return the units below the names, "" where there is none.
+
+    They are taken from the line in which a known column has a unit of its kind, otherwise from the words directly above
+    the numbers if there is one for each name; invalid ones are rejected when the column is read.
+    """
+    for line in lines:
+        for texts in ways_to_split(line.text, separator):
+            texts = _under(texts, len(cells))
+            if texts and any(map(_fits, cells, texts)):
+                return texts
+    last = _under(split(lines[-1].text, separator), len(cells)) if lines and not lines[-1].remark else []
+    words = [text for text in last if re.search(r"\w", text)]
+    return last if words and len(words) == len([text for text in last if text]) else [""] * len(cells)
+
+
+def _with_factors(lines: list[Line], found: list[str], separator: str | None) -> list[str]:
+    """Return the units with powers of ten in the lines below ("x 1e-6 1/Pa"), which are rejected when the column is
+    read."""
+    for line in lines:
+        cells = _under(split(line.text, separator), len(found))
+        if any(map(FACTOR.search, cells)) and not cells[0].endswith(":"):  # a fact: "sensitivity: 4.8E-8"
+            return [
+                f"{cell} {unit}".strip() if FACTOR.search(cell) else unit
+                for cell, unit in zip(cells, found, strict=True)
+            ]
+    return found
+
+
+def _under(texts: list[str], width: int) -> list[str]:
+    """Return the texts without brackets, one for each column; [] if they are too many or only one for several columns."""
+    texts = [text.strip("[]() ") for text in _trimmed(texts, width)]
+    if len(texts) > width and not texts[width]:
+        texts = texts[:width]  # the others are beside the table
+    return texts + [""] * (width - len(texts)) if 1 < len(texts) <= width else []
+
+
+def _fits(cell: str, unit: str) -> bool:
+    kind = read_heading(cell).kind
+    return bool(unit) and kind in KINDS and units.is_unit(KINDS[kind], unit)
+
+
+Row = tuple[int, list[str]]
+LEAST = 5  # fewest numbers in a line of a table that lies on its side
+FEW = 5  # rows, or a tenth of those before, of a table of statistics after the curve
+ASIDE = {
+    "omega": "Frequency",
+    "t": "Time",
+    "depth": "Depth",
+}  # abscissae of such a table whose numbers carry their units
+FOREIGN = 3  # number of lines in another dialect that is not accidental
+HEADING_NAMES = (
+    r"(?m)^\[step\]\s*\n(?P<name>.+)",  # TRIOS
+    r"(?m)^segment:\s*(?P<name>\S.*)",  # JPK
+    r"(?m)^<(?P<name>(?!/|END |INFO|DATA|DIVIDER|Mach-1)[^<>\n]+)>",  # Mach-1
+    r"(?im)^(?P<name>interval)l?\b[^:\n]*(?:point|punkte)[^:\n]*:\W*(?P<number>\d+)",  # Anton Paar
+)
+
+
+class Block(NamedTuple):
+    """A block of numbers.
+
+    name: of the step, interval or segment, "" if it has none; before: the text above; header; width: number of cells of
+    a complete row; rows: (line, cells) of numbers, and of text between or after them.
+    """
+
+    name: str
+    before: str
+    header: Header | None
+    width: int
+    rows: list[Row]
+
+
+class Table(NamedTuple):
+    """The blocks of a file and its dialect."""
+
+    path: str
+    dialect: Dialect
+    blocks: list[Block]
+
+
+def read_table(path: str | os.PathLike, decimal: str | None = None, columns: dict | None = None) -> Table:
+    """Split a file into blocks, each of which begins with a line of known column names.
+
+    Args:
+        path: of a text file.
+        decimal: the decimal mark, "." or ",", if it is ambiguous.
+        columns: of the caller; tables side by side are one block where they have positions, which are those of the file.
+
+    Raises:
+        ValueError: no file, no text, no rows of numbers.
+    """
+    name = os.fspath(path)
+    if decimal not in (None, ".", ","):
+        raise ValueError(f"decimal: expected '.' or ',', got {decimal!r}")
+    lines = read_lines(path)
+    dialect = choose(name, lines, decimal)
+    blocks: list[Block] = []
+    groups = _groups(lines, dialect)
+    for k, (before, rows) in enumerate(groups):
+        _check_words(name, before, dialect)
+        header = find_header(before, _width(rows), dialect.separator) if rows else None
+        text = "\n".join(line.text for line in before)
+        sheet = any(line.text.strip() == "[step]" for line in before)
+        if sheet and not rows and blocks:
+            continue  # a sheet of words
+        if (
+            not blocks
+            or sheet
+            or (header and (known(header.cells) or _after(blocks[-1], groups[k:], dialect)))
+        ):
+            width = len(header.cells) if header else _width(rows)
+            blocks.append(Block(_name(text), text, header, width, list(rows)))
+        else:
+            blocks[-1].rows.extend(_as_rows(before, dialect) + rows)
+    if not any(block.header and known(block.header.cells) > 1 for block in blocks):
+        blocks = _on_side(lines, dialect) or blocks
+    if not any(isinstance(one, int) for one in (columns or {}).values()):
+        blocks = [part for block in blocks for part in _apart(block, dialect)]
+    return Table(name, dialect, blocks)
+
+
+def _after(last: Block, groups: list[tuple[list[Line], list[Row]]], dialect: Dialect) -> bool:
+    """Return whether all that follows a block is small beside it and has no known names: statistics of the curve."""
+    headers = [find_header(before, _width(rows), dialect.separator) for before, rows in groups if rows]
+    few = sum(len(rows) for _, rows in groups) <= min(max(FEW, len(last.rows) // 10), len(last.rows) // 2)
+    return few and not any(header and known(header.cells) for header in headers)
+
+
+def _on_side(lines: list[Line], dialect: Dialect) -> list[Block]:
+    """Return the tables of a file whose quantities stand in lines: a known name, then numbers, at least two such lines.
+
+    The line above the first may have the abscissa, with a unit in each cell ("0.1 Hz", "1 Hz").
+    """
+    found: list[Block] = []
+    group: list[tuple[Line, str, list[str]]] = []
+    abscissa: tuple[Line, str, list[str]] | None = None
+    before: list[str] = []
+    for line in [*lines, Line(0, "", False)]:
+        cells = split(line.text, dialect.separator)
+        while cells and not cells[-1]:
+            cells.pop()
+        name, values = (cells[0], cells[1:]) if cells else ("", [])
+        if values and any(units.is_unit(kind, values[0].strip("[]() ")) for kind in units.KINDS if values[0]):
+            name, values = f"{name} [{values[0].strip('[]() ')}]", values[1:]
+        numbers = sum(number(cell, dialect.decimal) is not None for cell in values)
+        fits = numbers >= LEAST and number(name, dialect.decimal) is None and bool(name)
+        if fits and all(is_missing(cell) or number(cell, dialect.decimal) is not None for cell in values):
+            group.append((line, name, values))
+            continue
+        every = ([abscissa] if abscissa else []) + group
+        kinds = [kind for _, name, _ in every if (kind := read_heading(name).kind)]
+        if len(kinds) > 1 and len(set(kinds)) == len(kinds) and len(every) == len({one[1] for one in every}):
+            width, first = len(every), every[0][0].number
+            longest = max(len(values) for *_, values in every)
+            columns = [values + [""] * (longest - len(values)) for *_, values in every]
+            text = "\n".join(before)
+            rows = [(first, list(row)) for row in zip(*columns, strict=True)]
+            found.append(
+                Block(_name(text), text, Header([one[1] for one in every], [""] * width, first), width, rows)
+            )
+        if group:
+            group, before = [], []
+        before.append(line.text)
+        abscissa = _abscissa(line, cells, dialect)
+    return found
+
+
+def _abscissa(line: Line, cells: list[str], dialect: Dialect) -> tuple[Line, str, list[str]] | None:
+    """Return (line, name, numbers) of a line whose cells are numbers with one and the same unit, None for another line."""
+    parts = [cell.rpartition(" ") for cell in cells[1:] if cell]
+    unit = {last for _, _, last in parts}
+    if (
+        len(parts) < LEAST
+        or len(unit) != 1
+        or any(number(one, dialect.decimal) is None for one, _, _ in parts)
+    ):
+        return None
+    text = unit.pop()
+    kind = next((kind for kind in ASIDE if units.is_unit(kind, text)), None)
+    known_name = cells[0] if read_heading(cells[0]).kind else ASIDE.get(kind or "")
+    return (line, f"{known_name} [{text}]", [one for one, _, _ in parts]) if known_name and kind else None
+
+
+def _apart(block: Block, dialect: Dialect) -> list[Block]:
+    """Return the tables that stand side by side in a block, whose names repeat ("X, Y, X, Y"), each with its own rows.
+
+    The line above the names may have the name of each table over its first column.
+    """
+    if block.header is None:
+        return [block]
+    cells = [re.sub(r"\.\d+$", "", cell) for cell in block.header.cells]  # pandas numbers equal names
+    labels = [cell and f"{cell}\n{unit}" for cell, unit in zip(cells, block.header.units, strict=True)]
+    first = next((label for label in labels if label), "")
+    starts = [k for k, label in enumerate(labels) if label == first]
+    ends = [*starts[1:], len(labels)]
+    groups = [labels[a:b] for a, b in zip(starts, ends, strict=True)]
+    for group in groups:
+        while group and not group[-1]:
+            group.pop()
+    size = len(groups[0])
+    if (
+        len(starts) < 2
+        or size < 2
+        or any(group != groups[0] for group in groups)
+        or len(set(groups[0])) < size
+    ):
+        return [block]
+    above = [split(line, dialect.separator) for line in block.before.splitlines()]
+    named = [
+        row
+        for row in above
+        if {k for k, cell in enumerate(row) if cell} == set(starts) and row != block.header.cells
+    ]
+    found = []
+    for start in starts:
+        rows = [(line, row[start : start + size]) for line, row in block.rows]
+        rows = [(line, row) for line, row in rows if not all(map(is_missing, row))]
+        name = named[-1][start] if named else f"columns {start + 1} to {start + size}"
+        header = block.header._replace(
+            cells=cells[start : start + size], units=block.header.units[start : start + size]
+        )
+        if rows:
+            found.append(Block(f"{block.name} {name}".strip(), block.before, header, size, rows))
+    return found
+
+
+def _groups(lines: list[Line], dialect: Dialect) -> list[tuple[list[Line], list[Row]]]:
+    """Return groups of text lines, each with the rows of numbers that follow."""
+    rows = [(line, split(line.text, dialect.separator)) for line in lines]
+    runs = itertools.groupby(rows, lambda row: not row[0].remark and _is_row(row[1], dialect.decimal))
+    groups: list[tuple[list[Line], list[Row]]] = [([], [])]
+    for numbers, run in runs:
+        if numbers:
+            groups[-1][1].extend((line.number, cells) for line, cells in run)
+        else:
+            groups.append(([line for line, _ in run], []))
+    return [group for group in groups if any(group)]
+
+
+def _is_row(cells: list[str], decimal: str) -> bool:
+    """Return whether cells are a row of numbers, which may have words beside the table, beyond an empty cell."""
+    own = before_gap(cells)
+    return is_data(cells, decimal) or (len(own) > 1 and _all_numbers(own, decimal))
+
+
+def _check_words(path: str, lines: list[Line], dialect: Dialect) -> None:
+    """Raise ValueError where the text between numbers consists of numbers in another dialect."""
+    for other in itertools.starmap(Dialect, itertools.product(",;\t", ".,")):
+        cells = [split(line.text, other.separator) for line in lines if not line.remark]
+        hits = [row for row in cells if len(row) > 1 and _all_numbers(row, other.decimal)]
+        if other != dialect and len(hits) >= FOREIGN:
+            raise ValueError(
+                f"{path}: line {lines[0].number}: expected one separator and decimal mark throughout, got others in "
+                f"{len(hits)} lines: write all lines in one dialect"
+            )
+
+
+def _all_numbers(row: list[str], decimal: str) -> bool:
+    return all(number(cell, decimal) is not None for cell in row)
+
+
+def _as_rows(lines: list[Line], dialect: Dialect) -> list[Row]:
+    """Return text lines as rows, except remarks."""
+    return [(line.number, split(line.text, dialect.separator)) for line in lines if not line.remark]
+
+
+def _width(rows: list[Row]) -> int:
+    """Return the most common number of cells."""
+    return Counter(len(cells) for _, cells in rows).most_common(1)[0][0]
+
+
+def _name(text: str) -> str:
+    """Return the name that the lines above a block state."""
+    found = [match.groupdict() for pattern in HEADING_NAMES for match in re.finditer(pattern, text)]
+    if not found:
+        return ""
+    return " ".join(filter(None, (found[-1]["name"].strip(), found[-1].get("number"))))

@@ -1,0 +1,173 @@
+"""Figure of a fit: data, model and residuals over time, the parameters, and the verdict."""
+
+import math
+import textwrap
+from typing import Any
+
+import numpy as np
+
+from fitting.views import text
+from jaxcontact._support.prefixes import fitting_prefix
+
+# Plot axes with SI prefixes that suit their values: 3.5 1/GPa and 120 nm rather than 3.5e-9 1/Pa and 1.2e-7 m.
+
+
+def axis_label(axis: Any, name: str, unit: str, values: np.ndarray) -> None:
+    """Label a matplotlib axis of values in an SI unit, with ticks in a multiple of that unit."""
+    factor, unit = multiple(unit, float(np.max(np.abs(values), initial=0.0)))
+    axis.set_label_text(f"{name} [{unit}]")
+    if factor != 1.0:
+        axis.set_major_formatter(lambda value, _: f"{value / factor:g}")
+
+
+def multiple(unit: str, largest: float) -> tuple[float, str]:
+    """Return (factor, unit) in which the largest value is 1 to 1000; units other than Pa, 1/Pa, N and m are unchanged."""
+    if unit == "1/Pa":
+        factor, prefixed = multiple("Pa", 1e3 / largest if largest > 0.0 else 1.0)
+        return 1.0 / factor, f"1/{prefixed}"
+    if unit not in ("Pa", "N", "m"):
+        return 1.0, unit
+    factor, prefix = fitting_prefix(largest)
+    return factor, prefix + unit
+
+
+EARLY = 0.1  # fraction of the duration with half of the samples, below which the time axis is logarithmic
+FINE = 400  # number of points of a line
+EVERY = 7  # of these points, those at which a band is computed; 400 = 57 x 7 + 1
+LETTERS = 90  # characters of a line above the narrowest figure
+
+
+def draw(fit: Any, path: Any) -> Any:
+    """Return a figure of a ``Fit``, with J(t) and its band beside the data where these are not J."""
+    from matplotlib.figure import Figure
+
+    name, unit, t, measured = fit.curve
+    direct = name == "J"
+    figure = Figure(figsize=(7.5, 6.5) if direct else (10.0, 6.0), layout="constrained")
+    title(figure, fit)
+    places = figure.add_gridspec(3, 1 if direct else 2, height_ratios=(3, 1, 0.5))
+    top = figure.add_subplot(places[0, 0])
+    bottom = figure.add_subplot(places[1, 0], sharex=top)
+    if direct:
+        line = _times(t, t[0], t[-1])
+        _band(top, fit, line)
+    else:
+        compliance(figure.add_subplot(places[:2, 1]), fit)
+    top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
+    label = fit.model.__name__ + ("" if math.isnan(fit.r2) else f", R² = {fit.r2:.5f}")
+    top.plot(*((line, fit.predict(line)) if direct else _broken(t, fit.fitted)), label=label)
+    axis_label(top.yaxis, name, unit, measured)
+    top.tick_params(labelbottom=False)
+    top.legend()
+    bottom.plot(t, -fit.residuals, ".", markersize=3)
+    bottom.axhline(0.0, color="0.4", linewidth=0.8)
+    bottom.set(xlabel="{} [{}]".format(*fit.abscissa), ylabel=f"residual\n({fit.weights})", xscale=_scale(t))
+    parameters(figure.add_subplot(places[2, :]), fit)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
+def draw_tests(fit: Any, path: Any) -> Any:
+    """Return a figure of a ``JointFit``: data and fit of every test side by side, and the parameters below."""
+    from matplotlib.figure import Figure
+
+    tests = fit.curves
+    figure = Figure(figsize=(4.5 * len(tests), 5.0), layout="constrained")
+    title(figure, fit)
+    places = figure.add_gridspec(2, len(tests), height_ratios=(4, 1))
+    for k, (name, unit, x, values, fitted) in enumerate(tests):
+        axes = figure.add_subplot(places[0, k])
+        axes.plot(x, values, ".", markersize=3, color="0.4", label="data")
+        axes.plot(*_broken(x, fitted), label=fit.model.__name__)
+        positive = np.all(values > 0) and np.all(fitted > 0)
+        over = "angular frequency [rad/s]" if name.startswith("G'") else "t [s]"
+        axes.set(xlabel=over, ylabel=f"{name} [{unit}]", xscale="log", yscale="log" if positive else "linear")
+        axes.legend()
+    parameters(figure.add_subplot(places[1, :]), fit)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
+def title(figure: Any, fit: Any) -> None:
+    """Write the verdict above a figure."""
+    reasons = [textwrap.fill(reason, LETTERS) for reason in fit.refused]
+    lines = [f"{fit.verdict}: {text.in_words(fit)}", *reasons]
+    figure.suptitle("\n".join(lines), fontsize="medium", color="C3" if fit.refused else "black")
+
+
+def _broken(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a line that is interrupted where t decreases, as between storage and loss modulus."""
+    back = np.flatnonzero(np.diff(t) < 0) + 1
+    return np.insert(t, back, np.nan), np.insert(y, back, np.nan)
+
+
+def parameters(axes: Any, fit: Any) -> None:
+    """Print the line of each parameter from the summary."""
+    axes.axis("off")
+    lines = [text.parameter(fit, name) for name in fit.values]
+    axes.text(0.0, 1.0, "\n".join(lines), va="top", family="monospace", fontsize="x-small")
+
+
+def _scale(t: np.ndarray) -> str:
+    """Return "log" where most samples are early, otherwise "linear"."""
+    return "log" if np.median(t) - t[0] < EARLY * (t[-1] - t[0]) else "linear"
+
+
+def _times(t: np.ndarray, begin: float, end: float) -> np.ndarray:
+    """Return times from begin to end [s], with the spacing of the samples t."""
+    if _scale(t) == "linear":
+        return np.linspace(begin, end, FINE)
+    return np.append(begin, np.geomspace(t[t > begin][0], end, FINE - 1))
+
+
+def compliance(axes: Any, fit: Any) -> None:
+    """Plot J(t) of the material and its band."""
+    since = fit.since
+    t = _times(since, 0.0, fit.duration)
+    _band(axes, fit, t)
+    axes.plot(t, fit.predict(t))
+    axes.set(xlabel="time [s]", xscale=_scale(since))
+    axis_label(axes.yaxis, "J", "1/Pa", fit.predict(t))
+    axes.legend()
+
+
+def _band(axes: Any, fit: Any, t: np.ndarray) -> None:
+    """Fill the band of J(t) at t (FINE,); its distances from J vary slowly, and are interpolated between nodes."""
+    nodes, J, place = t[::EVERY], fit.predict(t), np.arange(t.size)
+    low, high = (J + np.interp(place, place[::EVERY], end - J[::EVERY]) for end in fit.band(nodes))
+    axes.fill_between(t, low, high, alpha=0.3, label=f"{100 * fit.level:g} % band")
+
+
+# Figure of an indentation curve: the selected points over the measured ones.
+
+
+COLOURS = {"approach": "C0", "hold": "C1", "retract": "C2"}
+
+
+def draw_curve(data: Any) -> Any:
+    """Return a figure of load and depth over time and load over depth, with points that were left out in grey.
+
+    Args:
+        data: an ``IndentationData``.
+    """
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10, 3.2), layout="constrained")
+    panels = figure.subplots(1, 3)
+    pairs = ((0, 1), (0, 2), (2, 1))
+    taken, whole, segments = (data.t, data.load, data.depth), data.whole, data.segments
+    names = (("time", "s"), ("load", "N"), ("depth", "m"))
+    shown = taken if whole is None else whole
+    for panel, (x, y) in zip(panels, pairs, strict=True):
+        if whole is not None:
+            panel.plot(whole[x], whole[y], color="0.75", lw=1, label="left out")
+        for name in COLOURS:
+            on = segments == name
+            if on.any():
+                panel.plot(taken[x][on], taken[y][on], ".", ms=3, color=COLOURS[name], label=name)
+        axis_label(panel.xaxis, *names[x], shown[x])
+        axis_label(panel.yaxis, *names[y], shown[y])
+    panels[0].legend(frameon=False)
+    return figure

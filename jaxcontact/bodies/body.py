@@ -1,0 +1,282 @@
+"""A body: perfectly bonded layers on a half-space."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Self
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.pytree import pytree, replace, static
+from jaxcontact.bodies.materials import Elastic, Material
+
+
+@pytree
+class Layer:
+    """A layer of a material.
+
+    Args:
+        material: any material.
+        thickness: h [m] > 0, a number. In ``indent`` it may be (nt,), linear between the times, for a film that grows or
+            wears uniformly (the assumptions are stated in ``history.memory``), and, for the only layer on an elastic
+            substrate, (nx, ny) on the grid or (nt, nx, ny), >= 0, for a film that varies in the plane. Such a film lies on
+            a flat base: its surface is higher where it is thicker, and the base is bare where the thickness is 0
+            (``operators.varying``). In ``slide_steady`` it may vary along y, across the track.
+
+    Example:
+        >>> film = jc.Layer(jc.Maxwell(G=1e9, eta=1e12), thickness=150e-9)
+    """
+
+    material: Material
+    thickness: Array | float
+
+
+@pytree
+class Graded:
+    """A layer whose material varies with depth, divided into equal sublayers with the material at their mid-depth.
+
+    The error of the response decreases with the square of the number of sublayers. Derivatives with respect to all
+    numbers that the profile uses are available. The film strain of a run is that of the uppermost sublayer.
+
+    Args:
+        profile: function from the depth below the layer's top [m] to a material, of the same or another class at each.
+        thickness: h [m] > 0, a number.
+        layers: number of sublayers, static, 1 to 1000.
+
+    Example:
+        >>> softer_on_top = lambda depth: jc.Elastic(G=1e9 + 4e9 * depth / 150e-9)
+        >>> film = jc.Graded(softer_on_top, thickness=150e-9, layers=8)
+        >>> body = jc.LayeredHalfSpace([film], substrate=jc.Elastic.from_young(210e9))
+        >>> f"{jc.normal_response(body, 1e12) * 1e12 * 1e9:.3f} /GPa"      # 0.7/G of the uppermost
+        '0.560 /GPa'
+    """
+
+    profile: Callable[[Any], Material] = static()
+    thickness: Array | float
+    layers: int = static(default=16)
+
+    def cut(self) -> list[Layer]:
+        """Return the sublayers, the top one first."""
+        each = jnp.asarray(self.thickness, float) / self.layers
+        return [Layer(self.profile((i + 0.5) * each), each) for i in range(self.layers)]
+
+
+@pytree
+class LayeredHalfSpace:
+    """Layers, the top one first, on a substrate; without layers it is a half-space.
+
+    Args:
+        layers: a list of ``Layer`` and ``Graded``, empty for a half-space.
+        substrate: a material.
+
+    Example:
+        >>> steel = jc.Elastic.from_young(210e9, nu=0.3)
+        >>> film = jc.Layer(jc.Maxwell(G=1e9, eta=1e12), thickness=150e-9)
+        >>> body = jc.LayeredHalfSpace([film], substrate=steel)
+    """
+
+    layers: Sequence[Layer | Graded]
+    substrate: Material
+
+    def sublayers(self) -> tuple[Layer, ...]:
+        """Return the layers, the top one first, with each graded layer divided into sublayers."""
+        return tuple(
+            part for layer in self.layers for part in (layer.cut() if isinstance(layer, Graded) else [layer])
+        )
+
+    def with_thicknesses(self, thicknesses: Array) -> Self:
+        """Return the body with other thicknesses (layers,) [m] of its layers, none of which may be graded."""
+        pairs = zip(self.sublayers(), thicknesses, strict=True)
+        return replace(self, layers=tuple(replace(layer, thickness=h) for layer, h in pairs))
+
+
+def checked_body(body: LayeredHalfSpace) -> tuple[LayeredHalfSpace, Verdict]:
+    """Return the body with its layers as a tuple of ``Layer``, and whether its values are in their ranges.
+
+    Raises ValueError for a body that cannot be computed.
+    """
+    checks.require(
+        isinstance(body, LayeredHalfSpace),
+        f"body: expected a LayeredHalfSpace, got {type(body).__name__};"
+        " a half-space is LayeredHalfSpace([], substrate=material)",
+    )
+    checks.require(
+        isinstance(body.layers, list | tuple),
+        f"body.layers: expected a list of Layer, got {type(body.layers).__name__}",
+    )
+    valid = check_material("substrate", body.substrate)
+    for layer in body.layers:
+        valid = valid & _check_layer(layer)
+    layers = body.sublayers()
+    for each in layers:
+        valid = valid & check_material("layer", each.material)
+    return replace(body, layers=layers), valid
+
+
+def body_at_first(body: LayeredHalfSpace, count: int) -> tuple[LayeredHalfSpace, Array | None, Verdict]:
+    """Return the body at the first of ``count`` times, its layers' thicknesses over time, and whether these are > 0.
+
+    The thicknesses are (count, layers), or None if all are constant. Other errors in the body are left to
+    ``checked_body``.
+    """
+    layers = (
+        body.layers if isinstance(body, LayeredHalfSpace) and isinstance(body.layers, list | tuple) else ()
+    )
+    varying = [layer for layer in layers if isinstance(layer, Layer) and np.ndim(layer.thickness) == 1]
+    if not varying:
+        return body, None, True
+    valid: Verdict = True
+    for layer in varying:
+        shape = np.shape(layer.thickness)
+        checks.require(
+            shape == (count,),
+            f"layer thickness [m]: expected a number or shape ({count},) as times, got {shape}",
+        )
+        valid = valid & checks.positive("layer thickness [m]", layer.thickness)
+    first = lambda layer: replace(layer, thickness=jnp.asarray(layer.thickness, float)[0])
+    at_first = replace(body, layers=tuple(first(a) if any(a is b for b in varying) else a for a in layers))
+    over_times = [
+        jnp.broadcast_to(jnp.asarray(part.thickness, float), (count,))
+        for layer in layers
+        for part in (layer.cut() if isinstance(layer, Graded) else [layer])
+    ]
+    return at_first, jnp.stack(over_times, 1), valid
+
+
+class ThicknessMap(NamedTuple):
+    """The thickness of a film that varies in the plane [m], (nx, ny) or (nt, nx, ny)."""
+
+    values: Array
+
+    @property
+    def over_times(self) -> bool:
+        return self.values.ndim == 3
+
+    @property
+    def at_first(self) -> Array:
+        """The thickness at the first time, (nx, ny)."""
+        return self.values[0] if self.over_times else self.values
+
+
+def over_the_plane(body: LayeredHalfSpace, shape: tuple[int, ...]) -> LayeredHalfSpace:
+    """Return the body with the thickness of its only layer at all cells of a grid; other bodies as they are."""
+    layers = body.layers if isinstance(body, LayeredHalfSpace) else ()
+    if not isinstance(layers, list | tuple) or len(layers) != 1 or not isinstance(layers[0], Layer):
+        return body
+    if np.ndim(layers[0].thickness) > 0:
+        return body
+    everywhere = jnp.broadcast_to(jnp.asarray(layers[0].thickness, float), shape)
+    return replace(body, layers=(replace(layers[0], thickness=everywhere),))
+
+
+def separate_map(
+    body: LayeredHalfSpace, shape: tuple[int, ...], count: int
+) -> tuple[LayeredHalfSpace, ThicknessMap | None, Verdict]:
+    """Return the body with a film of one thickness, the thickness that varies in the plane, and whether it is in range.
+
+    shape: that of the grid; count: the number of times. The one thickness is the largest, without derivative. None: no
+    thickness varies in the plane. Raises ValueError for a thickness that cannot be computed.
+    """
+    given = body.layers if isinstance(body, LayeredHalfSpace) else ()
+    layers = list(given) if isinstance(given, list | tuple) else []
+    if not any(isinstance(layer, Layer) and np.ndim(layer.thickness) > 1 for layer in layers):
+        return body, None, True
+    checks.require(
+        len(layers) == 1 and isinstance(body.substrate, Elastic),
+        "body: expected one Layer on an Elastic substrate where its thickness varies in the plane, got"
+        f" {len(layers)} on {type(body.substrate).__name__}",
+    )
+    (layer,), expected = layers, (tuple(shape), (count, *shape))
+    checks.require(
+        np.shape(layer.thickness) in expected,
+        f"layer thickness [m]: expected a number or shape {' or '.join(map(str, expected))} as the grid and the times, got"
+        f" {np.shape(layer.thickness)}",
+    )
+    valid = checks.non_negative("layer thickness [m]", layer.thickness)
+    values = jnp.asarray(layer.thickness, float)
+    largest = jax.lax.stop_gradient(jnp.max(values))
+    one = jnp.where(largest > 0.0, largest, 1.0)  # without any film its thickness does not matter
+    return replace(body, layers=(replace(layer, thickness=one),)), ThicknessMap(values), valid
+
+
+def at_its_thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
+    """Return the body with each layer at its largest thickness, for estimates; concrete values only.
+
+    A layer that has no thickness anywhere is left out.
+    """
+    layers = body.layers if isinstance(body, LayeredHalfSpace) else ()
+    if not all(isinstance(layer, Layer) for layer in layers):
+        return body
+    at_most = [float(np.max(np.asarray(layer.thickness))) for layer in layers]
+    if not any(np.ndim(layer.thickness) > 0 for layer in layers) and 0.0 not in at_most:
+        return body
+    there = [(layer, h) for layer, h in zip(layers, at_most, strict=True) if h != 0.0]
+    return replace(body, layers=tuple(replace(layer, thickness=h) for layer, h in there))
+
+
+def _check_layer(layer: Layer | Graded) -> Verdict:
+    """Check all of a layer except its material."""
+    checks.require(
+        isinstance(layer, Layer | Graded),
+        f"body.layers: expected Layer(material, thickness), got {type(layer).__name__}",
+    )
+    shape = np.shape(layer.thickness)
+    checks.require(
+        len(shape) < 2,
+        f"layer thickness [m]: expected a number, got shape {shape}: a thickness that varies in the plane is for a Layer in"
+        " indent, rub and, where it varies across the track alone, slide_steady. A film that moves past the indenter is for"
+        " rub with path=; tangential traction and fields below the surface need one thickness",
+    )
+    checks.require(
+        shape == (),
+        f"layer thickness [m]: expected a number, got shape {shape}; only a Layer in indent accepts one value per time",
+    )
+    if isinstance(layer, Graded):
+        kind = type(layer.profile).__name__
+        checks.require(callable(layer.profile), f"Graded profile: expected a function of depth, got {kind}")
+        checks.whole("Graded layers", layer.layers, 1, 1000)
+    return checks.positive("layer thickness [m]", layer.thickness)
+
+
+def thickest(body: LayeredHalfSpace) -> float:
+    """Return the largest thickness of any layer at any time [m], 0 without layers."""
+    return max((float(np.max(layer.thickness)) for layer in body.layers), default=0.0)
+
+
+def check_material(where: str, material: Material) -> Verdict:
+    """Check the parameters of a material.
+
+    Moduli and viscosities are > 0, and either nu is in (-1, 0.5] or a bulk modulus is given; each is one number. The
+    lists of a spectrum have one shape.
+    """
+    remedy = ": use its prony(shortest, longest)" if hasattr(material, "prony") else ""
+    checks.require(
+        isinstance(material, Material),
+        f"{where}: expected a material (Elastic, Burgers, Maxwell, ...), got {type(material).__name__}{remedy}",
+    )
+    kind = type(material).__name__
+    nu, K = material.nu, material.bulk_modulus
+    checks.require(
+        (nu is None) != (K is None),
+        f"{where} {kind}: expected one of nu and bulk_modulus, got {'neither' if nu is None else 'both'}",
+    )
+    valid = True if nu is None else checks.poisson_ratio(f"{where} nu", nu)
+    given = {name: value for name, value in vars(material).items() if value is not None}
+    for name, value in given.items():
+        listed = name in material.lists
+        checks.require(
+            np.ndim(value) <= listed,
+            f"{where} {kind} {name}: expected {'a list' if listed else 'a number'}, got shape {np.shape(value)}",
+        )
+        if name != "nu":
+            check = checks.non_negative if name in material.may_be_zero else checks.positive
+            valid = valid & check(f"{where} {kind} {name}", value)
+    shapes = [np.shape(getattr(material, name)) for name in material.lists]
+    checks.require(
+        len(set(shapes)) <= 1,
+        f"{where} {kind}: expected {' and '.join(material.lists)} of one shape, got {' and '.join(map(str, shapes))}",
+    )
+    return valid

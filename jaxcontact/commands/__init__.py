@@ -1,1 +1,0 @@
-"""The commands of the command line; ``__main__`` defines their arguments."""

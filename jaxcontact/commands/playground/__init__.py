@@ -1,1 +1,0 @@
-"""The page of ``jaxcontact play``: its server, its presets, and the contacts that follow its sliders."""

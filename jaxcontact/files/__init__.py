@@ -1,1 +1,0 @@
-"""Files: case files, results, and the directories of runs."""

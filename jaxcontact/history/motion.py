@@ -1,0 +1,171 @@
+"""The way of the indenter over the body, step by step."""
+
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.pytree import is_concrete, refuse_masked
+from jaxcontact.bodies.controls import check_friction
+from jaxcontact.bodies.grid import Grid
+from jaxcontact.history.memory import Shift
+
+FARTHEST = 1 / 2  # of the grid's width: what one inner step may move
+GAUSS_PLACES, GAUSS_WEIGHTS = (
+    np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])
+) / 2.0  # on 0 to 1
+RETURN = 1 / 4  # of the grid's width: nearer than this to an old place is back at it
+SAMPLES = 1500  # places of the track at which a return is looked for, beside its turning points
+
+
+def as_array(velocity: Array | float) -> Any:
+    """The velocity, a tuple or list of numbers perhaps, as an array. Raises ValueError for anything else."""
+    refuse_masked("velocity", velocity)
+    try:
+        return (
+            np.asarray(velocity, dtype=float) if is_concrete(velocity) else jnp.asarray(velocity, dtype=float)
+        )
+    except (TypeError, ValueError):
+        raise ValueError(f"velocity: expected a number or numbers [m/s], got {velocity!r}") from None
+
+
+def at_fine_times(values: Array, substeps: int) -> tuple[Array, Array]:
+    """Values (nt, 2) at the start and the end of every inner step, each (nt, substeps, 2), linear between."""
+    before = jnp.concatenate([values[:1], values[:-1]])
+    share = (jnp.arange(substeps + 1) / substeps)[:, None]
+    fine = before[:, None] + (values - before)[:, None] * share
+    return fine[:, :-1], fine[:, 1:]
+
+
+def speed_of(velocity: Array) -> Array:
+    """Return |v| of vectors (..., 2), with zero derivative at rest."""
+    return _root(jnp.sum(velocity**2, -1))
+
+
+def mean_speed(start: Array, end: Array) -> Array:
+    """Return the mean of |v| over a step in which the velocity v changes linearly between two vectors (..., 2).
+
+    With v = b + a s, 0 <= s <= 1, it is the integral of sqrt(A (s - s0)^2 + h^2), A = |a|^2, s0 = -a.b/A and h the smallest
+    speed on the line: in closed form, or by a Gauss-Legendre rule of 12 nodes (error 1e-15) where v changes by less
+    than half of its mean. It is less than the mean of both speeds where the direction changes: half of it for a reversal.
+    """
+    change, middle = end - start, (start + end) / 2.0
+    squared = jnp.sum(change**2, -1)
+    steady = squared <= 0.25 * jnp.sum(middle**2, -1)
+    at_rest = (squared == 0.0) & jnp.all(middle == 0.0, -1)
+    between = start[..., None, :] + change[..., None, :] * GAUSS_PLACES[:, None]
+    between = jnp.where((steady & ~at_rest)[..., None, None], between, 1.0)  # safe to differentiate
+    smooth = jnp.sum(GAUSS_WEIGHTS * jnp.sqrt(jnp.sum(between**2, -1)), -1)
+    square = jnp.where(steady, 1.0, squared)
+    nearest = -jnp.sum(change * start, -1) / square
+    across = start[..., 0] * end[..., 1] - start[..., 1] * end[..., 0]
+    ratio = jnp.where(steady, 1.0, (across / square) ** 2)  # h^2/A
+    integral = lambda x: 0.5 * (x * _root(x**2 + ratio) + _times_asinh(ratio, x))
+    turning = jnp.sqrt(square) * (integral(1.0 - nearest) - integral(-nearest))
+    return jnp.where(at_rest, 0.0, jnp.where(steady, smooth, turning))
+
+
+def _root(x: Array) -> Array:
+    """Return the square root; at zero its derivative is zero."""
+    return jnp.where(x > 0.0, jnp.sqrt(jnp.where(x > 0.0, x, 1.0)), 0.0)
+
+
+def _times_asinh(g: Array, x: Array) -> Array:
+    """Return g asinh(x/sqrt(g)), zero at g = 0."""
+    some = g > 0.0
+    safe = jnp.where(some, g, 1.0)
+    return jnp.where(some, safe * jnp.arcsinh(x / jnp.sqrt(safe)), 0.0)
+
+
+def over_times(velocity: Array, times: Array) -> Array:
+    """The velocity as (nt, 2)."""
+    vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
+    return jnp.broadcast_to(vector, (times.shape[0], 2))
+
+
+def shifts(velocity: Array, times: Array, substeps: int) -> Shift:
+    """The move in each inner step, (nt, substeps), for a velocity in cells per second."""
+    start, end = at_fine_times(over_times(velocity, times), substeps)
+    before = jnp.append(times[:1], times[:-1])
+    move = (start + end) / 2.0 * ((times - before) / substeps)[:, None, None]
+    return Shift(move[..., 0], None if velocity.ndim == 0 else move[..., 1])
+
+
+def directions(velocity: Array, times: Array, substeps: int) -> Array:
+    """Unit vectors of the velocity at the end of each inner step, zero at rest, (nt, substeps, 2)."""
+    _, end = at_fine_times(over_times(velocity, times), substeps)
+    speed = jnp.sum(end**2, -1, keepdims=True)
+    return end / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
+
+
+def check_rubbing(friction: Any, grid: Grid) -> Verdict:
+    """None, or a coefficient of friction as in ``shear``; tangential responses are those of free space."""
+    if friction is None:
+        return True
+    checks.require(not any(grid.periodic), "friction: expected None on a periodic grid or in plane strain")
+    return check_friction(friction, grid.shape)
+
+
+def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> Verdict:
+    """A number, (2,) or (nt, 2), finite; no step too far; no return to what has left the grid.
+
+    Nothing leaves a grid that is periodic along both axes; in plane strain the motion is along x.
+    """
+    shape, nt = np.shape(velocity), np.shape(times)[0]
+    checks.require(
+        shape in ((), (2,), (nt, 2)),
+        f"velocity: expected a number, shape (2,) or ({nt}, 2) as times, got shape {shape}",
+    )
+    finite = checks.finite("velocity [m/s]", velocity) & check_along_x(shape, grid)
+    if all(grid.periodic) or not is_concrete(velocity, times, grid):
+        return finite
+    values = np.asarray(velocity, dtype=float)
+    vector = np.array([values, 0.0]) if values.ndim == 0 else values
+    vector = np.broadcast_to(vector, (nt, 2))
+    dt = np.diff(np.asarray(times, dtype=float))[:, None]
+    moves = (vector[1:] + vector[:-1]) / 2.0 * dt / np.asarray(grid.width, dtype=float)
+    _check_moves(moves, substeps)
+    _check_returns(np.concatenate([np.zeros((1, 2)), np.cumsum(moves, axis=0)]))
+    return True
+
+
+def check_along_x(shape: tuple[int, ...], grid: Grid) -> Verdict:
+    """One number, of this shape, in plane strain."""
+    checks.require(
+        not grid.plane_strain or shape == (),
+        f"velocity: expected one number, along x, in plane strain, got shape {shape}",
+    )
+    return True
+
+
+def _check_moves(moves: np.ndarray, substeps: int) -> None:
+    """moves: (nt - 1, 2) in widths of the grid."""
+    farthest = float(np.max(np.abs(moves), initial=0.0))
+    needed = int(np.ceil(farthest / FARTHEST * (1.0 - 1e-12)))
+    checks.require(
+        needed <= substeps,
+        f"velocity: expected steps of at most {FARTHEST} of the grid's width, got {farthest:.3g} between two"
+        f" times in {substeps} substeps: pass substeps={needed} or more, or a wider grid",
+    )
+
+
+def _check_returns(places: np.ndarray) -> None:
+    """places: (nt, 2) in widths of the grid, whose half is where the history leaves it."""
+    moves = np.diff(places, axis=0)
+    turns = 1 + np.flatnonzero(np.any(moves[1:] * moves[:-1] < 0.0, axis=1))
+    some = np.linspace(0, len(places) - 1, min(len(places), SAMPLES)).astype(int)
+    fewer = places[np.union1d(some, turns)]
+    for i, place in enumerate(fewer[:-2]):
+        away = np.max(np.abs(fewer[i + 1 :] - place), axis=1)
+        left = np.maximum.accumulate(away)
+        back = (left > 0.5) & (away < RETURN)
+        if np.any(back):
+            stroke = float(left[np.argmax(back)])
+            raise ValueError(
+                f"velocity: expected a track that stays within half the grid's width of every place it"
+                f" comes back to, got one that goes {stroke:.3g} widths away: a grid {2.0 * stroke:.3g} times"
+                " as wide, and more for the contact, holds it"
+            )

@@ -1,1 +1,0 @@
-"""The inputs of a simulation: materials, layers, controls, grids and rough surfaces."""

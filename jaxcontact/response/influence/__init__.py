@@ -1,1 +1,0 @@
-"""Influence coefficients: the displacement of one cell due to a uniform traction on another, in closed form."""

@@ -1,1 +1,0 @@
-"""The expansion of a response in exponentials of time."""

@@ -1,0 +1,765 @@
+"""Case files: one experiment as a TOML file, in SI units, or with a unit behind the number: "150 nm".
+
+``read_case`` turns a file into the objects of the package by the schema in ``case_schema``, or raises a ``CaseError`` of one
+line that names the file, the key, what was found and what is accepted. ``case_tables`` checks keys and values.
+"""
+
+import difflib
+import functools
+import json
+import operator
+import re
+import reprlib
+import textwrap
+import tomllib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxcontact._support.fields import FIELDS
+from jaxcontact._support.npz import read_npy
+from jaxcontact._support.prefixes import prefixed
+from jaxcontact.bodies import materials
+from jaxcontact.bodies.body import Layer, LayeredHalfSpace, at_its_thickest
+from jaxcontact.bodies.controls import Approach, Control, Load, TangentialDisplacement, TangentialLoad
+from jaxcontact.bodies.grid import Grid
+from jaxcontact.indenters import shapes
+from jaxcontact.results.labels import stored_fields
+from jaxcontact.shell.case_keys import (
+    LARGEST,
+    LAST,
+    LAWS,
+    MATERIALS,
+    SHAPES,
+    TABLE,
+    TABLES,
+    Accept,
+    Key,
+    Keys,
+    choice,
+    in_si,
+    kept_unless_said,
+)
+from jaxcontact.shell.case_schema import KIND, KINDS, OPTIONAL_SECTIONS, PARTS, SEVERAL, CasePart, sections_of
+from jaxcontact.simulate.experiment import ContactSetup, Options, Settings, TimedExperiment
+
+# The tables of a case file: reading them, checking their keys and values, and converting values with units to SI.
+
+
+Table = dict[str, Any]
+
+
+class CaseError(ValueError):
+    """A case file that cannot be run; the message is one line for the user."""
+
+
+def read_tables(path: Path) -> Table:
+    """Return the contents of a TOML file; CaseError for a file that is missing or broken."""
+    text = ""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+        return tomllib.loads(text)
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        raise CaseError(
+            f"{path}: {reason}; expected a TOML file of a case, or a name that jaxcontact cases lists"
+        ) from error
+    except (
+        ValueError,
+        RecursionError,
+    ) as error:  # a decoding error, a number of too many digits, too deep a list
+        raise CaseError(f"{path}: not TOML: {error}{_quoted(text, str(error))}") from error
+
+
+def _quoted(text: str, error: str) -> str:
+    """Return advice for a line that TOML cannot read because its value is text without quotes (450 GPa), "" for others."""
+    place = re.search(r"line (\d+)", error)
+    lines = text.splitlines()
+    line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
+    found = re.fullmatch(r"\s*([\w.\-]+)\s*=\s*([^\s\"'\[{#=][^\"'\[\]{}#=]*?)\s*(?:#.*)?", line)
+    if found is None:
+        return ""
+    return f'; expected text, and a number with a unit, in quotes: {found[1]} = "{found[2]}"'
+
+
+def tables_named(name: str, tables: Table) -> list[tuple[str, Table]]:
+    """Return the tables of a section that may be given several times, each with its name: of layers from the top down."""
+    given = tables.get(name, [])
+    if isinstance(given, list):
+        return [(f"{name}[{i}]", table) for i, table in enumerate(given)]
+    return [(name, given)]
+
+
+def kind_of(tables: Table) -> tuple[str, dict[str, Keys]]:
+    """Return the kind of experiment, and its tables with their keys; CaseError for a key of another kind."""
+    every = {name: keys for kind in KINDS for name, keys in sections_of(kind).items()}
+    check_table("", tables, {name: Key(_accepted(name), "") for name in every})
+    kind = tables.get("experiment", {}).get("kind", KIND.default)
+    check_table("experiment", {"kind": kind}, {"kind": KIND})
+    own = sections_of(kind)
+    for name, table in tables.items():
+        _check_of_kind(kind, f"[{name}]", {other: name in sections_of(other) for other in KINDS})
+        for key in table if name in ("experiment", "control", "solver") else ():
+            having = {other: key in sections_of(other).get(name, {}) for other in KINDS}
+            _check_of_kind(kind, f"{name}.{key}", having)
+    return kind, own
+
+
+def with_si_values(tables: Table, sections: dict[str, Keys]) -> Table:
+    """Return the tables with numbers in SI units in place of text with a unit."""
+    keys = _keys_by_table(sections)
+    converted = {name: _plain_table(name, table, keys.get(name, {})) for name, table in tables.items()}
+    ball = tables.get("indenter", {}).get("material")
+    if isinstance(ball, dict):
+        converted["indenter"]["material"] = _plain_table("indenter.material", ball, keys["substrate"])
+    for name in SEVERAL:
+        if isinstance(tables.get(name), list):
+            converted[name] = [
+                _plain_table(where, table, keys[name]) for where, table in tables_named(name, tables)
+            ]
+    return converted
+
+
+def unit_of(dotted: str, sections: dict[str, Keys]) -> str | None:
+    """Return the SI unit of a key such as "layer[0].thickness"; None of text, counts, plain numbers and unknown keys."""
+    key = _key_of(dotted, sections)
+    return None if key is None else key.unit
+
+
+def si_value(dotted: str, value: Any) -> Any:
+    """Return a value in [sweep] of a key such as "layer[0].thickness", with SI numbers in place of texts with a unit.
+
+    The key may be one of any kind of experiment. Raises CaseError for a text that is no quantity of its dimension.
+    """
+    for kind in KINDS:
+        key = _key_of(dotted, sections_of(kind))
+        if key is not None:
+            return _plain(f"sweep.{dotted}", value, key)
+    return value
+
+
+def _key_of(dotted: str, sections: dict[str, Keys]) -> Key | None:
+    table, *between, name = re.sub(r"\[\d+\]", "", dotted).split(".")
+    return _keys_by_table(sections).get("substrate" if "material" in between else table, {}).get(name)
+
+
+def _keys_by_table(sections: dict[str, Keys]) -> dict[str, Keys]:
+    """Return the keys of each table with those of all materials, shapes and laws that may stand in it."""
+    solid = {name: key for _, keys in MATERIALS.values() for name, key in keys.items()}
+    shape = {name: key for _, keys in SHAPES.values() for name, key in keys.items()}
+    law = {name: key for _, keys in LAWS.values() for name, key in keys.items()}
+    beside = {"layer": solid, "substrate": solid, "indenter": shape, "adhesion": law}
+    return {name: own | beside.get(name, {}) for name, own in sections.items()}
+
+
+def _plain_table(where: str, table: Any, keys: Keys) -> Any:
+    """Return a table with plain numbers for its quantities; anything else is returned unchanged."""
+    if not isinstance(table, dict):
+        return table
+    return {
+        name: _plain(_path(where, name), value, keys[name]) if name in keys else value
+        for name, value in table.items()
+    }
+
+
+def _plain(where: str, value: Any, key: Key) -> Any:
+    """Return the number in SI of a text with a unit, also in lists."""
+    if key.unit is None or (key.file and isinstance(value, str) and value.endswith(".npy")):
+        return value
+    if isinstance(value, list):
+        return [_plain(where, item, key) for item in value]
+    if not isinstance(value, str):
+        return value
+    try:
+        return in_si(value, key.unit)
+    except ValueError as error:
+        raise CaseError(f"{where}: found {shown(value)}, accepted: {key.words}, or {error}") from error
+
+
+def _check_of_kind(kind: str, path: str, having: dict[str, bool]) -> None:
+    others = [f'"{other}"' for other, has in having.items() if has]
+    if others and not having[kind]:
+        raise CaseError(
+            f'{path}: found with experiment.kind = "{kind}", accepted: with {" or ".join(others)}'
+        )
+
+
+def tables_of(sections: dict[str, Keys]) -> Keys:
+    """Return the keys of the file itself, which are its tables."""
+    return {name: Key(_accepted(name), "", name not in OPTIONAL_SECTIONS) for name in sections}
+
+
+def _accepted(section: str) -> Accept:
+    return TABLES if section in SEVERAL else TABLE
+
+
+def check_table(where: str, table: Table, keys: dict[str, Key]) -> None:
+    """Raise CaseError for an unknown key, a missing one, or a value that its key does not accept."""
+    for name, value in table.items():
+        if name not in keys:
+            raise CaseError(f"{_path(where, name)}: unknown key; {_suggestion(name, list(keys))}")
+        if not keys[name].accept.test(value):
+            raise CaseError(f"{_path(where, name)}: found {shown(value)}, accepted: {keys[name].words}")
+    for name, key in keys.items():
+        if key.required and name not in table:
+            raise CaseError(f"{_path(where, name)}: missing; accepted: {key.words}")
+
+
+def _path(where: str, name: str) -> str:
+    return f"{where}.{name}" if where else f"[{name}]"
+
+
+def _suggestion(name: str, known: list[str]) -> str:
+    close = difflib.get_close_matches(name, known, n=1) or difflib.get_close_matches(name.lower(), known, n=1)
+    hint = f'did you mean "{close[0]}"? ' if close else ""
+    return f"{hint}accepted: {', '.join(known)}"
+
+
+def shown(value: Any) -> str:
+    """Return the value as found, on one line of at most 60 characters."""
+    try:
+        text = f'"{value}"' if isinstance(value, str) else reprlib.repr(value)
+    except ValueError:  # Python writes no whole number of over 4300 digits
+        text = "a number of too many digits"
+    text = " ".join(text.split())
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+OPTIONS = {field.name for field in fields(Options)}
+
+
+@dataclass(frozen=True)
+class Case:
+    """An experiment as read: the arguments of the function that runs it.
+
+    kind: of ``KINDS``; tables: the file as it stood, without what is absent there; times: a single zero for a steady
+    state; motion: what the function of this kind takes beyond those of ``indent``; options: the keywords of its solver;
+    kept: of which times a run writes maps (``shell.case_keys``).
+    """
+
+    kind: str
+    tables: Table
+    body: LayeredHalfSpace
+    indenter: shapes.Indenter
+    control: Control
+    times: np.ndarray
+    grid: Grid
+    motion: Table
+    options: Table
+    kept: str
+
+    @property
+    def result(self) -> type:
+        """The class of its result."""
+        return _result(self.kind, self.tables)
+
+    def run(self) -> Any:
+        """Return the result of the function that runs an experiment of this kind."""
+        return KINDS[self.kind].verb(**self._given())
+
+    def experiment(self) -> TimedExperiment | None:
+        """Return the checked experiment, to march in blocks; None for a steady state. Raises ValueError as ``run``."""
+        march = KINDS[self.kind].march
+        setup, settings, further = self.arguments()
+        return None if march is None else march(setup, settings, **further)
+
+    def arguments(self) -> tuple[ContactSetup, Settings, Table]:
+        """Return the contact, the settings of its solution, and the further arguments of the function of this kind."""
+        defaults = {
+            name: key.default for name, key in KINDS[self.kind].solver.items() if key.default is not None
+        }
+        given = self.motion | defaults | self.options
+        static = {name: given.pop(name) for name in OPTIONS & given.keys()}
+        settings = Settings(given.pop("tolerance"), given.pop("max_iterations"), options=Options(**static))
+        return ContactSetup(self.body, self.indenter, self.control, self.times, self.grid), settings, given
+
+    @property
+    def body_for_estimates(self) -> LayeredHalfSpace:
+        """The body with layers of one thickness each, the largest."""
+        return at_its_thickest(self.body)
+
+    def _given(self) -> Table:
+        given = {"body": self.body, "indenter": self.indenter, "control": self.control, "grid": self.grid}
+        over_time = {} if KINDS[self.kind].times is None else {"times": self.times}
+        return given | over_time | self.motion | self.options
+
+
+def read_case(path: Path) -> Case:
+    """The case in a TOML file. Raises CaseError for a file that is missing, broken or wrong."""
+    return case_of(read_tables(path), path)
+
+
+def case_of(tables: Table, path: Path) -> Case:
+    """The case in the tables of a file. Raises CaseError for one that is wrong."""
+    try:
+        return _case(tables, path.parent)
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from error
+
+
+def _case(tables: Table, folder: Path) -> Case:
+    if "sweep" in tables:
+        raise CaseError(
+            "[sweep]: found a study, accepted: a single case; jaxcontact sweep checks and runs a study"
+        )
+    kind, sections = kind_of(tables)
+    adhesive = "adhesion" in tables
+    sections = sections_of(kind, adhesive=True) if adhesive else sections
+    tables = with_si_values(tables, sections)
+    check_table("", tables, tables_of(sections))
+    for name in ("experiment", "grid", "solver", "control", "times"):
+        check_table(name, tables.get(name, {}), sections.get(name, {}))
+    for name, part in KINDS[kind].parts.items():
+        for where, table in tables_named(name, tables):
+            check_table(where, table, part.keys)
+    body = _body(tables, sections, folder)
+    indenter = _indenter(tables["indenter"], sections["indenter"], folder)
+    times = _times(tables["times"], sections["times"]) if "times" in sections else np.zeros(1)
+    control = _control(tables["control"], times.size)
+    if adhesive and not {"width", "shape"} & tables.get("grid", {}).keys():
+        raise CaseError("grid.width: missing; accepted with [adhesion]: width, or shape and spacing")
+    grid = _grid(tables.get("grid", {}), sections["grid"], body, indenter, control, times)
+    motion = _motion(kind, tables, times.size, folder)
+    if adhesive:
+        law, values = _choose("adhesion", tables["adhesion"], "law", sections["adhesion"], LAWS)
+        motion["adhesion"] = law(**values)
+    options = dict(tables.get("solver", {}))
+    fields = stored_fields(_result(kind, tables))
+    kept = options.pop("save", None) or kept_unless_said(fields, grid.shape, times.size)
+    options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from
+    return Case(kind, tables, body, indenter, control, times, grid, motion, options, kept)
+
+
+def _result(kind: str, tables: Table) -> type:
+    """Return the class of the result of a case."""
+    own = KINDS[kind]
+    return own.adhesive if own.adhesive is not None and "adhesion" in tables else own.result
+
+
+def _choose(where: str, table: Table, key: str, own: dict[str, Key], choices: dict[str, Any]) -> Any:
+    """The class that ``table[key]`` names, and the values of its parameters, all checked."""
+    if key not in table or not own[key].accept.test(table[key]):
+        check_table(where, {k: v for k, v in table.items() if k == key}, {key: own[key]})
+    chosen, parameters = choices[table[key]]
+    check_table(where, table, own | parameters)
+    return chosen, {name: _as_float(table[name]) for name in parameters if name in table}
+
+
+def _as_float(value: Any) -> Any:
+    """Whole numbers as floats, since jax has none of over 64 bits; lists as arrays; text as it is."""
+    if isinstance(value, list):
+        return np.array(value, dtype=float)
+    return float(value) if isinstance(value, int) else value
+
+
+def _material(where: str, table: Table, own: dict[str, Key]) -> Any:
+    chosen, values = _choose(where, table, "material", own, MATERIALS)
+    if "nu" in values and "bulk_modulus" in values:
+        raise CaseError(f"{where}.nu: found both nu and bulk_modulus; accepted: one of them")
+    if chosen is not materials.Elastic:
+        return _same_length(where, chosen(**values))
+    if ("G" in values) == ("E" in values):
+        found = "both" if "G" in values else "neither"
+        raise CaseError(f"{where}.G: found {found} G and E; accepted: one of them, a number > 0 [Pa]")
+    return chosen.from_young(**values) if "E" in values else chosen(**values)
+
+
+def _same_length(where: str, material: Any) -> Any:
+    """A Prony material needs one time per compliance."""
+    if isinstance(material, materials.Prony) and np.shape(material.J) != np.shape(material.tau):
+        found = f"{np.size(material.tau)} for {np.size(material.J)} in J"
+        raise CaseError(f"{where}.tau: found {found}; accepted: as many numbers as in J")
+    return material
+
+
+def _body(tables: Table, sections: dict[str, Keys], folder: Path) -> LayeredHalfSpace:
+    layers = [
+        Layer(_material(where, table, sections["layer"]), _thickness(where, table["thickness"], folder))
+        for where, table in tables_named("layer", tables)
+    ]
+    return LayeredHalfSpace(layers, _material("substrate", tables["substrate"], sections["substrate"]))
+
+
+def _thickness(where: str, value: Any, folder: Path) -> Any:
+    if isinstance(value, str):
+        return _field(f"{where}.thickness", folder / value, "thicknesses (nx, ny) [m]")
+    return float(value)
+
+
+def _indenter(table: Table, own: Keys, folder: Path) -> shapes.Indenter:
+    chosen, values = _choose("indenter", table, "shape", own, SHAPES)
+    material = None
+    if "material" in table:
+        elastic = {"material": Key(choice("elastic"), "elastic when absent")}
+        material = _material("indenter.material", {"material": "elastic"} | table["material"], elastic)
+    if "heights" in values:
+        values["heights"] = _field("indenter.heights", folder / values["heights"], "heights (nx, ny) [m]")
+    return chosen(**values, material=material)
+
+
+def _field(where: str, path: Path, meaning: str) -> np.ndarray:
+    """The numbers in a .npy file: two-dimensional, finite."""
+    accepted = f"accepted: a .npy file of finite {meaning}"
+    try:
+        field = read_npy(path)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "not a .npy file of numbers"
+        raise CaseError(f"{where}: {path}: {reason}; {accepted}") from error
+    if field.dtype.kind not in "fiu" or field.ndim != 2:
+        raise CaseError(f"{where}: {path}: not a two-dimensional array of numbers; {accepted}")
+    if not np.all(np.abs(field) <= LARGEST):
+        raise CaseError(
+            f"{where}: {path}: found values that are not finite or not below {LARGEST:g}; {accepted}"
+        )
+    return field.astype(float)
+
+
+UNITS = {
+    "load": " [N]",
+    "approach": " [m]",
+    "tangential_load": " [N]",
+    "tangential_displacement": " [m]",
+    "creepage": "",
+}
+
+
+def _one_of(table: Table, *names: str) -> str:
+    """The one of some keys of [control] that is there."""
+    found = [name for name in names if name in table]
+    if len(found) != 1:
+        words = f"both {names[0]} and {names[1]}" if found else f"neither {names[0]} nor {names[1]}"
+        accepted = " and ".join(name + UNITS[name] for name in names)
+        raise CaseError(f"[control]: found {words}; accepted: one of {accepted}")
+    return found[0]
+
+
+def _over_times(where: str, value: Any, one: str, nt: int) -> np.ndarray:
+    """A value held, or a list of one for each time; one: what a single one is."""
+    single = isinstance(value, list) and one != "a number" and not isinstance(value[0], list)
+    if isinstance(value, list) and not single and len(value) != nt:
+        raise CaseError(f"{where}: found {len(value)} values; accepted: {one}, or {nt} values as times")
+    return np.array(value, dtype=float)
+
+
+def _control(table: Table, nt: int) -> Control:
+    name = _one_of(table, "load", "approach")
+    value = _over_times(f"control.{name}", table[name], "a number", nt)
+    return (Load if name == "load" else Approach)(value)
+
+
+TANGENTIAL: dict[str, Callable[..., Any]] = {
+    "tangential_load": TangentialLoad,
+    "tangential_displacement": TangentialDisplacement,
+}
+
+
+def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
+    """Return the arguments of the function of this kind beyond those of ``indent``."""
+    table, control = tables.get("experiment", {}), tables["control"]
+    motion = {name: value for name, value in table.items() if name != "kind"}
+    if "velocity" in motion:
+        motion["velocity"] = _over_times("experiment.velocity", motion["velocity"], "[x, y]", nt)
+    if isinstance(motion.get("friction"), str):
+        path = folder / motion["friction"]
+        motion["friction"] = _field("experiment.friction", path, "coefficients of friction (nx, ny)")
+    motion |= _parts(kind, tables)
+    tangential = KINDS[kind].tangential
+    if tangential is None:
+        return motion
+    keyword, names = tangential
+    name = _one_of(control, *names)
+    value = _over_times(f"control.{name}", control[name], "[x, y]", nt)
+    return motion | {keyword: TANGENTIAL.get(name, np.asarray)(value)}
+
+
+def _parts(kind: str, tables: Table) -> Table:
+    """Return the arguments that further tables describe; the objects of tables of one argument are added."""
+    found: dict[str, list[Any]] = {}
+    for name, part in KINDS[kind].parts.items():
+        for _, table in tables_named(name, tables):
+            found.setdefault(part.argument, []).append(_part(part, table))
+    needed = [name for name, part in KINDS[kind].parts.items() if part.added]
+    if needed and KINDS[kind].parts[needed[0]].argument not in found:
+        names = ", ".join(f"[{name}]" for name in needed)
+        raise CaseError(f"[{needed[0]}]: missing; accepted: one or more of {names}")
+    return {argument: functools.reduce(operator.add, objects) for argument, objects in found.items()}
+
+
+def _part(part: CasePart, table: Table) -> Any:
+    absent = {name: None for name, key in part.keys.items() if not key.required and key.default is None}
+    return part.makes(**absent | {name: _as_float(value) for name, value in table.items()})
+
+
+def _times(table: Table, own: Keys) -> np.ndarray:
+    """Return the times from the values, or steps from 0 to the end, uniform or logarithmic from ``first``."""
+    if "values" in table:
+        if len(table) > 1:
+            others = ", ".join(name for name in table if name != "values")
+            raise CaseError(f"times.values: found with {others}; accepted: values alone, or end and steps")
+        return np.array(table["values"], dtype=float)
+    logarithmic = table.get("spacing") == "logarithmic"
+    for name in ("end", "steps") + (("first",) if logarithmic else ()):
+        if name not in table:
+            raise CaseError(f"times.{name}: missing; accepted: {own[name].words}")
+    end, steps = float(table["end"]), table["steps"]
+    if not logarithmic:
+        if "first" in table:
+            raise CaseError('times.first: found with uniform spacing; accepted: with spacing = "logarithmic"')
+        return np.linspace(0.0, end, steps + 1)
+    if table["first"] > end:
+        raise CaseError(f"times.first: found {table['first']:g}, accepted: a number not above end = {end:g}")
+    return np.append(0.0, np.geomspace(float(table["first"]), end, steps))
+
+
+def _grid(table: Table, own: Keys, body: Any, indenter: Any, control: Control, times: np.ndarray) -> Grid:
+    wraps = table.get("periodic", own["periodic"].default)
+    periodic = tuple(wraps) if isinstance(wraps, list) else wraps
+    if ("shape" in table) != ("spacing" in table):
+        name = "spacing" if "shape" in table else "shape"
+        raise CaseError(f"grid.{name}: missing; accepted: {own[name].words}")
+    if "shape" in table:
+        extra = [name for name in ("n", "width") if name in table]
+        if extra:
+            raise CaseError(f"grid.{extra[0]}: found with shape; accepted: shape and spacing, or n and width")
+        return Grid(tuple(table["shape"]), tuple(map(float, table["spacing"])), periodic)
+    n = table.get("n", own["n"].default)
+    if "width" in table:
+        cell = float(table["width"]) / n
+        return Grid((n, n), (cell, cell), periodic)
+    if periodic not in (False, (False, False)):
+        raise CaseError("grid.width: missing; accepted with periodic: width, or shape and spacing")
+    if isinstance(indenter, shapes.HeightField):
+        raise CaseError(
+            "grid.shape: missing; accepted with a height field: shape and spacing, or n and width"
+        )
+    return Grid.around(body, indenter, control, times, n=n)
+
+
+# The text of a case, with all defaults filled in and the meaning of each value as a comment.
+
+
+@dataclass(frozen=True)
+class Section:
+    """A table of a case file: its heading, its values and all keys that it may have; or only a comment as its heading."""
+
+    heading: str
+    values: Table = field(default_factory=dict)
+    keys: Keys = field(default_factory=dict)
+
+
+def case_text(case: Case) -> str:
+    """Return TOML that reads back as the same case; each line has its meaning and unit as a comment."""
+    return "\n".join(block_text(block) for block in blocks_of(case))
+
+
+def blocks_of(case: Case) -> list[Section]:
+    """Return the tables of a case in order, with all defaults filled in."""
+    sections = sections_of(case.kind)
+    blocks = {
+        name: _part_sections(name, keys, case)
+        if name in PARTS
+        else [Section(f"[{name}]", *_section(name, keys, case))]
+        for name, keys in sections.items()
+        if name != "layer"
+    }
+    if "adhesion" in blocks and "adhesion" not in case.tables:
+        blocks["adhesion"] = [Section("# no [adhesion]: the surfaces do not attract each other")]
+    layers = [_solid(table, sections["layer"]) for _, table in tables_named("layer", case.tables)]
+    heading = "[[layer]]" if isinstance(case.tables.get("layer"), list) else "[layer]"
+    none = [Section("# no [layer]: the body is a half-space")]
+    first = [*blocks.pop("experiment"), *([Section(heading, *layer) for layer in layers] or none)]
+    solids = [*blocks.pop("substrate"), *blocks.pop("indenter")]
+    others = [block for name in blocks for block in blocks[name]]
+    if case.indenter.material is None:
+        rigid = Section("# no [indenter.material]: the indenter is rigid")
+        return [*first, *solids, *others, rigid]
+    own = {"material": "elastic"} | case.tables["indenter"]["material"]
+    elastic = sections["substrate"] | MATERIALS["elastic"][1]
+    return [*first, *solids, Section("[indenter.material]", *_filled(own, elastic)), *others]
+
+
+def _part_sections(name: str, keys: Keys, case: Case) -> list[Section]:
+    """Return the tables of a section that describes an argument; a comment where there is none."""
+    heading = f"[[{name}]]" if isinstance(case.tables.get(name), list) else f"[{name}]"
+    given = [Section(heading, *_filled(table, keys)) for _, table in tables_named(name, case.tables)]
+    return given or [Section(f"# no [{name}]", {}, keys)]
+
+
+def _section(name: str, keys: Keys, case: Case) -> tuple[Table, Keys]:
+    """Return the values and keys of a section."""
+    table = case.tables.get(name, {})
+    if name == "substrate":
+        return _solid(table, keys)
+    if name == "indenter":
+        values = {key: value for key, value in table.items() if key != "material"}
+        return _filled(values, keys | SHAPES[table["shape"]][1])
+    if name == "adhesion" and table:
+        return _filled(table, keys | LAWS[table["law"]][1])
+    if name == "times":
+        return _filled(table, {"values": keys["values"]} if "values" in table else keys)
+    if name == "grid":
+        return _grid_table(case, keys)
+    if "save" in keys:
+        return _filled({"save": case.kept} | table, keys)
+    return _filled(table, keys)
+
+
+def _solid(table: Table, keys: Keys) -> tuple[Table, Keys]:
+    """Return the values and keys of a layer or the substrate."""
+    own = MATERIALS[table["material"]][1] | keys
+    return _filled(
+        table, {name: key for name, key in own.items() if name != "nu" or "bulk_modulus" not in table}
+    )
+
+
+def _filled(table: Table, keys: Keys) -> tuple[Table, Keys]:
+    """Return the table in the order of the keys, with defaults for missing keys."""
+    defaults = {name: key.default for name, key in keys.items() if key.default is not None}
+    values = defaults | table
+    order = ["material", "shape", "law", *keys]
+    return {name: values[name] for name in dict.fromkeys(order) if name in values}, keys
+
+
+def _grid_table(case: Case, keys: Keys) -> tuple[Table, Keys]:
+    """Return the grid, with the width, or two spacings, chosen from the expected contact where none is given."""
+    table, spacing = dict(case.tables.get("grid", {})), [float(d) for d in case.grid.spacing]
+    if not {"shape", "width"} & table.keys() and spacing[0] != spacing[1]:
+        table = {"shape": list(case.grid.shape), "spacing": spacing}
+    if "shape" in table:
+        return _filled(table, {name: keys[name] for name in ("shape", "spacing", "periodic")})
+    table.setdefault("width", float(case.grid.width[0]))
+    return _filled(table, keys)
+
+
+def block_text(block: Section) -> str:
+    """Return a table as text, with the meaning of each line as a comment."""
+    lines = [f"{key} = {_toml(value)}" for key, value in block.values.items()]
+    width = max((len(line) for line in lines if len(line) < 60), default=0)
+    meanings = [_meaning(key, value, block.keys[key]) for key, value in block.values.items()]
+    rows = [f"{line:{width}}  # {meaning}" for line, meaning in zip(lines, meanings, strict=True)]
+    return "\n".join([block.heading, *rows]) + "\n"
+
+
+def _meaning(name: str, value: Any, key: Key) -> str:
+    """Return the meaning of a value: for a material, a shape or an experiment, the first line of its docstring."""
+    if name == "kind":
+        return (KINDS[value].verb.__doc__ or "").split("\n")[0].rstrip(".")
+    if isinstance(value, str) and name in ("material", "shape", "law"):  # the shape of a grid is two numbers
+        return ((MATERIALS | SHAPES | LAWS)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
+    choices = f"; {key.accept.words}" if " | " in key.accept.words else ""
+    return key.meaning.split("; absent: ")[0] + choices
+
+
+def _toml(value: Any) -> str:
+    """Return a value of a case file as TOML: text, a number, a boolean, or a list of them."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, list):
+        return "[" + ", ".join(_toml(item) for item in value) + "]"
+    if isinstance(value, bool | int):
+        return str(value).lower()
+    return _number(Decimal(f"{value:.12g}" if float(f"{value:.12g}") == value else repr(value)))
+
+
+def _number(value: Decimal) -> str:
+    """Return a number with a point, or for very large or small ones with a power of ten that is a multiple of 3: 150e-9."""
+    power = 3 * (value.adjusted() // 3)
+    if value and (power < -3 or power > 3):
+        return f"{value.scaleb(-power).normalize():f}e{power}"
+    plain = f"{value:f}"
+    return plain if "." in plain else f"{plain}.0"
+
+
+# Templates of case files: a ready-made case of a kind, with a commented line for every other key that it may have.
+#
+# Templates are generated from the schema, as all of case files is, so that they contain every known key and no other.
+
+
+HEAD = """# {title}
+# An example to change: jaxcontact check {name}; jaxcontact run {name} -o out
+# Numbers are in SI units; text may have a unit of its own: thickness = "150 nm", load = "2.5 mN", end = "1 h".
+# A commented line with ... after the key is an optional key.
+
+"""
+
+
+def template(kind: str, cases: Path, name: str) -> str:
+    """Return a case file of this kind, from its example in the folder of cases; name: the file that it is written to."""
+    path = cases / f"{KINDS[kind].example}.toml"
+    tables = {table: values for table, values in read_tables(path).items() if table in sections_of(kind)}
+    own = {name: key.example for name, key in KINDS[kind].beside.items() if key.example is not None}
+    tables["experiment"] = own | tables.get("experiment", {}) | {"kind": kind}
+    case = case_of(tables, path)
+    blocks = [block_text(block) + "".join(_absent(block)) for block in blocks_of(case)]
+    return HEAD.format(title=_title(path), name=name) + "\n".join([*blocks, *_choices(kind)])
+
+
+def _title(path: Path) -> str:
+    """Return the first line of a case file, which is its title."""
+    return path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
+
+
+def _absent(block: Section) -> Iterator[str]:
+    """Yield a commented line for each optional key that is absent."""
+    for name, key in block.keys.items():
+        if name not in block.values and key.accept is not TABLE:
+            yield f"# {name} = ...  # {key.meaning}\n"
+
+
+def _choices(kind: str) -> Iterator[str]:
+    """Yield the materials, the shapes and, with adhesion, its laws, each with its keys."""
+    laws = [("law of [adhesion]", LAWS)] if "adhesion" in sections_of(kind) else []
+    for what, choices in [("material of a layer or the substrate", MATERIALS), ("shape", SHAPES), *laws]:
+        rows = [f'#   "{name}": {", ".join(keys)}' for name, (_, keys) in choices.items()]
+        yield "\n".join([f"# {what}, and its keys", *rows]) + "\n"
+
+
+# A caption that states what a case computes, placed below each picture of its run.
+
+
+CONTROLS = ("load", "approach", "tangential_load", "tangential_displacement")
+LETTERS = 17.0  # letters per inch at the size below
+SIZE, SHADE = (
+    7.0,
+    "0.45",
+)  # size of the letters in points, and a grey that is legible on white and on dark pages
+
+
+def caption_of(case: Case) -> str:
+    """Return a caption such as "sphere of 500 µm on burgers, 5 µm, on elastic; load 5 mN; to 3600 s; 128 x 128 cells"."""
+    tables = case.tables
+    indenter = tables["indenter"]
+    radius = f" of {_amount(indenter['radius'], 'm')}" if "radius" in indenter else ""
+    layers = [
+        f"{table['material']}, {_amount(table['thickness'], 'm')}"
+        for _, table in tables_named("layer", tables)
+    ]
+    body = ", on ".join([*layers, tables["substrate"]["material"]])
+    controls = [
+        f"{name.replace('_', ' ')} {_amount(tables['control'][name], FIELDS[name].unit)}"
+        for name in CONTROLS
+        if name in tables["control"]
+    ]
+    velocity = tables.get("experiment", {}).get("velocity")
+    motion = [] if velocity is None else [f"velocity {_amount(velocity, 'm/s')}"]
+    duration = "steady" if KINDS[case.kind].times is None else f"to {case.times[-1]:g} s"
+    cells = "{} x {} cells".format(*case.grid.shape)
+    return "; ".join([f"{indenter['shape']}{radius} on {body}", *controls, *motion, duration, cells])
+
+
+def write_under(figure: Any, caption: str) -> None:
+    """Write the caption at the foot of a figure, in as many lines as its width requires."""
+    lines = textwrap.fill(caption, int(LETTERS * figure.get_figwidth()))
+    figure.supxlabel(lines, fontsize=SIZE, color=SHADE)
+
+
+def _amount(value: Any, unit: str) -> str:
+    """Return one number with an SI prefix, several numbers by their range, and text (a file name) unchanged."""
+    if isinstance(value, str):
+        return value
+    low, high = float(np.min(value)), float(np.max(value))
+    return prefixed(high, unit) if low == high else f"{prefixed(low, unit)} to {prefixed(high, unit)}"

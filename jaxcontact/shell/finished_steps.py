@@ -1,0 +1,283 @@
+"""The finished steps of a run in a folder, where they outlive whatever ends the run.
+
+One file for each block of steps, written once, and two checkpoints, which are replaced in turns: each says how many
+blocks count, and has what the march goes on from. Whenever a run is killed, what the later checkpoint counts is whole,
+and the run can go on from there. Where a disk has damaged it, the run goes on from the other one, a block before.
+"""
+
+import functools
+import hashlib
+import shutil
+import warnings
+import zipfile
+import zlib
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+
+from jaxcontact._support import sources
+from jaxcontact._support.fields import FIELDS, TIME, following_from_maps
+from jaxcontact._support.npz import Stacked, read_npz, write_npz, write_whole
+from jaxcontact.bodies.grid import Grid
+from jaxcontact.results.contact import ContactHistory
+from jaxcontact.results.labels import numbers_of
+from jaxcontact.results.storage import arrays_of, stored_fields
+from jaxcontact.shell.case_file import Case
+from jaxcontact.simulate.run import FinishedBlock
+
+CHECKPOINTS = ("checkpoint.npz", "checkpoint_of_odd.npz")  # after an even and an odd number of blocks
+SLIP = "slip"  # the map that is a sum over the time since the map before
+
+
+@dataclass(frozen=True)
+class StoredFields:
+    """The names of what is stored of a kind of result: fields over the grid at each time, of the whole run, numbers at each
+    time, and lines and numbers at each time that follow from the maps."""
+
+    maps: tuple[str, ...]
+    whole: tuple[str, ...]
+    series: tuple[str, ...]
+    lines: tuple[str, ...]
+
+    @classmethod
+    def of(cls, kind: type) -> "StoredFields":
+        names = stored_fields(kind)
+        whole = tuple(name for name in names if TIME[0] not in FIELDS[name].dimensions)
+        maps = tuple(name for name in names if name not in whole and FIELDS[name].is_map)
+        series = tuple(name for name in names if name not in (*maps, *whole))
+        return cls(maps, whole, series, following_from_maps(kind, names))
+
+    def among(self, names: Collection[str]) -> "StoredFields":
+        """Return those of some names: fields that may be None are not stored where they are."""
+        kept = (
+            tuple(n for n in group if n in names)
+            for group in (self.maps, self.whole, self.series, self.lines)
+        )
+        return StoredFields(*kept)
+
+
+@dataclass(frozen=True)
+class ResumePoint:
+    """Progress of a run.
+
+    blocks, steps: how many are finished; status: of the step that ended the run, 0 for none; seconds: what it
+    took so far; carry: what the march goes on from.
+    """
+
+    blocks: int = 0
+    steps: int = 0
+    status: int = 0
+    seconds: float = 0.0
+    carry: list[np.ndarray] | None = None
+
+
+@dataclass(frozen=True)
+class FinishedRun:
+    """The finished steps, together.
+
+    history: of the kind of the experiment, with the maps of the last step; chosen: the indices of the times of ``maps``,
+    none for those of the last alone; first_pressure (nx, ny) [Pa]: of the first of them; lines: those of ``FROM_MAPS`` that
+    the history has, over all times.
+    """
+
+    history: ContactHistory
+    chosen: np.ndarray
+    first_pressure: np.ndarray | None
+    maps: dict[str, Stacked]
+    lines: dict[str, np.ndarray]
+
+
+def fingerprint(case: Case) -> str:
+    """Return a digest that two cases share only if they give the same result: of every number, and of the sources."""
+    given = (case.body, case.indenter, case.control, case.times, case.grid, case.motion)
+    leaves, structure = jax.tree.flatten(given)
+    words = (
+        f"{sources.identity('jaxcontact')} {case.kind} {structure} {sorted(case.options.items())} {case.kept}"
+    )
+    numbers = b"".join(
+        leaf.encode() if isinstance(leaf, str) else np.asarray(leaf, dtype=float).tobytes() for leaf in leaves
+    )
+    return hashlib.sha256(words.encode() + numbers).hexdigest()
+
+
+@dataclass(frozen=True)
+class FinishedSteps:
+    """The finished steps in ``folder`` of the case with that ``fingerprint``; chosen: the times whose maps are kept; kind:
+    of result."""
+
+    folder: Path
+    fingerprint: str
+    chosen: np.ndarray
+    kind: type[ContactHistory] = ContactHistory
+
+    def remove(self) -> None:
+        """Forget them all."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+    def resume_point(self) -> ResumePoint:
+        """Return how far the run has come; warns where that is less than it was, since a file is damaged.
+
+        Raises:
+            ValueError: the steps are those of another case, or no run can go on from what is left of them.
+        """
+        paths = [self.folder / name for name in CHECKPOINTS]
+        found = {path: _whole(path) for path in paths if path.exists()}
+        known = [checkpoint for checkpoint in found.values() if checkpoint is not None]
+        if any(str(checkpoint["case"]) != self.fingerprint for checkpoint in known):
+            raise ValueError(
+                f"{self.folder}: found the steps of another case or --save, or of another state of jaxcontact;"
+                " accepted with --resume: those of this one; --force starts anew"
+            )
+        if not found and not self._block(1).exists():  # killed before the first checkpoint, or not yet begun
+            return ResumePoint()
+        standings = [_resume_point(checkpoint) for checkpoint in known]
+        written = len([*self.folder.glob("[0-9]*.npz")])
+        whole, block = self._whole_blocks(max((each.blocks for each in standings), default=written))
+        damaged = [path for path in found if found[path] is None] + ([] if block is None else [block])
+        usable = [each for each in standings if each.blocks <= whole]
+        if not usable:
+            raise ValueError(self._lost((damaged or paths)[-1], whole))
+        furthest = max(usable, key=lambda resume_point: resume_point.blocks)
+        if damaged:
+            warnings.warn(_salvaged(damaged, furthest))
+        return furthest
+
+    def _whole_blocks(self, count: int) -> tuple[int, Path | None]:
+        """Return how many of the first blocks can be read, and the file of the first that cannot."""
+        for index in range(count):
+            if not _intact(self._block(index)):
+                return index, self._block(index)
+        return count, None
+
+    def _lost(self, path: Path, whole: int) -> str:
+        kept = (
+            f"; the first {whole} blocks of steps beside it are whole, and numpy.load reads them"
+            if whole
+            else ""
+        )
+        return (
+            f"{path}: missing or damaged, and no checkpoint before it is left to go on from{kept};"
+            " --force starts anew"
+        )
+
+    def add(self, before: ResumePoint, block: FinishedBlock, seconds: float) -> ResumePoint:
+        """Keep a block; how far the run has then come."""
+        count = block.history.times.size
+        if not count:
+            return replace(before, status=block.status)
+        now = ResumePoint(before.blocks + 1, before.steps + count, block.status, seconds, block.carry)
+        steps = np.isin(before.steps + np.arange(count), self.chosen)
+        arrays = arrays_of(block.history) | _lines(block.history)
+        if SLIP in arrays:
+            arrays[SLIP] = self._slip(before, arrays[SLIP], steps)
+        fields = StoredFields.of(self.kind).among(arrays)
+        last = {name: arrays[name] for name in fields.whole} | {
+            name: arrays[name][-1] for name in fields.maps
+        }
+        kept = {name: arrays[name] for name in (*fields.series, *fields.lines)}
+        kept |= {name: arrays[name][steps] for name in fields.maps}
+        self.folder.mkdir(exist_ok=True)
+        write_whole(self._block(before.blocks), lambda path: write_npz(path, kept))
+        write_whole(self._checkpoint(now.blocks), lambda path: write_npz(path, self._facts(now) | last))
+        return now
+
+    def together(self, count: int, grid: Grid) -> FinishedRun:
+        """Return all steps of the first blocks, of which there is one at least."""
+        checkpoint, fields = self._checkpoint(count), StoredFields.of(self.kind)
+        last = read_npz(checkpoint, *fields.whole, *fields.maps)
+        blocks = [self._block(index) for index in range(count)]
+        fields = fields.among(last | read_npz(blocks[0], *fields.series, *fields.lines))
+        series = _joined(blocks, (*fields.series, *fields.lines))
+        lines = {name: series.pop(name) for name in fields.lines}
+        history = self.kind(**series, **last, saved=None, grid=grid)
+        if not self.chosen.size:
+            return FinishedRun(history, self.chosen, None, {}, lines)
+        end = history.times.size - 1  # a run that was stopped ends at none of the chosen
+        chosen = np.append(self.chosen[self.chosen < end], end)
+        files = blocks if end in self.chosen else [*blocks, checkpoint]
+        maps = {name: _stacked(files, name, chosen.size, last[name]) for name in fields.maps}
+        return FinishedRun(history, chosen, next(_parts(blocks, "pressure", 2))[0], maps, lines)
+
+    def _slip(self, before: ResumePoint, slip: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+        """Return the slip of each step of a block since the last chosen step before it, or since the step before."""
+        if not self.chosen.size:
+            return slip
+        sums = slip.copy()
+        if before.steps and before.steps - 1 not in self.chosen:
+            sums[0] += read_npz(self._checkpoint(before.blocks), SLIP)[SLIP]
+        for index in range(1, len(sums)):
+            if not chosen[index - 1]:
+                sums[index] += sums[index - 1]
+        return sums
+
+    def _block(self, index: int) -> Path:
+        return self.folder / f"{index:06}.npz"
+
+    def _checkpoint(self, blocks: int) -> Path:
+        return self.folder / CHECKPOINTS[blocks % 2]
+
+    def _facts(self, now: ResumePoint) -> dict[str, Any]:
+        carry = {f"carry_{index:03}": leaf for index, leaf in enumerate(now.carry or [])}
+        counts = [now.blocks, now.steps, now.status]
+        return {"case": self.fingerprint, "counts": counts, "seconds": now.seconds} | carry
+
+
+def _whole(path: Path, *names: str) -> dict[str, np.ndarray] | None:
+    """Return the arrays in a file, or None where it is not there or damaged."""
+    try:
+        return read_npz(path, *names)
+    except (ValueError, FileNotFoundError):
+        return None
+
+
+def _intact(path: Path) -> bool:
+    """Return whether every array of a file has the check sum that it was written with."""
+    try:
+        with zipfile.ZipFile(path) as file:
+            return file.testzip() is None
+    except (OSError, zipfile.BadZipFile, zlib.error):
+        return False
+
+
+def _resume_point(checkpoint: dict[str, np.ndarray]) -> ResumePoint:
+    blocks, steps, status = checkpoint["counts"].tolist()
+    carry = [checkpoint[name] for name in sorted(checkpoint) if name.startswith("carry")]
+    return ResumePoint(blocks, steps, status, float(checkpoint["seconds"]), carry)
+
+
+def _salvaged(damaged: list[Path], resume_point: ResumePoint) -> str:
+    names = " and ".join(str(path) for path in damaged)
+    return f"{names}: damaged; {resume_point.steps} finished steps are whole, and the run goes on from there"
+
+
+def _lines(history: ContactHistory) -> dict[str, np.ndarray]:
+    """Return the lines of a block, see ``FinishedRun``."""
+    middle = history.grid.shape[1] // 2
+    names = following_from_maps(type(history), stored_fields(type(history)))
+    maps = {name: name.removesuffix("_line") for name in names if FIELDS[name].is_map}
+    maps = {line: name for line, name in maps.items() if getattr(history, name, None) is not None}
+    lines = {line: np.asarray(getattr(history, name))[:, :, middle] for line, name in maps.items()}
+    return lines | {name: values for name, values in numbers_of(history).items() if name in names}
+
+
+def _joined(blocks: list[Path], names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """Return what has a value or a line for each step, of all blocks."""
+    parts = [read_npz(block, *names) for block in blocks]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _stacked(files: list[Path], name: str, count: int, last: np.ndarray) -> Stacked:
+    """Return the maps of some times, of which ``last`` is one."""
+    parts = functools.partial(_parts, files, name, last.ndim)
+    return Stacked((count, *last.shape), last.dtype, parts)
+
+
+def _parts(files: list[Path], name: str, ndim: int) -> Iterator[np.ndarray]:
+    """The maps of a block at a time; the one of the checkpoint, of ``ndim`` axes, has no axis of time."""
+    for file in files:
+        maps = read_npz(file, name)[name]
+        yield maps[None] if maps.ndim == ndim else maps

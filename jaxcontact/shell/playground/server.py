@@ -1,0 +1,118 @@
+"""The server of the page: its files, the presets, the stage of the solver, and runs for the values of the sliders."""
+
+import dataclasses
+import json
+import os
+import sys
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+from jaxcontact.shell.playground.presets import PRESETS, SPAN, checked
+from jaxcontact.shell.playground.runs import Runs, Solver
+
+PAGE = Path(__file__).parent / "page"
+FILES = {
+    "/": ("text/html; charset=utf-8", "play.html"),
+    "/play.css": ("text/css; charset=utf-8", "play.css"),
+    "/play.js": ("text/javascript; charset=utf-8", "play.js"),
+}
+LOCAL = ("127.0.0.1", "localhost", "::1")
+LARGEST = 10_000
+"""Bytes of a request."""
+
+
+class PageServer(ThreadingHTTPServer):
+    """A server of the page for this machine alone, on a port, or on a free one if it is 0, with a solver."""
+
+    daemon_threads = True
+    allow_reuse_address = os.name == "posix"  # elsewhere this lets two servers share a port
+
+    def __init__(self, port: int, solver: Solver):
+        self.runs = Runs(solver)
+        self.files = {path: (kind, (PAGE / name).read_bytes()) for path, (kind, name) in FILES.items()}
+        super().__init__(("127.0.0.1", port), _Handler)
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing about a browser that no longer waits for its answer."""
+        if not isinstance(sys.exc_info()[1], ConnectionError):
+            super().handle_error(request, client_address)
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: PageServer
+    protocol_version = "HTTP/1.1"
+    wbufsize = -1  # headers and body in one packet: the browser would acknowledge the first one 40 ms later
+
+    def do_GET(self) -> None:
+        if not self._is_local():
+            self._send_line(HTTPStatus.FORBIDDEN, "Host: expected a name of this machine")
+        elif self.path in self.server.files:
+            self._send(HTTPStatus.OK, *self.server.files[self.path])
+        elif self.path == "/presets.json":
+            presets = {name: dataclasses.asdict(preset) for name, preset in PRESETS.items()}
+            self._send_json({"span": SPAN, "presets": presets})
+        elif self.path == "/stage":
+            self._send_json({"stage": self.server.runs.stage})
+        else:
+            self._send_line(HTTPStatus.NOT_FOUND, "there is no such page")
+
+    def do_POST(self) -> None:
+        if not self._is_local():
+            self._send_line(HTTPStatus.FORBIDDEN, "Host, Origin: expected names of this machine")
+        elif self.path != "/run":
+            self._send_line(HTTPStatus.NOT_FOUND, "there is no such page")
+        else:
+            self._run()
+
+    def _run(self) -> None:
+        try:
+            answer = self.server.runs.answer(*checked(self._request()))
+        except ValueError as error:
+            self._send_line(HTTPStatus.BAD_REQUEST, str(error))
+        except Exception as error:  # the page shows it, whatever it is
+            self._send_line(HTTPStatus.INTERNAL_SERVER_ERROR, f"{type(error).__name__}: {error}")
+        else:
+            self._send_json(answer)
+
+    def _request(self) -> Any:
+        """Return the request's JSON; ValueError if it has none."""
+        length = self.headers.get("Content-Length", "")
+        if not length.isdecimal() or int(length) > LARGEST:
+            raise ValueError(f"Content-Length: expected at most {LARGEST} bytes of JSON")
+        try:
+            return json.loads(self.rfile.read(int(length)))
+        except (ValueError, RecursionError) as error:
+            raise ValueError("request: expected JSON") from error
+
+    def _is_local(self) -> bool:
+        """Return whether the browser asked for this machine by name, and for no page of another one."""
+        asked = [f"//{self.headers.get('Host', '')}", self.headers.get("Origin", "//localhost")]
+        try:
+            return all(urlsplit(address).hostname in LOCAL for address in asked)
+        except ValueError:  # brackets that are not an address
+            return False
+
+    def _send_json(self, content: Any) -> None:
+        self._send(HTTPStatus.OK, "application/json", json.dumps(content, allow_nan=False).encode())
+
+    def _send_line(self, status: HTTPStatus, line: str) -> None:
+        self.close_connection = True  # what else was sent is not read
+        self._send(status, "text/plain; charset=utf-8", (" ".join(line.split()) + "\n").encode())
+
+    def _send(self, status: HTTPStatus, kind: str, content: bytes) -> None:
+        self.send_response(status)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(content)))
+        self.send_header("Cache-Control", "no-store")
+        self.send_header("Content-Security-Policy", "default-src 'self'; img-src data:")
+        self.send_header("X-Content-Type-Options", "nosniff")
+        if self.close_connection:
+            self.send_header("Connection", "close")
+        self.end_headers()
+        self.wfile.write(content)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Write no line for each request."""

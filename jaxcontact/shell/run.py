@@ -1,0 +1,327 @@
+"""``jaxcontact run``: run a case and write the results.
+
+An experiment over time marches in blocks of steps, each kept on disk as it finishes, and goes on from them. A steady
+state is one compiled program, and its run is all or nothing: stopped, or not found, it leaves nothing.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import re
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import FrameType
+from typing import Any, TextIO, TypeVar
+
+from jaxcontact._support import run_directory
+from jaxcontact._support.progress import Progress, working
+from jaxcontact._support.recorded_warnings import recorded_warnings
+from jaxcontact._support.status import Status
+from jaxcontact.results.notes import in_one_line, kind_of
+from jaxcontact.shell import advice
+from jaxcontact.shell.case_file import Case, CaseError, case_of, case_text, read_tables
+from jaxcontact.shell.case_keys import chosen
+from jaxcontact.shell.case_schema import KINDS
+from jaxcontact.shell.finished_steps import FinishedRun, FinishedSteps, ResumePoint, fingerprint
+from jaxcontact.shell.run_results import lines_of
+from jaxcontact.simulate.experiment import TimedExperiment
+from jaxcontact.simulate.run import ready, reported
+
+# Exit statuses, and the line on stderr that accompanies those other than 0.
+
+
+FINE, BAD_INPUT, NOT_CONVERGED = 0, 2, 3  # 128 + the signal after an interrupt: see ``interrupts``
+
+COLOURS = {"error": 31, "warning": 33, "can run": 32}  # red, yellow, green: ANSI codes
+
+
+def print_error(message: str, status: int) -> int:
+    """Print an error in one line on stderr, and return the status."""
+    tell(f"jaxcontact: error: {' '.join(message.split())}", sys.stderr)
+    return status
+
+
+def tell(text: str, stream: TextIO) -> None:
+    """Print a text, ignoring a closed terminal (after a hangup), so that the exit status is still returned."""
+    try:
+        print(_coloured(text, stream), file=stream, flush=True)
+    except OSError:
+        os.dup2(
+            os.open(os.devnull, os.O_WRONLY), stream.fileno()
+        )  # otherwise the flush at exit fails as well
+
+
+def _coloured(text: str, stream: TextIO) -> str:
+    """Return the text with its verdict in colour on a terminal, unless NO_COLOR is set (https://no-color.org)."""
+    if not stream.isatty() or os.environ.get("NO_COLOR"):
+        return text
+    verdict = rf"(?<=: )({'|'.join(COLOURS)})(?=[:,])"
+    return re.sub(verdict, lambda found: f"\x1b[{COLOURS[found[0]]}m{found[0]}\x1b[0m", text, count=1)
+
+
+# Interruption of a run: Ctrl-C and the signals of a batch system or a closed terminal, handled alike.
+
+
+T = TypeVar("T")
+
+ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+
+class Stopped(KeyboardInterrupt):
+    """A request to stop by a signal, handled wherever Ctrl-C is."""
+
+    def __init__(self, signum: int) -> None:
+        super().__init__()
+        self.signum = signum
+
+
+def signal_of(interrupt: KeyboardInterrupt) -> signal.Signals:
+    """Return the signal that caused an interrupt."""
+    return signal.Signals(getattr(interrupt, "signum", signal.SIGINT))
+
+
+def exit_status(interrupt: KeyboardInterrupt) -> int:
+    """Return the exit status as a shell reports it: 128 + the signal; 130 after Ctrl-C."""
+    return 128 + signal_of(interrupt)
+
+
+@contextlib.contextmanager
+def signals_interrupt() -> Iterator[None]:
+    """Raise ``Stopped`` on SIGTERM and SIGHUP within this context; a signal that is ignored (nohup) stays ignored."""
+    in_main = threading.current_thread() is threading.main_thread()  # only the main thread may set handlers
+    before = {signum: signal.getsignal(signum) for signum in ENDING if in_main}
+    replaced = {signum: handler for signum, handler in before.items() if handler is not signal.SIG_IGN}
+    for signum in replaced:
+        signal.signal(signum, _raise)
+    try:
+        yield
+    finally:
+        for signum, handler in replaced.items():
+            signal.signal(signum, handler)
+
+
+def _raise(signum: int, frame: FrameType | None) -> None:
+    raise Stopped(signum)
+
+
+def interruptible(compute: Callable[[], T]) -> T:
+    """Return ``compute()``, run in a separate thread, so that signals are handled while a compiled program runs."""
+    future: Future[T] = Future()
+
+    def work() -> None:
+        try:
+            future.set_result(compute())
+        except BaseException as error:
+            future.set_exception(error)
+
+    thread = threading.Thread(target=work, daemon=True)
+    thread.start()
+    while thread.is_alive():
+        thread.join(0.1)  # with a timeout, since the system may deliver the signal to any thread
+    return future.result()
+
+
+KEYS = {  # of the case file, which to change after a step that ended with that status
+    Status.NOT_CONVERGED: "solver",
+    Status.AT_EDGE: "grid.width",
+    Status.TOO_COARSE: "grid.n",
+    Status.MOVED_TOO_FAR: "solver.substeps",
+    Status.REENTERED_TRACK: "grid.width",
+    Status.NOT_STEADY: "experiment",
+    Status.OUT_OF_RANGE: "experiment",
+    Status.GROSS_SLIP: "control.tangential_load",
+    Status.INHERITED: "solver",
+    Status.NOT_FINITE: "experiment",
+    Status.NOT_RESOLVED: "experiment",
+    Status.STEP_TOO_LONG: "solver.substeps",
+    Status.TOO_THICK: "solver.thickest",
+    Status.PULLED_OFF: "control.load",
+}
+
+
+@dataclass(frozen=True)
+class Ending:
+    """The end of a run: its progress, its results, the signal that stopped it, and warnings of one line each.
+
+    run: the finished steps of an experiment over time, or the result of a steady state.
+    """
+
+    resume_point: ResumePoint
+    run: Any
+    interrupt: KeyboardInterrupt | None
+    notes: list[str]
+
+    @property
+    def status(self) -> int:
+        """The exit status."""
+        if self.interrupt is not None:
+            return exit_status(self.interrupt)
+        return {0: FINE, 1: NOT_CONVERGED, Status.INHERITED: NOT_CONVERGED}.get(
+            self.resume_point.status, BAD_INPUT
+        )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Read the case, then show it or march and write; the exit status."""
+    case = _case(options.case, options.save)
+    if options.show:
+        print(case_text(case), end="")
+        return FINE
+    if options.directory is None:
+        return print_error(
+            "run: -o: missing; accepted: -o DIR, the directory of the results, or --show", BAD_INPUT
+        )
+    advice.check(case, options.case)
+    advice.check_disk(case, options.case, options.directory)
+    return _run_into(options.directory, case, options)
+
+
+def _case(path: Path, save: str | None) -> Case:
+    """The case in a file, with what --save says in place of its own solver.save."""
+    tables = read_tables(path)
+    if save is not None and isinstance(tables.setdefault("solver", {}), dict):
+        tables["solver"]["save"] = save
+    return case_of(tables, path)
+
+
+def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
+    maps = chosen(case.kept, case.times.size)
+    folder, result = directory / run_directory.UNFINISHED, case.result
+    steps = FinishedSteps(folder, fingerprint(case), maps, result)
+    if options.resume and (ended := _ended(directory, steps.fingerprint)) is not None:
+        count = f"{ended.resume_point.steps} of {case.times.size} steps are finished"
+        tell(f"{directory}: {count}; --resume has nothing left to compute", sys.stdout)
+        return _finish(ended, case, options)
+    with run_directory.claimed(directory, force=options.force, resume=options.resume) as taken:
+        if not options.resume:
+            steps.remove()
+        experiment = case.experiment()
+        ending = _at_once(case, options.case, steps) if experiment is None else _march(experiment, steps)
+        spared = taken and not options.resume and ending.status == BAD_INPUT
+        if ending.run is not None and not spared:
+            _write(ending.run, case, ending, options, steps.fingerprint)
+        if ending.interrupt is None:
+            steps.remove()
+    for note in ending.notes:
+        tell(f"jaxcontact: warning: {note}", sys.stderr)
+    return _finish(ending, case, options)
+
+
+def _ended(directory: Path, digest: str) -> Ending | None:
+    """Return the ending of a run of the same case that went to its own end in this directory; otherwise None."""
+    try:
+        summary = json.loads((directory / "summary.json").read_text(encoding="utf-8"))
+        stopped = summary["interrupted"] or summary["case_digest"] != digest
+        resume_point = ResumePoint(steps=summary["steps_finished_count"], status=summary["status"])
+    except (OSError, ValueError, KeyError, TypeError):  # none, or one of an earlier version
+        return None
+    left = (directory / run_directory.UNFINISHED).exists() or not (directory / "result.npz").exists()
+    return None if stopped or left else Ending(resume_point, None, None, [])
+
+
+@contextmanager
+def _noted() -> Iterator[list[str]]:
+    """Within, notes and other warnings become lines of the list."""
+    lines: list[str] = []
+    with recorded_warnings() as caught:
+        try:
+            yield lines
+        finally:
+            lines += [in_one_line(message) for message in caught]
+
+
+def _at_once(case: Case, path: Path, steps: FinishedSteps) -> Ending:
+    """Compute a steady state; it is a result only if it is fine."""
+    steps.resume_point()  # no steps of another case are there to go on from
+    began = time.perf_counter()
+    with _noted() as notes, working(f"compiling and running {case.kind}"):
+        try:
+            result = interruptible(case.run)
+        except KeyboardInterrupt as error:
+            return Ending(ResumePoint(), None, error, notes)
+        except ValueError as error:
+            raise CaseError(f"{path}: {error}") from error
+    status = int(result.status)
+    resume_point = ResumePoint(steps=int(not status), status=status, seconds=time.perf_counter() - began)
+    return Ending(resume_point, None if status else result, None, notes)
+
+
+def _march(experiment: TimedExperiment, steps: FinishedSteps) -> Ending:
+    """March on from the finished steps, with a bar on stderr."""
+    interrupt, run = None, None
+    with _noted() as salvaged:
+        resume_point = steps.resume_point()
+    began = time.perf_counter() - resume_point.seconds
+    with _noted() as notes, Progress(experiment.times.size, "step", resume_point.steps) as progress:
+        notes += salvaged
+        simulation = ready(experiment)
+        try:
+            for block in (
+                simulation.blocks(resume_point.blocks, resume_point.carry) if resume_point.status == 0 else ()
+            ):
+                resume_point = steps.add(resume_point, block, time.perf_counter() - began)
+                progress.advance(block.history.times.size)
+        except KeyboardInterrupt as error:
+            interrupt, resume_point = error, steps.resume_point()
+        if resume_point.steps:
+            run = steps.together(resume_point.blocks, experiment.grid)
+            told = reported(run.history, simulation.plan.errors, simulation.experiment)
+            run = replace(run, history=told)
+    return Ending(resume_point, run, interrupt, notes)
+
+
+def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace, digest: str) -> None:
+    """The results into the directory, the main figures on stdout."""
+    from jaxcontact.shell import run_results  # matplotlib takes a second to import
+
+    facts = {
+        "case": options.case.name,
+        "case_digest": digest,
+        "status": ending.resume_point.status,
+        "status_meaning": Status(ending.resume_point.status).message,
+        "interrupted": ending.interrupt is not None,
+        "warnings": ending.notes,
+        "wall_time_s": ending.resume_point.seconds,
+    }
+    report = (
+        run_results.of_steps(run, case.kept) if isinstance(run, FinishedRun) else run_results.of_result(run)
+    )
+    summary = run_results.write_results(report, options.directory, case, facts)
+    rows = [
+        f"{summary['steps_finished_count']} of {summary['steps_requested_count']} steps, in {options.directory}:"
+    ]
+    rows += lines_of(summary)
+    rows += [f"note: {kind}" for kind in dict.fromkeys(map(kind_of, ending.notes))]
+    if report.course and len(report.arrays["times"]) < len(report.course["times"]):
+        counts = f"{len(report.arrays['times'])} of {len(report.course['times'])} times"
+        rows.append(
+            f"maps of {counts}: result.npz; lines and figures of all: course.npz (--save all: every map)"
+        )
+    rows.append("pictures: " + ", ".join(str(options.directory / name) for name in summary["pictures"]))
+    tell("\n".join(rows), sys.stdout)
+
+
+def _finish(ending: Ending, case: Case, options: argparse.Namespace) -> int:
+    """Say why a run ended early; the exit status."""
+    if ending.status == FINE:
+        return FINE
+    done, requested = ending.resume_point.steps, case.times.size
+    if ending.interrupt is not None:
+        reason = f"{done} of {requested} steps are finished"
+        if done:
+            reason += f"; jaxcontact run {options.case} -o {options.directory} --resume goes on"
+        if KINDS[case.kind].march is None:
+            reason = f"nothing is kept, since {case.kind} runs at once"
+        name = signal_of(ending.interrupt).name
+        return print_error(f"{options.case}: interrupted by {name}: {reason}", ending.status)
+    status = Status(ending.resume_point.status)
+    where = f"step {done + 1} of {requested}: " if requested > 1 else ""
+    return print_error(f"{options.case}: {KEYS[status]}: {where}{status.message}", ending.status)

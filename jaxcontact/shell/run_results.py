@@ -1,0 +1,203 @@
+"""The files that a run writes to its directory: result.npz, course.npz, summary.json and the pictures."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxcontact._support.fields import FIELDS, shown
+from jaxcontact._support.npz import Stacked, write_npz, write_whole
+from jaxcontact._support.version import __version__
+from jaxcontact.results import figures, labels, plotting, storage
+from jaxcontact.results.summaries import component, not_defined
+from jaxcontact.shell.case_file import Case, caption_of, case_text, write_under
+from jaxcontact.shell.case_keys import COURSE, FEW, at_times, time_series_of
+from jaxcontact.shell.finished_steps import FinishedRun
+
+# The figures of a run: the scalars in a summary and in a table of cases, with units in their names.
+
+
+def values_of(result: Any) -> dict[str, np.ndarray]:
+    """Return the fields of a result that summaries show, by name; for vectors, by component."""
+    values = {"peak_pressure": np.max(np.asarray(result.pressure), axis=(-2, -1))}
+    for name in shown():
+        vector, _, axis = name.rpartition("_")
+        if hasattr(result, name):
+            values[name] = np.asarray(getattr(result, name))
+        elif axis in ("x", "y") and hasattr(result, vector):
+            values[name] = component(getattr(result, vector), axis)
+    return {name: series for name, series in values.items() if not not_defined(series, name)}
+
+
+def figures_in(values: dict[str, np.ndarray], over_time: bool) -> dict[str, float]:
+    """Return the shown values by name and unit; for time series, the first, last and largest."""
+    figures: dict[str, float] = {}
+    for name, field in shown().items():
+        if name not in values:
+            continue
+        series, unit = values[name], field.in_key
+        if not over_time:
+            figures[f"{name}_{unit}"] = float(series)
+        elif series.ndim == 0:  # save = "last"
+            figures[f"{name}_end_{unit}"] = float(series)
+        else:
+            picked = {"start": 0, "end": -1, "largest": int(np.argmax(np.abs(series)))}
+            figures |= {f"{name}_{when}_{unit}": float(series[i]) for when, i in picked.items()}
+    return figures
+
+
+def lines_of(summary: dict[str, Any]) -> list[str]:
+    """Return the figures of a summary as lines of text."""
+    lines = []
+    for name, field in shown().items():
+        unit = field.in_key
+        symbol = "" if "/" in field.unit else unit
+        values = [summary.get(f"{name}{when}_{unit}") for when in ("_start", "_end", "_largest", "")]
+        start, end, largest, steady = ("" if value is None else f"{value:.6g}" for value in values)
+        change = f"{start} -> {end} {symbol}".strip() + (
+            f", largest {largest} {symbol}".rstrip() if largest else ""
+        )
+        if end or steady:
+            lines.append(f"  {name.replace('_', ' '):25s} {change if end else f'{steady} {symbol}'}".rstrip())
+    return lines
+
+
+AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
+NOTES = {  # notes and diagnostics, stored with any result
+    "notes": "warnings about the result, one per line",
+    "separation_error": "relative error of the decay rates shared by all wavenumbers [1]",
+    "image_error": "relative error of the response on the grid [1]",
+    "single_contact": "1 if the indenter makes a single contact, 0 if it is rough",
+    "widenings": "how often the grid was widened",
+    "refined": "number of substeps that were chosen automatically, 0 if they were given",
+    "unjudged": "1 if part of the error by the time steps has no estimate",
+    "thickness_error": "relative error of the series in a thickness that varies in the plane [1]",
+    "thickness_slope": "largest slope of a thickness that varies in the plane [1]",
+    "narrow_growth": "largest growth of a cell above all its neighbours over the largest growth [1]",
+    "relative_step_error": "error by the time steps over the largest change of the thickness [1]",
+    "step_limit": "relative_step_error above which there is a note [1]",
+    "stiff_film": "1 if a film whose thickness varies in the plane is stiffer than its base, 0 if not",
+    "ball_radius": "radius of a ball, inf for any other indenter [m]",
+    "size_error": "relative error of a size of the indenter that is rounded to whole cells [1]",
+    "coldest": "lowest temperature given for growth or heat, inf without any [K]",
+}
+
+
+@dataclass(frozen=True)
+class Report:
+    """The data that a run writes.
+
+    result: gives its kind and its grid; arrays: those of result.npz; course: those of course.npz, empty if result.npz
+    has all times; values: of the fields that summaries show, (nt,) each, or () for a single time; pictures: by file name.
+    """
+
+    result: Any
+    arrays: dict[str, np.ndarray | Stacked]
+    course: dict[str, np.ndarray]
+    values: dict[str, np.ndarray]
+    pictures: dict[str, Any]
+
+
+def of_steps(run: FinishedRun, kept: str) -> Report:
+    """Return the report of an experiment over time, from its finished steps."""
+    values = values_of(run.history) | run.lines
+    whole = labels.arrays_of(run.history) | labels.numbers_of(run.history) | run.lines
+    course = time_series_of(whole) if kept == FEW else {}
+    arrays = at_times(whole, run.chosen) | run.maps if run.maps else whole
+    return Report(run.history, arrays, course, values, pictures(run))
+
+
+def of_result(result: Any) -> Report:
+    """Return the report of a steady state."""
+    whole: dict[str, Any] = {**labels.arrays_of(result), **labels.numbers_of(result)}
+    return Report(result, whole, {}, values_of(result), {"contact.png": figures.figure_of(result)})
+
+
+def write_results(report: Report, directory: Path, case: Case, facts: dict[str, Any]) -> dict[str, Any]:
+    """Write the arrays, the summary and the pictures of a run, and return the summary.
+
+    facts: further entries of the summary. Each file is either complete or unchanged.
+    """
+    notes = storage.notes_of(report.result)
+    stored = meanings(report.arrays) | {name: text for name, text in NOTES.items() if name in notes}
+    described: dict[str, Any] = {"pictures": list(report.pictures), "arrays_in_result_npz": stored}
+    described |= {"arrays_in_course_npz": meanings(report.course)} if report.course else {}
+    figures = figures_in(report.values, hasattr(report.result, "times"))
+    summary = facts | _extent(report.result, case) | figures | described
+    notes |= {"case": case_text(case)}
+    write_whole(directory / "result.npz", lambda path: write_npz(path, report.arrays | notes))
+    (directory / COURSE).unlink(missing_ok=True)  # of an earlier run that --force overwrites
+    if report.course:
+        write_whole(directory / COURSE, lambda path: write_npz(path, report.course))
+    text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
+    write_whole(directory / "summary.json", lambda path: path.write_text(text, encoding="utf-8"))
+    for name, figure in report.pictures.items():
+        write_under(figure, caption_of(case))
+        write_picture(directory / name, figure)
+    return summary
+
+
+def write_picture(path: Path, figure: Any) -> None:
+    """Write a figure in the format given by the suffix of ``path``."""
+    kind = path.suffix.removeprefix(".")
+    write_whole(path, lambda partial: figure.savefig(partial, dpi=150, format=kind))
+
+
+def meanings(all_arrays: Mapping[str, np.ndarray | Stacked]) -> dict[str, str]:
+    """Return shape, unit and meaning of each array in a file."""
+    fields = {
+        name: f"({', '.join(field.dimensions_of(len(values.shape)))}) {field.meaning} [{field.symbol}]"
+        for name, values in all_arrays.items()
+        if (field := FIELDS.get(name))
+    }
+    axes = {name: text for name, text in AXES.items() if name in all_arrays}
+    return axes | fields
+
+
+def _extent(result: Any, case: Case) -> dict[str, Any]:
+    """Return the entries of the summary on the numbers of steps and the grid."""
+    times = np.atleast_1d(np.asarray(getattr(result, "times", 0.0)))
+    over_time = {"time_start_s": float(times[0]), "time_end_s": float(times[-1])}
+    return {
+        "jaxcontact_version": __version__,
+        "experiment": case.kind,
+        "steps_requested_count": case.times.size,
+        "steps_finished_count": times.size,
+        "iterations_total_count": int(np.sum(result.iterations)),
+        "grid_cells_count": list(result.grid.shape),
+        "cell_size_m": [float(size) for size in result.grid.spacing],
+    } | (over_time if hasattr(result, "times") else {})
+
+
+def pictures(run: FinishedRun) -> dict[str, Any]:
+    """Return the pictures of an experiment over time by file name."""
+    history = run.history
+    x = history.grid.axes()[0]
+    times, middle = np.asarray(history.times), history.grid.shape[1] // 2
+    profile = np.asarray(history.profile)[:, middle]
+    own = {
+        "pressure_profiles.png": plotting.profiles_figure(x, run.lines["pressure_line"], times),
+        "pressure_map.png": _maps(run),
+        "history.png": plotting.history_figure(history),
+        "surface.png": plotting.surface_figure(
+            x, profile, run.lines["displacement_line"], history.approach, times
+        ),
+        "film.png": figures.film_of(x, run.lines, times),
+        "overview.png": figures.overview_of(history),
+    }
+    return {name: figure for name, figure in own.items() if figure is not None}
+
+
+def _maps(run: FinishedRun) -> Any:
+    """Return a figure of the pressure at the first and the last time; None in plane strain, where a map is a line."""
+    history = run.history
+    if history.grid.plane_strain:
+        return None
+    maps = [(history.times[-1], history.pressure)]
+    if run.first_pressure is not None:
+        maps.insert(0, (history.times[0], run.first_pressure))
+    titles = [f"t = {float(time):g} s" for time, _ in maps]
+    return plotting.maps_figure(*history.grid.axes(), [field for _, field in maps], titles)

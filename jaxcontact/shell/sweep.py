@@ -1,0 +1,228 @@
+"""The command ``jaxcontact sweep``: run the cases of a study and write their figures to one table.
+
+Each case is stored as soon as it is done, so that the same command continues a study that was stopped for any reason.
+"""
+
+import argparse
+import contextlib
+import csv
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jaxcontact._compile.compilation_cache import enable_compilation_cache
+from jaxcontact._support import run_directory
+from jaxcontact._support.npz import write_whole
+from jaxcontact._support.status import Status
+from jaxcontact._support.version import __version__
+from jaxcontact.shell import advice
+from jaxcontact.shell.case_file import Case, CaseError, kind_of, unit_of
+from jaxcontact.shell.run import FINE, NOT_CONVERGED, exit_status, print_error, signal_of, tell
+from jaxcontact.shell.run_results import figures_in, values_of
+from jaxcontact.shell.study_file import CaseStudy, in_words, read_study, varied
+from jaxcontact.simulate.sweep import FUNCTION, Study, sweep_of
+
+# stored with the varied values, so that a change in a file that the case names is detected
+CASE = "fingerprint"
+TABLE, SUMMARY, PICTURE = "study.csv", "summary.json", "study.png"
+DRAWN = ("peak_pressure", "contact_radius", "approach")  # at the end of each case
+
+
+def run_study(options: argparse.Namespace) -> int:
+    """Compute the missing cases of a study, write its table and return the exit status."""
+    study = read_study(options.study)
+    _check_directory(options.directory)
+    _check_table(study, options.directory / TABLE, options.force)
+    advice.check(varied(study.tables, study.cases[0], study.path), study.path)
+    compute = figures_by(study.tables, str(study.path.resolve()))
+    cases = [values | {CASE: mark} for values, mark in zip(study.cases, study.fingerprints, strict=True)]
+    try:
+        with _executor(options.scheduler) as executor:
+            where = {"executor": executor, "processes": options.processes}
+            found = sweep_of(compute, cases, options.directory, _identity(study), **where)
+    except KeyboardInterrupt as interrupt:
+        reason = "finished cases are kept; the same command continues"
+        name = signal_of(interrupt).name
+        return print_error(f"{study.path}: interrupted by {name}: {reason}", exit_status(interrupt))
+    except ValueError as error:
+        raise CaseError(f"{study.path}: {error}") from error
+    return _finish(study, found, options.directory)
+
+
+def _identity(study: CaseStudy) -> dict[str, str]:
+    """Return what distinguishes studies in a folder: each entry of the case, independent of where its file lies."""
+    entries = {f"[{name}]": value for name, value in study.tables.items()}
+    return {name: json.dumps(value, sort_keys=True, default=str) for name, value in entries.items()}
+
+
+def figures_by(tables: dict[str, Any], path: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
+    """Return the function that runs a case of the tables with other values and returns its figures."""
+
+    def figures(values: dict[str, Any]) -> dict[str, Any]:
+        changed = {key: value for key, value in values.items() if key != CASE}
+        case = varied(tables, changed, Path(path))
+        advice.check(case, Path(path))
+        return _converged_figures(case, case.run())
+
+    return figures
+
+
+def _converged_figures(case: Case, result: Any) -> dict[str, float]:
+    """Return the figures of a result. Raises RuntimeError at the first step whose status is not FINE."""
+    status = np.atleast_1d(np.asarray(result.status))
+    if np.any(status):
+        step = int(np.argmax(status > 0))
+        where = f"step {step + 1} of {status.size}: " if status.size > 1 else ""
+        raise RuntimeError(where + Status(int(status[step])).message)
+    return figures_in(values_of(result), hasattr(result, "times"))
+
+
+def _check_directory(directory: Path) -> None:
+    """Check that the directory is new, empty, or that of a study."""
+    if directory.is_dir() and any(directory.iterdir()) and not (directory / FUNCTION).exists():
+        raise run_directory.DirectoryTakenError(
+            f"{directory}: found a directory that is not empty, accepted: a new one, or that of this study"
+        )
+
+
+def _check_table(study: CaseStudy, path: Path, force: bool) -> None:
+    """Raise an error if the existing table has cases that the new one would lack, unless forced."""
+    if force or not path.exists():
+        return
+    names = list(study.cases[0])
+    requested = {_cells(case) for case in study.cases}
+    with path.open(newline="", encoding="utf-8") as file:
+        dropped = [
+            row for row in csv.DictReader(file) if tuple(row.get(name) for name in names) not in requested
+        ]
+    if dropped:
+        raise run_directory.DirectoryTakenError(
+            f"{path}: found {len(dropped)} cases that {study.path} does not have; --force leaves them out of the table"
+            " (their results stay in the directory), or take another directory"
+        )
+
+
+def _cells(case: dict[str, Any]) -> tuple[str, ...]:
+    """Return the varied values of a case as the table has them."""
+    return tuple(str(value) for value in _varying(case).values())
+
+
+def _varying(case: dict[str, Any]) -> dict[str, Any]:
+    return {key: json.dumps(value) if isinstance(value, list) else value for key, value in case.items()}
+
+
+@contextlib.contextmanager
+def _executor(scheduler: str | None) -> Iterator[Executor | None]:
+    """Yield the workers of a Dask scheduler, which keep their compiled programs; None for processes of this machine."""
+    if scheduler is None:
+        yield None
+        return
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise ImportError("--scheduler: needs the extra jaxcontact[cluster]") from error
+    with Client(scheduler) as client:
+        client.run(enable_compilation_cache)
+        yield client.get_executor()
+
+
+def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
+    """Write the table and the summary, report failures, and return the exit status."""
+    rows = [_row(study, found, index) for index in range(len(found))]
+    names = list(dict.fromkeys(name for row in rows for name in row if name != "failure"))
+    write_whole(directory / TABLE, lambda path: _write_table(path, [*names, "failure"], rows))
+    summary = {
+        "jaxcontact_version": __version__,
+        "study": study.path.name,
+        "varied": list(study.cases[0]),
+        "cases_count": len(found),
+        "failed_count": len(found.failures),
+        "notes": found.notes_in_words(),
+        "failures": [study.cases[i] | {"case": i, "failure": why} for i, why in found.failures.items()],
+    }
+    text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
+    write_whole(directory / SUMMARY, lambda path: path.write_text(text, encoding="utf-8"))
+    undrawn = _draw(study, found, directory / PICTURE)
+    counts = [f"note: {line}" for line in found.notes_in_words()]
+    counts += [f"no picture: {undrawn}"] if undrawn else []
+    tell(
+        "\n".join([f"{len(found.done())} of {len(found)} cases, in {directory / TABLE}", *counts]), sys.stdout
+    )
+    for index, why in found.failures.items():
+        tell(f"jaxcontact: warning: case {index}, {in_words(study.cases[index])}: {why}", sys.stderr)
+    if not found.failures:
+        return FINE
+    reason = f"{len(found.failures)} of {len(found)} cases failed; the same command tries them again"
+    return print_error(f"{study.path}: {reason}", NOT_CONVERGED)
+
+
+def _draw(study: CaseStudy, found: Study, path: Path) -> str | None:
+    """Draw the main figures over one or two varied numbers; return the reason if there is nothing to draw.
+
+    Without a picture of these cases, an earlier one of other cases is removed.
+    """
+    from jaxcontact.results.plotting import studies_figure, varied_numbers
+    from jaxcontact.shell.run_results import write_picture  # matplotlib takes a second to import
+
+    path.unlink(missing_ok=True)
+    done = found.done()
+    if not done:
+        return "every case failed"
+    try:
+        varied = varied_numbers(study.cases)
+    except ValueError as error:
+        return str(error)
+    if not 1 <= len(varied) <= 2:
+        return f"expected one or two numbers that vary, got {len(varied)}" + "".join(f", {v}" for v in varied)
+    names = {
+        name: own for name in found[done[0]] for own in DRAWN if name.startswith(own) and _is_last(name, own)
+    }
+    if not names:
+        return f"the cases have none of {', '.join(DRAWN)}"
+    labels = labels_of(study.cases, study.tables)
+    cases = [{labels[name]: value for name, value in case.items()} for case in study.cases]
+    write_picture(
+        path, studies_figure(cases, {_titled(*item): found.stacked(item[0]) for item in names.items()})
+    )
+    return None
+
+
+def labels_of(cases: Sequence[dict[str, Any]], tables: dict[str, Any]) -> dict[str, str]:
+    """Return the varied keys with their units, for axes; tables: of the case file."""
+    _, sections = kind_of(tables)
+    units = {name: unit_of(name, sections) for case in cases for name in case}
+    return {name: f"{name} [{unit}]" if unit else name for name, unit in units.items()}
+
+
+def _titled(name: str, quantity: str) -> str:
+    """Return "peak pressure at the end [Pa]" for peak_pressure_end_Pa, and so for the value of a steady state."""
+    *end, unit = name.removeprefix(quantity + "_").split("_")
+    return f"{quantity.replace('_', ' ')}{' at the end' if end else ''} [{unit}]"
+
+
+def _is_last(name: str, quantity: str) -> bool:
+    """Return whether a figure is the value of a quantity at the end, or that of a steady state."""
+    rest = name.removeprefix(quantity + "_")
+    return rest.startswith("end_") or "_" not in rest
+
+
+def _row(study: CaseStudy, found: Study, index: int) -> dict[str, Any]:
+    """Return the row of a case in the table: the varied values, and its figures with their notes or the failure."""
+    varying = _varying(study.cases[index])
+    if index in found.failures:
+        return {"case": index} | varying | {"failure": found.failures[index]}
+    notes = found.notes.get(index, ())
+    figures = {name: value.item() for name, value in found[index].items()}
+    return {"case": index} | varying | figures | {"warnings_count": len(notes), "notes": "; ".join(notes)}
+
+
+def _write_table(path: Path, names: list[str], rows: list[dict[str, Any]]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, names, restval="")
+        writer.writeheader()
+        writer.writerows(rows)

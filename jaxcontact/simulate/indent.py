@@ -1,0 +1,259 @@
+"""Indentation: a body and an indenter pressed on each other, in time."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._support import checks
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace
+from jaxcontact._support.scale import Scale
+from jaxcontact._support.status import Status
+from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, body_at_first, separate_map
+from jaxcontact.bodies.controls import Control
+from jaxcontact.bodies.grid import Grid
+from jaxcontact.bodies.laws import Adhesion, check_adhesion
+from jaxcontact.history.memory import (
+    DirectMemory,
+    GrowingMemory,
+    GrowthStep,
+    Memory,
+    RecursiveMemory,
+    ThicknessStep,
+    VaryingMemory,
+    rows,
+)
+from jaxcontact.history.normal_step import PressStepper
+from jaxcontact.history.time_loop import Delayed
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.operators.kernels import Errors, Kernels, build_images
+from jaxcontact.response.normal import limits_of
+from jaxcontact.response.stack import surface_creep
+from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
+from jaxcontact.results.notes import announce
+from jaxcontact.simulate.experiment import (
+    ContactSetup,
+    Options,
+    Plan,
+    Save,
+    Settings,
+    TimedExperiment,
+    attraction_of,
+    fine_steps,
+    fine_values,
+    tabor_numbers,
+)
+from jaxcontact.simulate.run import refined
+
+WIDER, MOST_WIDENINGS = 1.5, 4  # of a grid that the contact outgrows
+
+
+def indent(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    times: Array,
+    *,
+    grid: Grid | str,
+    tolerance: Array | float = 1e-8,
+    max_iterations: Array | int = 500,
+    save: Save = "all",
+    substeps: int | str = 1,
+    correspondence: str = "exact",
+    kernels: Kernels | None = None,
+    checkpoint: str = "pressures",
+    adhesion: Adhesion | None = None,
+) -> ContactHistory:
+    """Compute the contact of an indenter with a body under a prescribed load or approach over time.
+
+        u(x, t) = int_0^t K(x, t - s) * dp(x, s),   g = profile + u - approach >= 0,   p >= 0,   p g = 0
+
+    The fields of the result are differentiable with respect to all numbers in body, indenter and control. Differentiate a
+    field and not the whole result, which contains integers. Where a cell is just entering contact, the derivative is the
+    one-sided derivative with the cell outside. Without contact the derivatives of pressure, load and area are zero. Second
+    derivatives are those at constant contact area (``contact.implicit``).
+
+    Source: Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, sections 2.2 to 2.4, with the exact
+    correspondence principle and a time integration of second order.
+
+    Args:
+        body: a ``LayeredHalfSpace`` in SI units. The thickness of a ``Layer`` may be (nt,), one value for each time,
+            which requires new kernels at each step (``history.memory``), or (nx, ny) or (nt, nx, ny) if it varies in the
+            plane (``operators.varying``). With such a layer, ``kernels`` cannot be given.
+        indenter: ``Sphere``, ``Cone``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
+        control: ``Load`` [N] or ``Approach`` [m], a number or (nt,). It is applied as a step at times[0] and is linear
+            between the times.
+        times: (nt,) [s], not decreasing; two equal times define a step change.
+        grid: a ``Grid``. On a grid that is periodic along both axes, displacement and approach are measured from the mean
+            of the body's surface, and in plane strain from the surface at a distance of one width of the grid. "auto"
+            takes ``Grid.around`` and, while the contact reaches the edge, a wider grid, with a warning; it cannot be used
+            inside jit, vmap and grad.
+        tolerance: stopping error of each contact problem, dimensionless, up to 0.01 (``contact.normal``).
+        max_iterations: largest number of iterations of each contact problem.
+        save: "all" keeps the fields of all times, "last" those of the last time. A function of one step
+            (``.pressure`` (nx, ny) [Pa], ``.gap``, ``.approach``, ...: ``results.contact.ContactStep``) is called at each
+            time, and its return values are stacked over time in ``saved``.
+        substeps: number of inner steps between two times, static, or "auto", which repeats the run with 4, 16 and 64 of them
+            until ``time_step_error`` is below 1 % at all times, with a note if it is not with 64. "auto" cannot be used
+            inside jit, vmap and grad.
+        correspondence: "exact" (recursion over common decay rates), or "quasi-elastic" (the substitution of phi(t) for
+            1/(2G) in the paper, by direct superposition, with a computing time proportional to nt^2 and memory to nt).
+        kernels: the result of ``jaxcontact.kernels(body, indenter, grid)``, which are then not computed again. The response
+            and its derivatives are those of the kernels; the derivatives with respect to ``body`` and
+            ``indenter.material`` are then zero.
+        checkpoint: the quantities stored for the reverse mode: "pressures" (a field for each inner step; no contact is
+            solved again) or "blocks" (the state at every sqrt(nt)-th step; every contact is solved twice). 2000 steps on
+            256 x 256 cells with save="last" take 2.7 and 0.7 GB.
+        adhesion: ``ExponentialAdhesion`` or ``DugdaleAdhesion``; None for surfaces without attraction. With adhesion the
+            control may be negative, the pressure is the contact pressure minus the attraction, and a cell is in contact if
+            its gap is zero. The solution follows the branch of equilibria of the previous step, and jumps where this branch
+            ends (``contact.adhesive``). The stopping error is then the largest displacement under the traction that is
+            not balanced, over the mean displacement.
+
+    Returns:
+        A ``ContactHistory``, with adhesion an ``AdhesiveHistory``. Failures are reported in ``status`` and ``converged``,
+        not raised. Its ``notes`` report a film strain above 0.2, fewer than 10 cells across the contact, an error of the
+        common decay rates above 1e-3, and an error of the response on the grid above 1e-4. Outside jit, vmap and grad
+        the notes are also issued as warnings.
+
+    Raises:
+        ValueError: invalid or unsupported input, before the computation starts; on a grid that is periodic along both
+            axes, an approach that is not less than the mean gap at first touch.
+
+    Example:
+        >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
+        >>> grid = jc.Grid.square(n=32, width=300e-6)
+        >>> history = jc.indent(glass, jc.Sphere(5e-3), jc.Load(20.0), [0.0], grid=grid)
+        >>> f"{history.approach[0] * 1e6:.2f} um"         # Hertz: (9 W^2 (1 - nu)^2/(64 G^2 R))^(1/3)
+        '1.92 um'
+    """
+    setup = ContactSetup(body, indenter, control, times, grid)  # type: ignore[arg-type]
+    settings = Settings(tolerance, max_iterations, kernels, Options(save, 1, correspondence, checkpoint))
+    solve = _widening if isinstance(grid, str) else _solved
+    history = solve(setup, settings, substeps, adhesion)
+    announce(history, stacklevel=2)
+    return history
+
+
+def _solved(
+    setup: ContactSetup, settings: Settings, substeps: int | str, adhesion: Adhesion | None
+) -> ContactHistory:
+    """Return the history on a given grid, without warnings."""
+    make = lambda settings: Indentation.of(setup, settings, adhesion=adhesion)
+    history: ContactHistory = refined(make, settings, substeps)
+    return history
+
+
+def _widening(
+    setup: ContactSetup, settings: Settings, substeps: int | str, adhesion: Adhesion | None
+) -> ContactHistory:
+    """Solve, on a wider grid of as many cells while the contact reaches the edge."""
+    checks.require(
+        setup.grid == "auto" and settings.kernels is None,
+        f'grid: expected a Grid, or "auto" without kernels, got {setup.grid!r}',
+    )
+    given = setup.body, setup.indenter, setup.control, setup.times
+    checks.require(is_concrete(*given), 'grid: expected a Grid inside jit, vmap and grad, got "auto"')
+    grid = Grid.around(*given)
+    for widened in range(MOST_WIDENINGS + 1):
+        history = _solved(replace(setup, grid=grid), settings, substeps, adhesion)
+        if widened == MOST_WIDENINGS or not np.any(np.asarray(history.status) == Status.AT_EDGE):
+            break
+        grid = replace(grid, spacing=tuple(WIDER * float(d) for d in grid.spacing))
+    told = replace(history.diagnostics, widenings=jnp.asarray(widened))
+    return replace(history, diagnostics=told)
+
+
+@pytree
+class Indentation(TimedExperiment):
+    """An indentation; thicknesses: of layers that grow or wear, over times, (nt, layers) [m]; None: constant ones; adhesion:
+    a law of adhesion, or None.
+    """
+
+    thicknesses: Array | None = None
+    adhesion: Adhesion | None = None
+
+    @classmethod
+    def of(  # type: ignore[override]
+        cls, setup: ContactSetup, settings: Settings, *, adhesion: Adhesion | None = None
+    ) -> Self:
+        good, count = check_adhesion(adhesion), np.size(setup.times)
+        body, thicknesses, thick = body_at_first(setup.body, count)
+        body, film_map, in_range = separate_map(body, getattr(setup.grid, "shape", ()), count)
+        checks.require(
+            adhesion is None or film_map is None,
+            "adhesion: expected None with a film whose thickness varies in the plane, got a law",
+        )
+        setup = replace(setup, body=body)
+        experiment = super().of(setup, settings, film_map=film_map, adhesive=adhesion is not None)
+        experiment = replace(experiment.also(good), adhesion=as_float64(adhesion))
+        if thicknesses is None and film_map is None:
+            return experiment
+        plain = settings.kernels is None and experiment.options.correspondence == "exact"
+        varies = "over times" if film_map is None else "in the plane"
+        checks.require(plain, f'layer thickness {varies}: expected no kernels and correspondence="exact"')
+        return replace(experiment.also(thick).also(in_range), thicknesses=thicknesses)
+
+    @property
+    def changes_in_given_ways(self) -> bool:
+        return self.thicknesses is not None or super().changes_in_given_ways
+
+    def planned(self) -> Plan:
+        """Return the march: by recursion, or by superposition where it is quasi-elastic."""
+        if self.options.correspondence == "quasi-elastic":
+            return self._superposed()
+        dt = fine_steps(self.times, self.options.substeps)
+        if self.film_map is not None:
+            return self._varying(self.film_map, dt)
+        kernels = self.ready_kernels
+        memory: Memory = RecursiveMemory(kernels)
+        more: Any = dt
+        if self.thicknesses is not None:
+            memory = GrowingMemory(self.body, self.indenter, self.grid, kernels)
+            more = self._growth(self.thicknesses, dt)
+        return self._pressed(memory, more, kernels.scale, kernels.errors(self.duration))
+
+    def _pressed(self, memory: Memory, more: Any, scale: Scale, errors: Errors) -> Plan:
+        if self.adhesion is None:
+            return self.plan(PressStepper(memory, **self.contact(scale)), more, scale, errors)
+        law = attraction_of(self.adhesion, self, scale)
+        stepper = PressStepper(memory, **self.contact(scale), law=law)
+        course = {"tabor_number": tabor_numbers(self.adhesion, self)}
+        return self.plan(stepper, more, scale, errors).to(AdhesiveHistory, course=course)
+
+    def _varying(self, film: ThicknessMap, dt: Array) -> Plan:
+        """Return the march on a film whose thickness varies in the plane, and in time where it does."""
+        kernels = self.varying_kernels
+        scale, errors = kernels.uniform.scale, kernels.errors(self.duration)
+        if not film.over_times:
+            return self._pressed(RecursiveMemory(kernels.at(film.values)), dt, scale, errors)
+        after = fine_values(film.values, self.options.substeps)
+        flat = after.reshape(-1, *self.grid.shape)
+        before = jnp.concatenate([flat[:1], flat[:-1]]).reshape(after.shape)
+        memory = VaryingMemory(kernels, film.at_first)
+        return self._pressed(memory, ThicknessStep(dt, before, after), scale, errors)
+
+    def _growth(self, thicknesses: Array, dt: Array) -> GrowthStep:
+        """Return the inner steps, (nt, substeps), with the thicknesses in the middle of each."""
+        fine = fine_values(thicknesses, self.options.substeps)
+        ends = fine.reshape(dt.size, -1)
+        middle = (ends + jnp.concatenate([ends[:1], ends[:-1]])) / 2.0
+        return GrowthStep(dt, middle.reshape(fine.shape))
+
+    def _superposed(self) -> Plan:
+        images = build_images(self.body, self.indenter, self.grid)
+        when = fine_values(self.times, self.options.substeps)
+        table: Any = rows(self.body, self.indenter, when.ravel(), quasi_elastic=True)
+        table = jax.tree.map(lambda a: a.reshape(*when.shape, *a.shape[1:]), table)
+        creep = surface_creep(limits_of(self.body).surface)
+        rates, shares = creep.rates, creep.rates * creep.amplitudes / creep.instantaneous
+        if creep.fluidity is not None:
+            rates = jnp.append(rates, 0.0)
+            shares = jnp.append(shares, creep.fluidity / creep.instantaneous)
+        memory = DirectMemory(images, jnp.zeros(when.size), Delayed(rates, shares))
+        errors = Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
+        return self._pressed(memory, table, images.scale, errors)

@@ -1,0 +1,587 @@
+"""Steady rolling with friction, as the limit of rolling cell by cell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._compile.kept_traces import Program
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.exponential import phi1
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
+from jaxcontact._support.status import Status, most_serious
+from jaxcontact.bodies.body import LayeredHalfSpace
+from jaxcontact.bodies.controls import (
+    Control,
+    TangentialControl,
+    TangentialLoad,
+    check_friction,
+    check_tangential,
+)
+from jaxcontact.bodies.grid import Grid, check_free_along_x
+from jaxcontact.contact import friction, nonsymmetric
+from jaxcontact.contact.friction import TangentialProblem, TangentialSolution
+from jaxcontact.contact.implicit import implied, known_contact, solve_contact
+from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.history.memory import Observer, RecursiveMemory
+from jaxcontact.history.motion import check_along_x
+from jaxcontact.history.normal_step import contact_outcome, solved, status_of
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.operators.base import Operator
+from jaxcontact.operators.coupled import Coupled, Tangential
+from jaxcontact.operators.kernels import Errors, TractionKernels, compiled_traction, scaled_coefficients
+from jaxcontact.results.contact import SteadyRolling
+from jaxcontact.simulate.experiment import ContactSetup, Experiment, Settings
+from jaxcontact.simulate.run import reported
+from jaxcontact.simulate.slide_steady import (
+    Wake,
+    check_steady,
+    doubled,
+    on_grid,
+    wake_of,
+    with_no_steady_state,
+)
+
+# Displacement due to the past tractions of steady rolling: ``simulate.slide_steady`` in three directions.
+#
+# Tractions that are steady in the frame of the indenter have left, at rate lambda_k, an eta_k of their own, and the
+# surface is moved by
+#
+#     u = C_0 * t + sum_k lambda_k C_k * eta_k,      t = (q_x, q_y, p),
+#
+# with the entries of ``operators.coupled``. On an elastic body that is C_0 alone. What lies farther behind than the
+# grid is long is felt as points, or in plane strain as lines: of alpha (L, T, K) at wavenumber zero
+#
+#     xx:  (L y^2 + T x^2)/(2 pi r^3),      xy:  (T - L) x y/(2 pi r^3),      x:  -K x/(2 pi r^2),
+#
+# or xx: -L ln(r^2)/(2 pi), yy: -T ln(r^2)/(2 pi), x: -K sign(x)/2 (see ``response.coefficients``
+# and ``tangential_lines``). Of the displacement along the surface rolling takes differences along the track alone, so
+# that it is known but for a constant where a body flows or in plane strain.
+
+
+@pytree
+class RolledSurface:
+    """Tractions on the cells -> displacement of a surface that they have rolled over for ever, scaled.
+
+    normal: p -> displacement under it; plane (3, my/2 + 1, mx): spectra of xx, yy, xy; coupling (2, my/2 + 1, mx): of x
+    and y, or None; relaxed: the operator of tractions that have stood for as long as the grid takes to pass.
+    """
+
+    normal: Operator
+    plane: Array
+    coupling: Array | None
+    relaxed: Coupled
+
+    def moved(self, q: Array, p: Array) -> Array:
+        """Tangential displacement, (2, nx, ny)."""
+        tangential = self.relaxed.tangential
+        xx, yy, xy = self.plane
+        x, y = tangential.transform(q)
+        spectra = jnp.stack([xx * x + xy * y, xy * x + yy * y])
+        if self.coupling is not None:
+            spectra = spectra + self.coupling * tangential.transform(p)
+        return tangential.inverse(spectra, p.shape)
+
+    def normal_from_tangential(self, q: Array) -> Array:
+        """Normal displacement under a tangential traction, (nx, ny)."""
+        if self.coupling is None:
+            return jnp.zeros(q.shape[-2:])
+        tangential = self.relaxed.tangential
+        return tangential.inverse(-jnp.sum(self.coupling * tangential.transform(q), 0), q.shape[-2:])
+
+
+def elastic_surface(kernels: TractionKernels, normal: Operator) -> RolledSurface:
+    """Return the surface with its instantaneous response alone."""
+    tangential = kernels.family.combined(jnp.zeros(1 + len(kernels.mix)).at[0].set(1.0))
+    coupling = None if tangential.coupling is None else 1j * tangential.coupling
+    return RolledSurface(normal, tangential.plane, coupling, Coupled(normal, tangential))
+
+
+def creeping_surface(
+    experiment: Experiment, kernels: TractionKernels, wake: Wake, normal: Operator, *, coupled: bool
+) -> RolledSurface:
+    """Return the surface with the wake of past tractions; ``wake`` is that of the pressure."""
+    grid, scale, at_once = experiment.grid, kernels.normal.scale, elastic_surface(kernels, normal)
+    wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
+    coefficients = scaled_coefficients(kernels.expansion, experiment.indenter, wide, scale)
+    shapes = Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic)
+    lasting = kernels.expansion.separable.terms[:, 1:, 0] @ kernels.mix
+    track = _Track(wake, kernels.rates, kernels.mix, lasting)
+    time = wake.crossing_time
+    stood = jnp.append(1.0, kernels.mix @ (time * phi1(kernels.rates * time)))
+    relaxed = Coupled(normal, kernels.family.combined(stood))
+    plane, coupling = at_once.plane + track.spectra(shapes.plane, track.far_plane()), None
+    if at_once.coupling is not None and shapes.coupling is not None:
+        coupling = at_once.coupling + track.spectra(1j * shapes.coupling, track.far_coupling())
+    return RolledSurface(normal, plane, coupling, relaxed)
+
+
+@pytree
+class _Track:
+    """The track of past tractions at tangential rates (K,).
+
+    mix: (M, K); lasting (3, K): lambda_k C_k of alpha (L, T, K) at wavenumber zero.
+    """
+
+    wake: Wake
+    rates: Array
+    mix: Array
+    lasting: Array
+
+    def spectra(self, shapes: Array, far: list[Array]) -> Array:
+        """Return the wake of entries from the spectra of S_m on the doubled grid and the response to far sources.
+
+        shapes: (M + 1, n, MY/2 + 1, MX); far: n fields (mx, my).
+        """
+        mixed = jnp.tensordot(self.mix, self.wake.passage(self.rates), 1)
+        shape, periodic = self.wake.shape, self.wake.periodic
+        near = jnp.sum(shapes[1:] * mixed[:, None], 0)
+        return jnp.stack([on_grid(n, shape, periodic, f) for n, f in zip(near, far, strict=True)])
+
+    def far_plane(self) -> list[Array]:
+        """xx, yy and xy, (mx, my) each."""
+        L, T, _ = self.lasting * (self._cell() / (2.0 * math.pi))
+        sum_of = lambda strengths, felt: jnp.tensordot(strengths, felt, 1)
+        if self.wake.line:
+            felt = self.wake.varying(
+                self.rates, lambda x, y: -jnp.log(_square(x, y)), lambda r: -2.0 * jnp.log(r)
+            )
+            return [sum_of(L, felt), sum_of(T, felt), sum_of(0.0 * L, felt)]
+        (ex, ey), cube = self.wake.direction, lambda x, y: _square(x, y) ** 1.5
+        xx = self.wake.beyond(self.rates, lambda x, y: x**2 / cube(x, y), ex**2)
+        yy = self.wake.beyond(self.rates, lambda x, y: y**2 / cube(x, y), ey**2)
+        xy = self.wake.beyond(self.rates, lambda x, y: x * y / cube(x, y), ex * ey)
+        return [sum_of(L, yy) + sum_of(T, xx), sum_of(T, yy) + sum_of(L, xx), sum_of(T - L, xy)]
+
+    def far_coupling(self) -> list[Array]:
+        """x and y, (mx, my) each."""
+        strength = -self.lasting[2] * self._cell()
+        ex, ey = self.wake.direction
+        if self.wake.line:
+            flows = self.rates == 0.0
+            rates, length = jnp.where(flows, 1.0, self.rates), jnp.exp(-self.rates * self.wake.crossing_time)
+            felt = jnp.sum(jnp.where(flows, 0.0, strength * length / rates)) * ex / 2.0
+            return [felt, jnp.zeros(())]
+        x = self.wake.beyond(self.rates, lambda x, y: x / _square(x, y), ex)
+        y = self.wake.beyond(self.rates, lambda x, y: y / _square(x, y), ey)
+        return [jnp.tensordot(strength / (2.0 * math.pi), each, 1) for each in (x, y)]
+
+    def _cell(self) -> Array | float:
+        """Area of a cell in squares of its side along x, or in plane strain its side; nothing where creep ends far off."""
+        if not self.wake.far_off:
+            return 0.0
+        return 1.0 if self.wake.line else self.wake.ratio
+
+
+def _square(x: Array, y: Array) -> Array:
+    """r^2 of places far off."""
+    return jnp.maximum(x**2 + y**2, 1.0)
+
+
+# Pressure and traction of a contact that rolls for ever, found as the limit of rolling cell by cell.
+#
+# With u the tangential displacement under tractions that are steady (``simulate.roll_steady``), S the shift by the way
+# of a step, to the material that is one step behind, the slip in a step is
+#
+#     s = (1 - S) u(q, p) - shift,      |q| <= mu p,      s = -k q, k >= 0, where |q| = mu p.
+#
+# It is solved in steps: with M the operator of tractions that have stood for as long as the grid takes to pass,
+#
+#     s = M q_new + (1 - S) u(q_old, p) - M q_old - shift
+#
+# is a problem of ``contact.friction``, and its limit the steady state. On an elastic body M q - S M q_old is the slip
+# itself after one more cell, as in J. J. Kalker's transient contact. On any other a step brings the tractions closer
+# in the norm of M if |(1 - S) C|^2 < 2 M Re (1 - S) C for the response C to each wave, that is |C|^2/Re C < M: one
+# over the real part of its complex modulus is less than its compliance after a long time. The way to the limit has no
+# meaning there.
+#
+# The pressure under the traction is found before each step.
+
+
+STEADY = 1e-7  # change of the tractions from step to step, in parts of what they are,
+SMALL = 1e-6  # or, where they are smaller, of this share of what friction holds
+FINER = 1e-2  # of the tolerance, in each step: what it leaves in the tractions must be less than a change that counts
+COLD = -1  # steps of a state without a first guess of the pressure
+FARTHEST = 20  # grid lengths that are rolled
+
+
+class Rolled(NamedTuple):
+    """After some steps, (): the last contact; the change of the tractions in it, in parts of them; whether the pressure
+    under them is found as well."""
+
+    pressed: Solution
+    sheared: TangentialSolution
+    change: Array
+    steps: Array
+    ended: Array
+
+    @property
+    def steady(self) -> Array:
+        """True if the state no longer changes, ()."""
+        return self.change <= STEADY
+
+
+@pytree
+class RollingContact:
+    """Inputs of a rolling contact that are constant from step to step, all of order one.
+
+    surface; profile and coefficient of friction (nx, ny); way of a step, along each axis in its cells, (2,); target and
+    tangential_target of ``contact.friction``.
+    """
+
+    surface: RolledSurface
+    profile: Array
+    coefficient: Array
+    way: Array
+    target: Array
+    tangential_target: Array
+    tolerance: Array
+    max_iterations: Array
+    load_controlled: bool = static()
+    tangential_load_controlled: bool = static()
+    coupled: bool = static()
+
+    def pressed(self, traction: Array) -> Problem:
+        """The normal problem under a traction."""
+        gap = self.profile + self.surface.normal_from_tangential(traction)
+        return Problem(self.surface.normal, gap, self.target, jnp.min(self.profile), self.load_controlled)
+
+    def sheared(self, traction: Array, pressure: Array) -> tuple[TangentialProblem, Array]:
+        """Return the tangential problem of the next step, after a traction, and the relaxed displacement under that."""
+        moved, relaxed = self.surface.moved(traction, pressure), self.surface.relaxed
+        displacement = relaxed.tangential_from_tangential(traction)
+        drift = moved - ahead(moved, self.way) - displacement
+        bound, target = self.coefficient * pressure, self.tangential_target
+        problem = TangentialProblem(relaxed, bound, drift, target, self.tangential_load_controlled)
+        return problem, displacement
+
+    def rolled(self) -> Rolled:
+        """The steady state, with its derivatives: what sticks, slips and touches is held."""
+        found = jax.lax.stop_gradient(jax.lax.stop_gradient(self)._rolled())
+        held = _Held(self, found.sheared.stick, found.pressed)
+        traction, shift = implied(_law, held, (found.sheared.traction, found.sheared.shift))
+        pressed = held.pressed(traction)
+        slip = held.slip(traction, shift, pressed.pressure)
+        slip = (
+            jnp.where(found.pressed.pressure > 0.0, slip - jax.lax.stop_gradient(slip), 0.0)
+            + found.sheared.slip
+        )
+        return found._replace(
+            pressed=pressed, sheared=replace(found.sheared, traction=traction, shift=shift, slip=slip)
+        )
+
+    def _rolled(self) -> Rolled:
+        """Step by step until nothing changes.
+
+        A symmetric normal problem needs no other operator for its first guess, and finds it in the loop: each search is
+        compiled for itself.
+        """
+        nothing, zero, none = (
+            jnp.zeros((2, *self.profile.shape)),
+            jnp.zeros_like(self.profile),
+            jnp.zeros((), int),
+        )
+        guess, steps = (zero, COLD) if self.surface.normal.symmetric else (self._cold_start(nothing), 0)
+        pressed = Solution(guess, zero, jnp.zeros(()), jnp.ones(()), none)
+        sheared = TangentialSolution(nothing, nothing, nothing, zero > 0.0, jnp.zeros(2), jnp.ones(()), none)
+        before = Rolled(pressed, sheared, jnp.ones(()), none + steps, jnp.zeros((), bool))
+        return jax.lax.while_loop(lambda state: ~state.ended, self._further, before)
+
+    def _cold_start(self, traction: Array) -> Array:
+        return nonsymmetric.cold_start(self.pressed(traction))
+
+    def _further(self, state: Rolled) -> Rolled:
+        """Find the pressure under the last traction, and then the traction of the next step, unless the state is steady.
+
+        Without coupling the first pressure stays.
+        """
+        cold, first = state.steps == COLD, state.steps == 0
+        ends = state.steady | (state.steps >= FARTHEST * max(self.profile.shape))
+        tolerance = jnp.where(first | ends, 1.0, FINER) * self.tolerance
+        tolerance = jnp.where(cold, nonsymmetric.COLD_TOLERANCE, tolerance)
+        limit = jnp.where(cold, nonsymmetric.COLD_ITERATIONS, self.max_iterations)
+        problem = self.pressed(state.sheared.traction)
+        press = lambda: solve_contact(problem, state.pressed.pressure, tolerance, limit)
+        pressed = press() if self.coupled else jax.lax.cond(state.steps <= 0, press, lambda: state.pressed)
+        iterations = jnp.where(ends, state.pressed.iterations, pressed.iterations)
+        state = state._replace(pressed=replace(pressed, iterations=iterations), ended=ends)
+        return jax.lax.cond(
+            ends | cold,
+            lambda: state._replace(steps=jnp.maximum(state.steps, 0)),
+            lambda: self._sheared(state),
+        )
+
+    def _sheared(self, state: Rolled) -> Rolled:
+        """Roll on by a step under the pressure."""
+        traction = state.sheared.traction
+        problem, displacement = self.sheared(traction, state.pressed.pressure)
+        sheared = friction.solve(problem, traction, displacement, FINER * self.tolerance, self.max_iterations)
+        size = jnp.maximum(jnp.sum(jnp.abs(sheared.traction)), SMALL * jnp.sum(problem.bound))
+        change = jnp.sum(jnp.abs(sheared.traction - traction)) / jnp.where(size > 0.0, size, jnp.inf)
+        change = jnp.where(state.steps > 0, change, 1.0)
+        return state._replace(sheared=sheared, change=change, steps=state.steps + 1)
+
+
+@pytree
+class _Held:
+    """Data of a steady state: the contact, the cells that stick, (nx, ny) bool, and the normal contact found."""
+
+    contact: RollingContact
+    stick: Array
+    found: Solution
+
+    def pressed(self, traction: Array) -> Solution:
+        """The normal contact found, with its derivatives by the traction under which it was found."""
+        return known_contact(self.contact.pressed(traction), self.found)
+
+    def slip(self, traction: Array, shift: Array, pressure: Array) -> Array:
+        """Return the slip in a step, (2, nx, ny), under this traction and pressure."""
+        moved = self.contact.surface.moved(traction, pressure)
+        return moved - ahead(moved, self.contact.way) - shift[:, None, None]
+
+
+def _law(held: _Held, state: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Return the residual of the steady state: slip where cells stick, elsewhere q + mu p slip/|slip|."""
+    traction, shift = state
+    contact, pressure = held.contact, held.pressed(traction).pressure
+    slip = held.slip(traction, shift, pressure)
+    size = jnp.sqrt(jnp.sum(slip**2, 0))
+    sliding = traction + contact.coefficient * pressure * slip / jnp.where(size > 0.0, size, 1.0)
+    asked = jnp.sum(traction, (1, 2)) if contact.tangential_load_controlled else shift
+    return jnp.where(held.stick, slip, sliding), asked - contact.tangential_target
+
+
+def ahead(field: Array, step: Array) -> Array:
+    """A field (2, nx, ny) a step further, (2,) of at most a cell each way; linear between cells, and at the grid's end as
+    on its last cell."""
+    for axis, way in ((1, step[0]), (2, step[1])):
+        field = field + jnp.abs(way) * (_next(field, axis, way > 0.0) - field)
+    return field
+
+
+def _next(field: Array, axis: int, forwards: Array) -> Array:
+    """Return the values of the neighbours along an axis; at the end of the grid, those of the last cells."""
+    first, last = jnp.take(field, jnp.array([0]), axis), jnp.take(field, jnp.array([-1]), axis)
+    later = jnp.concatenate([jnp.delete(field, 0, axis), last], axis)
+    earlier = jnp.concatenate([first, jnp.delete(field, -1, axis)], axis)
+    return jnp.where(forwards, later, earlier)
+
+
+def roll_steady(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    *,
+    velocity: Array | float,
+    creepage: Array | TangentialLoad,
+    friction: Array | float,
+    grid: Grid,
+    coupled: bool = True,
+    tolerance: Array | float = 1e-8,
+    max_iterations: Array | int = 2000,
+) -> SteadyRolling:
+    """Compute the steady state of an indenter that rolls over a body, with creepage or a tangential force.
+
+        slip/distance = -v/|v| . grad u - creepage,      |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
+
+    Here slip is that of the body's surface over the indenter, v the velocity, and u the sum of the tangential displacements
+    of both surfaces, which on a viscoelastic body includes the effect of all earlier tractions (``simulate.roll_steady``).
+    Material enters the contact without traction at the leading edge. The gradient is the difference between neighbouring
+    cells along the track, interpolated for oblique directions, so that the error is of first order in the cell size. The
+    steady state is the limit of transient rolling (``simulate.roll_steady``). Derivatives in both modes are those
+    of the steady state at constant areas of contact, stick and slip.
+
+    In plane strain a cylinder rolls along x; a creepage along y causes antiplane shear.
+
+    Args:
+        body: a ``LayeredHalfSpace``.
+        indenter, grid: as in ``indent``; a grid that is periodic along both axes is rejected.
+        control: ``Load`` or ``Approach`` with a single value.
+        velocity: velocity of the indenter over the body [m/s], not zero: a number (along x) or (2,). For elastic bodies
+            only its direction matters.
+        creepage: (xi_x, xi_y), the slip velocity of the indenter over the body, both taken as rigid, over |v|; or a
+            ``TangentialLoad`` with one vector, for which the creepage is computed.
+        friction, coupled, tolerance, max_iterations: as in ``shear``; the limit applies to each step of the transient.
+
+    Returns:
+        A ``SteadyRolling``. Failures are reported in its status, as in ``shear``. It is 6 if the tractions still change
+        after rolling over 20 lengths of the grid, or if ``slide_steady`` has no steady state.
+
+    Raises:
+        ValueError: invalid or unsupported input, or a case without steady state, as in ``slide_steady``.
+
+    Example:
+        >>> steel, grid = jc.Elastic.from_young(210e9, nu=0.3), jc.Grid.square(n=16, width=300e-6)
+        >>> rail, wheel = jc.LayeredHalfSpace([], substrate=steel), jc.Sphere(9.5e-3, steel)
+        >>> rolling = jc.roll_steady(
+        ...     rail, wheel, jc.Load(20.0), velocity=1.0, creepage=(1e-3, 0.0), friction=0.3, grid=grid, coupled=False
+        ... )
+        >>> bool(0.0 < rolling.tangential_load[0] < 0.3 * 20.0)
+        True
+    """
+    setup = ContactSetup(body, indenter, control, np.zeros(1), grid)
+    experiment = Experiment.of(setup, Settings(tolerance, max_iterations))
+    check_free_along_x(grid, "roll_steady")
+    verdict = _check_rolling(control, velocity, creepage) & check_friction(friction, grid.shape)
+    verdict = verdict & check_along_x(np.shape(velocity), grid) & check_steady(experiment, velocity)
+    forced = isinstance(creepage, TangentialControl)
+    value = creepage.value if isinstance(creepage, TangentialControl) else creepage
+    speed, value, friction = (jnp.asarray(as_float64(a)) for a in (velocity, value, friction))
+    experiment = experiment.also(verdict)
+    kernels = compiled_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
+    options = {"forced": forced, "coupled": bool(coupled)}
+    result, errors = _run(experiment, kernels, speed, value, friction, **options)
+    return reported(result, errors, experiment)
+
+
+def _check_rolling(control: Control, velocity: Any, creepage: Any) -> Verdict:
+    """One value of each, and a direction."""
+    shape = np.shape(getattr(control, "value", 0.0))
+    checks.require(
+        shape == (), f"{type(control).__name__}: expected one number in the steady state, got shape {shape}"
+    )
+    shape = np.shape(velocity)
+    checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
+    largest = jnp.max(jnp.abs(velocity)) if not is_concrete(velocity) else np.max(np.abs(velocity))
+    valid = checks.positive("velocity [m/s] (its size)", largest)
+    if isinstance(creepage, TangentialControl):
+        checks.require(
+            isinstance(creepage, TangentialLoad),
+            f"creepage: expected (x, y) or a TangentialLoad, got {creepage!r}",
+        )
+        return valid & check_tangential(creepage, 1)
+    shape = np.shape(creepage)
+    checks.require(shape == (2,), f"creepage: expected (x, y) or a TangentialLoad, got shape {shape}")
+    return valid & checks.finite("creepage", creepage)
+
+
+def _compiled(
+    experiment: Experiment,
+    kernels: TractionKernels,
+    velocity: Array,
+    value: Array,
+    friction: Array,
+    *,
+    forced: bool,
+    coupled: bool,
+) -> tuple[SteadyRolling, Errors]:
+    """The compiled core: one trace for equal shapes and options."""
+    scale, spacing = kernels.normal.scale, jnp.stack(experiment.grid.spacing)
+    vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
+    speed, step = jnp.sqrt(jnp.sum(vector**2)), jnp.min(spacing)
+    across = velocity.ndim > 0
+    surface, observed = _surface(experiment, kernels, vector / scale.length, across=across, coupled=coupled)
+    profile = experiment.indenter.profile(experiment.grid) / scale.length
+    force = scale.from_si("tangential_load", value).reshape(2) if forced else value
+    contact = RollingContact(
+        surface=surface,
+        profile=profile,
+        coefficient=jnp.broadcast_to(friction, profile.shape),
+        way=step / spacing * vector / speed,
+        target=experiment.target(scale),
+        tangential_target=force if forced else step / spacing[0] * value,
+        tolerance=experiment.tolerance,
+        max_iterations=experiment.max_iterations,
+        load_controlled=experiment.load_controlled,
+        tangential_load_controlled=forced,
+        coupled=coupled,
+    )
+    rolled = contact.rolled()
+    numbers = _numbers(contact, rolled, step / spacing[0], experiment.edges)
+    numbers["status"] = with_no_steady_state(numbers["status"], experiment, vector)
+    raised = _raised(contact, rolled, vector / speed, spacing[1] / spacing[0]) if coupled else jnp.zeros(())
+    in_si = scale.to_si(**numbers, **observed(rolled.pressed.pressure), profile=profile, lateral_force=raised)
+    in_si |= _powers(in_si, speed, in_si.pop("lateral_force"))
+    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.errors()
+
+
+def _raised(contact: RollingContact, rolled: Rolled, direction: Array, ratio: Array) -> Array:
+    """Return the force against the motion that the pressure needs where the traction raises the surface, scaled, ()."""
+    by_traction = contact.surface.normal_from_tangential(rolled.sheared.traction)
+    flat = Observer.of(jnp.zeros_like(contact.profile), ratio)
+    return -flat.hysteresis(rolled.pressed.pressure, by_traction, direction)
+
+
+def _powers(in_si: dict[str, Array], speed: Array, raised: Array) -> dict[str, Array]:
+    """Return the powers, and the force of hysteresis, in SI units.
+
+    Friction takes the work of the tangential force and, where the solids are unlike, of the pressure on a surface that the
+    traction moves: -int q . slip = Q . creepage + int q . du/ds, and of u only the part due to the pressure is not zero on
+    elastic bodies, whose integral is -int p dw/ds with the normal displacement w under the traction (Betti).
+    """
+    friction_power = speed * (jnp.sum(in_si["tangential_load"] * in_si["creepage"]) + raised)
+    return {
+        "friction_power": friction_power,
+        "power": in_si["hysteresis_power"] + friction_power,
+        "hysteresis_force": in_si["hysteresis_power"] / speed,
+    }
+
+
+_run = Program(_compiled, ("forced", "coupled"))
+
+
+def _surface(
+    experiment: Experiment, kernels: TractionKernels, velocity: Array, *, across: bool, coupled: bool
+) -> tuple[RolledSurface, Callable[[Array], dict[str, Array]]]:
+    """Return the surface, and its film strain and power of hysteresis as a function of the pressure, scaled.
+
+    velocity: in cells per second.
+    """
+    if not kernels.normal.rates.size:
+        memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
+        nothing = jnp.zeros(experiment.grid.shape)
+        no_history = memory.start(experiment.grid.shape)
+        operator = memory.predict(no_history, nothing, no_time).operator
+        return elastic_surface(kernels, operator), lambda p: {
+            **memory.observe(no_history, p, no_time),
+            "hysteresis_power": no_time,
+        }
+    wake = wake_of(experiment, kernels.normal, velocity, across=across)
+    symbols = wake.symbols()
+    surface = creeping_surface(experiment, kernels, wake, wake.operator(symbols), coupled=coupled)
+    return surface, lambda p: {
+        "film_strain": wake.film_strain(symbols, p),
+        "hysteresis_power": wake.lost_power(symbols, p),
+    }
+
+
+def _numbers(
+    contact: RollingContact, rolled: Rolled, way: Array, edges: tuple[bool, bool]
+) -> dict[str, Array]:
+    """All that is shown, scaled, by the names of the result."""
+    pressed, sheared = rolled.pressed, rolled.sheared
+    return contact_outcome(contact.pressed(sheared.traction), pressed) | {
+        "displacement": pressed.displacement + contact.surface.normal_from_tangential(sheared.traction),
+        "traction": sheared.traction,
+        "slip_ratio": sheared.slip / way,
+        "stick": sheared.stick,
+        "tangential_load": jnp.sum(sheared.traction, (1, 2)),
+        "creepage": sheared.shift / way,
+        "error": jnp.maximum(pressed.error, sheared.error),
+        "iterations": pressed.iterations + sheared.iterations,
+        "status": _status(contact, rolled, edges),
+    }
+
+
+def _status(contact: RollingContact, rolled: Rolled, edges: tuple[bool, bool]) -> Array:
+    """Return the status of the normal contact, or of the tangential one if that was not found or has no steady state."""
+    pressed, sheared, tolerance = rolled.pressed, rolled.sheared, contact.tolerance
+    status = status_of(contact.pressed(sheared.traction), pressed, tolerance, edges)
+    met = solved(sheared.error, tolerance, sheared.traction, sheared.slip, sheared.shift)
+    # without a solution, that rolling has not settled is no property of the body
+    found = met & (status != Status.NOT_CONVERGED) & (status != Status.NOT_FINITE)
+    status = most_serious(
+        (found & ~rolled.steady, Status.NOT_STEADY), (~met, Status.NOT_CONVERGED), status=status
+    )
+    if not contact.tangential_load_controlled:
+        return status
+    asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
+    held = jnp.sum(asked**2) < room**2
+    return most_serious((~held & jnp.any(asked != 0.0), Status.GROSS_SLIP), status=status)

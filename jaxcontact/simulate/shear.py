@@ -1,0 +1,160 @@
+"""Shear: normal and tangential load together, with friction, over a history."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import jax.numpy as jnp
+from jax import Array
+
+from jaxcontact._support.pytree import as_float64, pytree, replace, static
+from jaxcontact._support.scale import Scale
+from jaxcontact.bodies.body import LayeredHalfSpace
+from jaxcontact.bodies.controls import (
+    Control,
+    TangentialControl,
+    TangentialLoad,
+    check_friction,
+    check_tangential,
+)
+from jaxcontact.bodies.grid import Grid, check_free_along_x
+from jaxcontact.history.friction_step import ShearStepper
+from jaxcontact.history.memory import TractionMemory
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.operators.kernels import TractionKernels, compiled_traction
+from jaxcontact.results.contact import ShearHistory, ShearStep
+from jaxcontact.results.notes import announce
+from jaxcontact.simulate.experiment import (
+    ContactSetup,
+    Experiment,
+    Options,
+    Plan,
+    Save,
+    Settings,
+    TimedExperiment,
+    fine_values,
+)
+from jaxcontact.simulate.run import refined
+
+
+def shear(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    tangential: TangentialControl,
+    times: Array,
+    *,
+    friction: Array | float,
+    grid: Grid,
+    coupled: bool = True,
+    tolerance: Array | float = 1e-8,
+    max_iterations: Array | int = 2000,
+    save: Save = "all",
+    substeps: int | str = 1,
+    checkpoint: str = "pressures",
+) -> ShearHistory:
+    """Compute partial slip over time: an indenter under normal and tangential control, with Coulomb friction.
+
+        |q| <= mu p,      slip = 0 where |q| < mu p,      slip = -k q, k >= 0, where |q| = mu p
+
+    These equations for the tangential traction q on the body, and the slip of its surface over the indenter from one step
+    to the next, hold in addition to those of ``indent``. Tangential displacements are taken as small, so that opposite
+    cells of body and indenter stay the same. Pressure and traction are solved in turn until both are satisfied
+    (``contact.friction``). With ``coupled``, tractions cause normal displacements and the pressure causes tangential
+    displacements; these vanish only if the two solids are elastically similar. The result depends on the order of
+    loading: loads that increase simultaneously need several steps (``substeps``), while a tangential load that is applied
+    after the normal one may be applied in a single step (R. D. Mindlin, H. Deresiewicz, J. Appl. Mech. 20 (1953) 327).
+
+    The fields of the result are differentiable with respect to all numbers, including the coefficient of friction; the
+    derivatives are those at constant areas of stick, slip and separation. Differentiate a field and not the whole
+    result, which contains integers.
+
+    Args:
+        body, indenter, times, grid: as in ``indent``; a grid that is periodic along both axes is rejected. In plane
+            strain, tangential displacements are also measured from the surface at a distance of one width of the grid.
+        control: ``Load`` or ``Approach``, as in ``indent``.
+        tangential: ``TangentialLoad`` [N] or ``TangentialDisplacement`` [m] of the indenter, (2,) or (nt, 2). It is applied
+            as a step at times[0] together with the control, and is linear between the times.
+        friction: coefficient of friction mu >= 0, a number or (nx, ny).
+        coupled: whether the coupling of normal and tangential problem is included, static. Without it each problem is
+            solved once in a step.
+        tolerance, max_iterations: as in ``indent``, for both problems; the limit applies to all outer iterations of a
+            step together.
+        save: as in ``indent``; the argument of a function has also ``.traction`` (2, nx, ny) [Pa], ``.slip`` [m],
+            ``.stick``, ``.tangential_load`` [N] and others (``results.friction.ShearStep``).
+        substeps, checkpoint: as in ``indent``.
+
+    Returns:
+        A ``ShearHistory``. Failures are reported in ``status`` and ``converged``; warnings are as in ``indent``.
+
+    Raises:
+        ValueError: invalid or unsupported input, before the computation starts.
+
+    Example:
+        >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
+        >>> grid, ball = jc.Grid.square(n=32, width=300e-6), jc.Sphere(5e-3)
+        >>> push = jc.TangentialLoad([[0.0, 0.0], [3.0, 0.0]])
+        >>> history = jc.shear(glass, ball, jc.Load(20.0), push, [0.0, 1.0], friction=0.3, grid=grid, coupled=False)
+        >>> sticking, touching = np.sum(history.stick[-1]), np.sum(history.pressure[-1] > 0)
+        >>> f"{np.sqrt(sticking/touching):.2f} of the contact radius sticks"   # Mindlin: (1 - 0.5)^(1/3)
+        '0.79 of the contact radius sticks'
+    """
+    setup = ContactSetup(body, indenter, control, times, grid)
+    settings = Settings(tolerance, max_iterations, options=Options(save, checkpoint=checkpoint))
+    more = {"tangential": tangential, "friction": friction, "coupled": coupled}
+    history: ShearHistory = refined(lambda settings: Shearing.of(setup, settings, **more), settings, substeps)
+    announce(history, stacklevel=2)
+    return history
+
+
+@pytree
+class Shearing(TimedExperiment):
+    """Pressing and shearing; tangential, friction and coupled: as given to ``shear``."""
+
+    tangential: TangentialControl
+    friction: Array
+    coupled: bool = static()
+
+    @classmethod
+    def of(  # type: ignore[override]
+        cls,
+        setup: ContactSetup,
+        settings: Settings,
+        *,
+        tangential: TangentialControl,
+        friction: Any,
+        coupled: bool = True,
+    ) -> Self:
+        experiment = Experiment.of(setup, settings)
+        check_free_along_x(experiment.grid, "shear")
+        valid = check_tangential(tangential, experiment.times.size)
+        experiment = experiment.also(valid & check_friction(friction, experiment.grid.shape))
+        tangential, friction = as_float64((tangential, friction))
+        return cls(**vars(experiment), tangential=tangential, friction=friction, coupled=bool(coupled))
+
+    def with_kernels(self) -> Self:
+        """Return the experiment with the kernels of tractions."""
+        kernels = compiled_traction(self.body, self.indenter, self.grid, coupled=self.coupled)
+        return replace(self, kernels=kernels)
+
+    def planned(self) -> Plan:
+        """Return the march with these kernels."""
+        kernels = self.kernels
+        assert isinstance(kernels, TractionKernels)
+        scale = kernels.normal.scale
+        stepper = ShearStepper(
+            memory=TractionMemory(kernels),
+            coefficient=jnp.broadcast_to(self.friction, self.grid.shape),
+            tangential_load_controlled=isinstance(self.tangential, TangentialLoad),
+            coupled=self.coupled,
+            **self.contact(scale),
+        )
+        errors = kernels.errors(self.duration)
+        return self.plan(stepper, self._targets(scale), scale, errors).to(ShearHistory, ShearStep)
+
+    def _targets(self, scale: Scale) -> Array:
+        """Return the tangential control at the ends of the inner steps, scaled, (nt, substeps, 2)."""
+        forced = isinstance(self.tangential, TangentialLoad)
+        name = "tangential_load" if forced else "tangential_displacement"
+        wanted = jnp.broadcast_to(scale.from_si(name, self.tangential.value), (self.times.size, 2))
+        return jnp.stack([fine_values(wanted[:, axis], self.options.substeps) for axis in (0, 1)], -1)

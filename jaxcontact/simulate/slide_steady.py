@@ -1,0 +1,743 @@
+"""Steady sliding: the limit of a long run, as one contact problem."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._compile.kept_traces import Program
+from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.exponential import phi1
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
+from jaxcontact._support.status import Status, most_serious
+from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, separate_map
+from jaxcontact.bodies.controls import Approach, Control
+from jaxcontact.bodies.grid import Grid
+from jaxcontact.contact import nonsymmetric
+from jaxcontact.contact.implicit import solve_contact
+from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.history.memory import Observer, Shift, along
+from jaxcontact.history.motion import as_array, check_along_x, check_rubbing
+from jaxcontact.history.normal_step import contact_outcome, status_of
+from jaxcontact.indenters.shapes import Indenter
+from jaxcontact.operators import spectral
+from jaxcontact.operators.base import Corner, Linear, Operator
+from jaxcontact.operators.convolution import Moving
+from jaxcontact.operators.kernels import Errors, Kernels, VaryingFilm, build, deepest_strain, joint_errors
+from jaxcontact.operators.rubbing import Rubbing, rub
+from jaxcontact.operators.varying import Varying, VaryingKernels
+from jaxcontact.response.normal import limits_of
+from jaxcontact.results.contact import SteadySliding, with_totals
+from jaxcontact.simulate.experiment import ContactSetup, Experiment, Settings
+from jaxcontact.simulate.run import reported
+
+# The displacement behind an indenter in steady sliding, as one operator.
+#
+# A pressure that is steady in the indenter's frame has left, at rate lambda_k, the history
+#
+#     eta_k(x) = int_0^T exp(-lambda_k s) p(x + v s) ds,      u = C_0 * p + sum_k lambda_k C_k * eta_k,
+#
+# with T to infinity. In Fourier space it is the complex modulus at the frequency -k . v. Here T is the time to cross
+# the grid, so that each mode has the factor T phi(z), phi = (1 - exp(-z))/z, z = (lambda_k - i k . v) T: finite for
+# every rate and mode, unlimited flow included, and without wrapping around on a grid of twice the size, where the
+# kernel is made, and then cut to the offsets on the grid.
+#
+# What lies farther behind is out of a film's reach. A half-space or a substrate that creeps feels it as a line of
+# point sources, with lambda_k C_k at wavenumber zero, (1 - nu) fluidity_k for a half-space,
+#
+#     C_far(x) = (lambda_k C_k)(0)/(2 pi) int_T^infinity exp(-lambda_k s)/|x + v s| ds.
+#
+# For lambda = 0 this grows with the logarithm of the length of the track, the same everywhere: the
+# pressure is steady, while the approach drifts by (1 - nu) fluidity W/(2 pi v) for each e-fold.
+#
+# In plane strain these are line sources, and in place of 1/(2 pi |r|) stands -ln(|r|/d)/pi with the datum d of
+# ``response.coefficients``. For lambda = 0 the surface would tilt without limit: there is no steady
+# state.
+#
+# On a periodic grid T is infinity, eta_k/p = 1/(lambda_k - i k . v), and each indenter runs in the tracks of others.
+
+
+AT_REST = 1e-30  # cells per second: slower is this
+FAR_NODES, FAR_WEIGHTS = np.polynomial.legendre.leggauss(40)
+FAR_REACH = 14.0  # e-folds of distance
+
+
+@pytree
+class Wake:
+    """The wake of an indenter in steady sliding.
+
+    kernels: of the grid; shapes: spectra of S_m on the doubled grid, (M, MY/2 + 1, MX); velocity (2,) [cells
+    along x per second]; ratio: dy/dx; far_off: ``Response.creeps_far``; shape: (nx, ny) of the grid; across:
+    whether the velocity may have a y, without which its modes are the same for all wavenumbers along y, with
+    one row in place of MY/2 + 1. Along a periodic axis neither grid is padded or doubled.
+    """
+
+    kernels: Kernels
+    shapes: Array
+    velocity: Array
+    ratio: Array
+    far_off: bool = static()
+    shape: tuple[int, int] = static()
+    across: bool = static()
+
+    @property
+    def periodic(self) -> spectral.Periodic:
+        return self.kernels.family.members.periodic
+
+    @property
+    def crossing_time(self) -> Array:
+        """T [s] to cross the grid along the velocity."""
+        sides = jnp.stack([self.shape[0] * jnp.ones(()), self.shape[1] * self.ratio])
+        return 1.0 / jnp.maximum(jnp.max(jnp.abs(self.velocity) / sides), AT_REST)
+
+    @property
+    def line(self) -> bool:
+        """True in plane strain."""
+        return self.shape[1] == 1
+
+    @property
+    def length(self) -> Array:
+        """Length of the track within the grid, [cells along x]."""
+        return self.speed * self.crossing_time
+
+    @property
+    def speed(self) -> Array:
+        """[cells along x per second], never quite zero."""
+        square = jnp.sum(self.velocity**2)
+        return jnp.sqrt(jnp.maximum(square, AT_REST**2))
+
+    @property
+    def direction(self) -> Array:
+        """Unit vector of the velocity, zero at rest, (2,)."""
+        square = jnp.sum(self.velocity**2)
+        return self.velocity / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+
+    def shift(self, time: Array | float) -> Shift:
+        """The way in a time."""
+        return Shift(self.velocity[0] * time, self.velocity[1] * time if self.across else None)
+
+    def symbols(self) -> Array:
+        """eta_k over p at each mode [s], (K, 1 or MY/2 + 1, MX) on the doubled grid."""
+        if all(self.periodic):
+            phase, loss = along(self.shape, self.shift(1.0), self.ratio)
+            return _reciprocal(self.kernels.rates[:, None, None] + jax.lax.complex(loss, -phase))
+        return self.passage(self.kernels.rates)
+
+    def passage(self, rates: Array) -> Array:
+        """The same for other rates, on a grid that is not periodic."""
+        T = self.crossing_time
+        padded = spectral.padded_shape(doubled(self.shape, self.periodic), self.periodic)
+        phase, loss = along(padded, self.shift(T), self.ratio)
+        return T * phi1((rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
+
+    def kernel(self, weights: Array, symbols: Array) -> Array:
+        """Spectrum (my/2 + 1, mx) of sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights."""
+        mixed = jnp.tensordot(self.kernels.mix * weights, symbols, 1)
+        near = jnp.sum(self.shapes * mixed, 0)
+        if not self.far_off or all(self.periodic):
+            return on_grid(near, self.shape, self.periodic)
+        return on_grid(near, self.shape, self.periodic, jnp.tensordot(weights, self.far(), 1))
+
+    def without_history(self, weights: Array) -> Array:
+        """Spectrum (my/2 + 1, mx) of C_0 + sum_k weights_k lambda_k C_k."""
+        members = self.kernels.family.members
+        return jnp.tensordot(jnp.append(1.0, self.kernels.mix @ weights), members.spectrum, 1)
+
+    def circulant(self) -> Array:
+        """For the preconditioner, (ny/2 + 1, nx): C_0 + sum_k lambda_k C_k/(lambda_k + 1/T - i k . v).
+
+        The damping 1/T stands for the end of the track; each term has a real part above zero.
+        """
+        parts = self.kernels.family.members.circulant
+        own = jnp.tensordot(self.kernels.mix.T, parts[1:], 1)
+        phase, loss = along(self.shape, self.shift(1.0), self.ratio)
+        damping = (self.kernels.rates + 1.0 / self.crossing_time)[:, None, None]
+        return parts[0] + jnp.sum(own / (damping + jax.lax.complex(loss, -phase)), 0)
+
+    def operator(self, symbols: Array) -> Moving:
+        """Pressure -> displacement, C_0 and all that was left behind."""
+        ones = jnp.ones(self.kernels.rates.size)
+        spectrum = self.without_history(0.0 * ones) + self.kernel(ones, symbols)
+        return Moving(spectrum, self.circulant(), self.periodic)
+
+    def lost_power(self, symbols: Array, pressure: Array) -> Array:
+        """Return the power that the dashpots take up, ()."""
+        lost = spectral.convolve(self.lost_spectrum(symbols), pressure, self.periodic)
+        return jnp.sum(pressure * lost)
+
+    def lost_spectrum(self, symbols: Array) -> Array:
+        """Return the spectrum (my/2 + 1, mx) of the speed on which the pressure works: lambda_k C_k (p - lambda_k eta_k)."""
+        rates = self.kernels.rates
+        speeds = self.without_history(jnp.ones_like(rates)) - self.without_history(jnp.zeros_like(rates))
+        return speeds - self.kernel(rates, symbols)
+
+    def film_strain(self, symbols: Array, pressure: Array) -> Array:
+        """Shortening of the film over its thickness at its deepest point; zero without a film."""
+        film = self.kernels.film
+        if film is None:
+            return jnp.zeros(())
+        history = spectral.convolve(self.film_history(symbols), pressure, self.periodic)
+        return deepest_strain(film.coefficients, film.weights[0] * pressure + history)
+
+    def film_history(self, symbols: Array) -> Array:
+        """Return the spectrum (my/2 + 1, mx) of the film's weighted history over p; there is a film."""
+        assert self.kernels.film is not None
+        return on_grid(jnp.tensordot(self.kernels.film.weights[1:], symbols, 1), self.shape, self.periodic)
+
+    def far(self) -> Array:
+        """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
+        square = lambda x, y: jnp.maximum(x**2 + y**2, 1.0)
+        if self.line:
+            varying = self.varying(
+                self.kernels.rates, lambda x, y: -jnp.log(square(x, y)), lambda r: -2.0 * jnp.log(r)
+            )
+            beyond = varying + self._uniform_of_lines()[:, None, None]
+        else:
+            beyond = self.beyond(self.kernels.rates, lambda x, y: 1.0 / jnp.sqrt(square(x, y)))
+        return self._point_strength()[:, None, None] * beyond
+
+    def _uniform_of_lines(self) -> Array:
+        rates, T = self.kernels.rates, self.crossing_time
+        flows = rates == 0.0
+        # the doubled grid has twice the datum of the grid
+        way = jnp.exp(-rates * T) * jnp.log(self.length / (2.0 * self.shape[0])) + jnp.log(2.0)
+        tail = exponential_integral(jnp.where(flows, 1.0, rates * T))
+        return jnp.where(flows, 0.0, -2.0 * (way + tail) / jnp.where(flows, 1.0, rates))
+
+    def beyond(
+        self, rates: Array, pattern: Callable[[Array, Array], Array], ahead: Array | float = 1.0
+    ) -> Array:
+        """int_T^infinity exp(-lambda_k s) pattern(x + v s) ds, but for a constant where lambda is zero, (K, mx, my).
+
+        The pattern is ``ahead``/r straight ahead. x, y in cells along x.
+        """
+        flows = rates == 0.0
+        tail = exponential_integral(jnp.where(flows, 1.0, rates * self.crossing_time)) / self.speed
+        uniform = jnp.where(flows, 0.0, tail)
+        return self.varying(rates, pattern, lambda r: ahead / r) + ahead * uniform[:, None, None]
+
+    def varying(
+        self, rates: Array, pattern: Callable[[Array, Array], Array], ahead: Callable[[Array], Array]
+    ) -> Array:
+        """int_T^infinity exp(-lambda_k s) (pattern(x + v s) - ahead(|v| s)) ds, (K, mx, my)."""
+        mx, my = spectral.padded_shape(self.shape, self.periodic)
+        x = offsets(mx)[:, None] + jnp.zeros(my)
+        y = offsets(my)[None, :] * self.ratio + jnp.zeros((mx, 1))
+        T, (vx, vy) = self.crossing_time, self.velocity
+
+        def add(total: Array, node: tuple[Array, Array]) -> tuple[Array, None]:
+            s = T * jnp.exp(node[0])
+            varying = pattern(x + vx * s, y + vy * s) - ahead(self.speed * s)
+            return total + node[1] * s * jnp.exp(-rates * s)[:, None, None] * varying, None
+
+        nodes = (FAR_REACH * (FAR_NODES + 1.0) / 2.0, FAR_WEIGHTS * FAR_REACH / 2.0)
+        zero = jnp.zeros((rates.size, mx, my))
+        return jax.lax.scan(add, zero, jax.tree.map(jnp.asarray, nodes))[0]
+
+    def drift(self, total: Array) -> Array:
+        """Growth of the approach for each e-fold of the track's length, under a sum of pressures."""
+        if not self.far_off or any(self.periodic):
+            return jnp.zeros(())
+        flows = self.kernels.rates == 0.0
+        return jnp.sum(jnp.where(flows, self._point_strength(), 0.0)) * total / self.speed
+
+    def _point_strength(self) -> Array:
+        """Displacement rate at a distance of one cell from a cell of unit pressure, (K,); of a strip without ln(1/d^2)."""
+        cell = 1.0 if self.line else self.ratio
+        return self.kernels.at_zero @ self.kernels.mix * cell / (2.0 * jnp.pi)
+
+
+def wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
+    """The wake at a velocity in cells per second; that of a half-space reaches beyond the grid."""
+    grid, far_off = experiment.grid, limits_of(experiment.body).creeps_far
+    if not far_off or all(grid.periodic):
+        shapes = extended(kernels, grid.shape)
+    else:
+        wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
+        again = build(experiment.body, experiment.indenter, wide, kernels.nodes)
+        shapes = again.family.members.spectrum[1:]
+    return Wake(kernels, shapes, velocity, grid.spacing[1] / grid.spacing[0], far_off, grid.shape, across)
+
+
+def extended(kernels: Kernels, shape: tuple[int, int]) -> Array:
+    """Spectra of the S_m of a film on the doubled grid: beyond the grid they have died away."""
+    periodic, spectra = kernels.family.members.periodic, kernels.family.members.spectrum[1:]
+    if all(periodic):
+        return spectra
+    nx, ny = doubled(shape, periodic)
+    kernel = spectral.inverse(spectra, shape, periodic)
+    wide = jnp.pad(kernel, ((0, 0), (0, nx - shape[0]), (0, ny - shape[1])))
+    return spectral.kernel_spectrum(wide, periodic)
+
+
+def _reciprocal(z: Array) -> Array:
+    """1/z, and zero where z is: for a mean pressure, which does nothing on a periodic grid."""
+    return jnp.where(z == 0.0, 0.0, 1.0 / jnp.where(z == 0.0, 1.0, z))
+
+
+def exponential_integral(x: Array) -> Array:
+    """E1(x) = int_x^infinity exp(-t)/t dt, x > 0: the series below 1.5, the continued fraction above.
+
+    jax.scipy.special.exp1 takes a minute for an array that holds both 1e-6 and 1 (jax 0.10).
+    """
+    small = x < 1.5
+    low, high = jnp.where(small, x, 1.5), jnp.where(small, 1.5, x)
+    series, power = -jnp.euler_gamma - jnp.log(low), jnp.ones_like(low)
+    for k in range(1, 25):
+        power = -power * low / k
+        series = series - power / k
+    tail = jnp.zeros_like(high)
+    for k in range(50, 0, -1):
+        tail = k**2 / (high + 2 * k + 1 - tail)
+    return jnp.where(small, series, jnp.exp(-high) / (high + 1.0 - tail))
+
+
+def doubled(shape: tuple[int, int], periodic: spectral.Periodic) -> tuple[int, int]:
+    """Twice as many cells each way that is not periodic."""
+    nx, ny = (n if wraps else 2 * n for n, wraps in zip(shape, periodic, strict=True))
+    return nx, ny
+
+
+def offsets(length: int) -> np.ndarray:
+    """The offsets of a kernel in wrap-around order, (length,)."""
+    i = np.arange(length)
+    return np.where(i < (length + 1) // 2, i, i - length)
+
+
+def cut(wide: Array, shape: tuple[int, int], target: tuple[int, int]) -> Array:
+    """A wrapped kernel as a smaller wrapped one of shape ``target``, zero where no two cells of shape are."""
+    for axis in (0, 1):
+        at = offsets(target[axis])
+        kept = jnp.asarray(np.abs(at) < shape[axis])
+        taken = jnp.take(wide, jnp.asarray(at % wide.shape[axis]), axis=axis)
+        wide = taken * (kept[:, None] if axis == 0 else kept[None, :])
+    return wide
+
+
+def on_grid(
+    symbol: Array, shape: tuple[int, int], periodic: spectral.Periodic, far: Array | float = 0.0
+) -> Array:
+    """Spectrum (my/2 + 1, mx) of an operator from its symbol on the doubled grid, (1 or MY/2 + 1, MX).
+
+    far: the kernel of its far part, (mx, my), which is added.
+    """
+    MX, MY = spectral.padded_shape(doubled(shape, periodic), periodic)
+    symbol = jnp.broadcast_to(symbol, (MY // 2 + 1, MX))
+    if all(periodic):
+        return symbol
+    padded = spectral.padded_shape(shape, periodic)
+    rows = jnp.swapaxes(jnp.fft.ifft(symbol, axis=-1), -1, -2)
+    near = cut(jnp.fft.irfft(rows, n=MY, axis=-1), shape, padded)
+    return jnp.swapaxes(jnp.fft.rfft2(near + cut(far + 0.0 * near, shape, padded)), -1, -2)
+
+
+# The wake over a film whose thickness varies across the track of a steady slide, and not along it.
+#
+# Along the track the body is then everywhere the same, so that the state is steady in the frame of the indenter. With
+# the kernels as a series in the thickness (``operators.varying``) each term has a wake of its own, whose kernel K_n
+# is not even:
+#
+#     u = 1/2 sum_n [T_n(xi(h)) K_n p + K_n (T_n(xi(h)) p)],
+#
+# whose transpose is the operator of the motion reversed.
+
+
+@pytree
+class MovingVarying(Varying):
+    """The operator of the module; spectra and circulant are complex, and there is no window."""
+
+    symmetric = False
+
+    def transpose(self) -> MovingVarying:
+        """The same with the motion reversed."""
+        return replace(self, spectra=jnp.conj(self.spectra), circulant=jnp.conj(self.circulant))
+
+    def preconditioner(self) -> Linear:
+        return self._mean().preconditioner()
+
+    def confined_compliance(self, shape: tuple[int, ...]) -> Array:
+        return self._mean().confined_compliance(shape)
+
+    def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
+        return self._mean().cell_ratio(shape)
+
+    def window_shape(self, shape: tuple[int, ...]) -> None:
+        """None, as of ``Moving``."""
+        return None
+
+    def restricted(self, corner: Corner) -> MovingVarying:
+        """The whole: there is no window."""
+        return self
+
+    def even(self) -> Varying:
+        """The even part, from which a search may start."""
+        return Varying(self.spectra.real, self.circulant.real, self.shares, self.uneven, None, self.periodic)
+
+    def plus_even(self, share: Array | float) -> MovingVarying:
+        more = lambda a: a + share * a.real
+        return replace(self, spectra=more(self.spectra), circulant=more(self.circulant))
+
+    def _mean(self) -> Moving:
+        """Return the operator of a film of one thickness with the mean of the circulants, for the search."""
+        return Moving(self.spectra[0], self.circulant, self.periodic)
+
+
+@pytree
+class FilmWake:
+    """terms: the wakes of the series, with a first axis (n, ...); one: that of a film of one thickness, for all that does
+    not depend on the thickness; shares: T_0, T_1, ... at each cell, (n, nx, ny); film: that of the strain."""
+
+    terms: Wake
+    one: Wake
+    shares: Array
+    film: VaryingFilm
+
+    @property
+    def kernels(self) -> Kernels:
+        return self.one.kernels
+
+    @property
+    def ratio(self) -> Array:
+        return self.one.ratio
+
+    @property
+    def periodic(self) -> spectral.Periodic:
+        return self.one.periodic
+
+    @property
+    def direction(self) -> Array:
+        return self.one.direction
+
+    def symbols(self) -> Array:
+        """As of ``Wake``."""
+        return self.one.symbols()
+
+    def drift(self, total: Array) -> Array:
+        """As of ``Wake``; zero, since the base is elastic."""
+        return jnp.zeros(())
+
+    def operator(self, symbols: Array) -> MovingVarying:
+        """As of ``Wake``."""
+        found = jax.vmap(lambda wake: wake.operator(symbols))(self.terms)
+        mean = jnp.tensordot(jnp.mean(self.shares, (1, 2)), found.circulant, 1)
+        return self._varying(found.spectrum, mean)
+
+    def lost_power(self, symbols: Array, pressure: Array) -> Array:
+        """As of ``Wake``."""
+        spectra = jax.vmap(lambda wake: wake.lost_spectrum(symbols))(self.terms)
+        return jnp.sum(pressure * self._varying(spectra, spectra[0])(pressure))
+
+    def film_strain(self, symbols: Array, pressure: Array) -> Array:
+        """As of ``Wake``, with a film that is as thick everywhere as at its deepest point."""
+        history = spectral.convolve(self.one.film_history(symbols), pressure, self.periodic)
+        weights = jnp.stack([self.film.weights[0], jnp.ones(())])
+        return replace(self.film, weights=weights).strain(pressure, history[None])
+
+    def _varying(self, spectra: Array, circulant: Array) -> MovingVarying:
+        none = jnp.zeros(self.shares.shape[1:])
+        return MovingVarying(spectra, circulant, self.shares[1:], none, None, self.periodic)
+
+
+def film_wake_of(
+    experiment: Experiment, kernels: VaryingKernels, velocity: Array, thickness: Array
+) -> FilmWake:
+    """Return the wake at a velocity along x, in cells per second."""
+    here, members = kernels.at(thickness), kernels.uniform.family.members
+
+    def of_term(spectrum: Array, circulant: Array) -> Wake:
+        family = replace(
+            kernels.uniform.family,
+            members=replace(members, spectrum=spectrum, circulant=circulant, window=None, wide=None),
+        )
+        return wake_of(experiment, replace(kernels.uniform, family=family), velocity, across=False)
+
+    terms = jax.vmap(of_term)(kernels.spectra, kernels.circulant)
+    one = wake_of(experiment, kernels.uniform, velocity, across=False)
+    return FilmWake(terms, one, kernels.series.shares(thickness), here.film)
+
+
+# The wake of an indenter that rubs: what friction adds to ``simulate.slide_steady``.
+#
+# The traction mu p e, e the unit vector of the velocity, leaves a history of its own, at the rates of the tangential
+# response,
+#
+#     u = C_0 * mu p + sum_k lambda_k C_k * mu eta_k,
+#
+# C the response to a traction along e. Far behind a half-space or a substrate that creeps it is felt as a line of
+# points, as the pressure is, K/(2 pi) (r . e)/r^2 from each in place of N/(2 pi r).
+
+
+@pytree
+class RubbedWake:
+    """wake: of the pressure; rubbing: on the doubled grid; direction: e, (2,), zero at rest."""
+
+    wake: Wake
+    rubbing: Rubbing
+    direction: Array
+
+    def added_to(self, operator: Moving) -> Operator:
+        """Return the operator with friction."""
+        return self.rubbing.added_to(operator, self._spectrum())
+
+    def displacement(self, pressure: Array) -> Array:
+        """Return the normal displacement under the tractions alone, (nx, ny)."""
+        return spectral.convolve(self._spectrum(), self.rubbing.sheared(pressure), self.wake.periodic)
+
+    def coulomb_force(self, pressure: Array) -> Array:
+        """Return the sum of mu p against the motion, (); zero at rest."""
+        return self.rubbing.coulomb_force(pressure) * jnp.sum(self.direction**2)
+
+    def drift(self, pressure: Array) -> Array:
+        """Return the drift of the approach by friction, as ``Wake.drift`` does by the pressure."""
+        if not self.wake.far_off:
+            return jnp.zeros(())
+        flows = self.rubbing.rates == 0.0
+        strength = self.rubbing.point_strength() * self.wake.ratio / (2.0 * jnp.pi)
+        total = jnp.sum(self.rubbing.sheared(pressure))
+        return jnp.sum(jnp.where(flows, strength, 0.0)) * total / self.wake.speed
+
+    def _spectrum(self) -> Array:
+        """(my/2 + 1, mx) of all of it over p."""
+        along = lambda spectra: jnp.tensordot(spectra, self.direction, ((-3,), (0,)))
+        shape, rubbing = self.wake.shape, self.rubbing
+        at_once = along(rubbing.spectra(shape)[0])
+        if not rubbing.rates.size:
+            return at_once
+        wide = along(rubbing.lasting(rubbing.spectra(doubled(shape, self.wake.periodic))))
+        near = jnp.sum(wide * self.wake.passage(rubbing.rates), 0)
+        return at_once + on_grid(near, shape, self.wake.periodic, self._far() if self.wake.far_off else 0.0)
+
+    def _far(self) -> Array:
+        """Return the displacement due to the track beyond the grid, (mx, my)."""
+        e = self.direction
+        ahead = lambda x, y: (e[0] * x + e[1] * y) / jnp.maximum(x**2 + y**2, 1.0)
+        strength = self.rubbing.point_strength() * self.wake.ratio / (2.0 * jnp.pi)
+        return jnp.tensordot(strength, self.wake.beyond(self.rubbing.rates, ahead), 1)
+
+
+ALONG = 1e-9  # of the largest thickness: what a film may vary along the track
+
+
+def slide_steady(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    control: Control,
+    *,
+    velocity: Array | float,
+    grid: Grid,
+    tolerance: Array | float = 1e-8,
+    max_iterations: Array | int = 500,
+    kernels: Kernels | None = None,
+    friction: Array | float | None = None,
+) -> SteadySliding:
+    """Compute the steady state of an indenter that slides over a body at constant velocity.
+
+        u(x) = int_0^infinity dK/ds * p(x + v s) ds,   g = profile + u - approach >= 0,   p >= 0,   p g = 0
+
+    The steady state is the solution of a single contact problem with an unsymmetric kernel, and is differentiable. At
+    zero velocity a body without steady-state flow is fully relaxed. On a half-space with steady-state flow under a load
+    the pressure is steady, while the approach grows; see ``approach_drift`` of the result.
+
+    With friction, the traction mu p along the velocity also causes normal displacement unless the two solids are
+    elastically similar, and changes the pressure, on elastic bodies too (K. L. Johnson, Contact Mechanics, 1985, section
+    7.1).
+
+    Args:
+        velocity: velocity of the indenter over the body [m/s], of any magnitude: a number (along x) or (2,).
+        body: as in ``indent``; the thickness of the only layer on an elastic substrate may also vary across the track,
+            (nx, ny) with equal values along x, if the velocity is a number and there is no friction. The film's surface is
+            then higher where it is thicker.
+        indenter, grid, tolerance, max_iterations, kernels: as in ``indent``. Kernels of a half-space save little
+            time, since its wake is computed on a larger grid.
+        friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
+            contact slips. With None, and at zero velocity, there is no traction. ``friction_coefficient`` of the result is
+            the total, which includes hysteresis.
+        control: as in ``indent``, with a single value.
+
+    Since there is no time integration, there are no arguments ``times``, ``save``, ``substeps`` and ``checkpoint``.
+
+    Returns:
+        A ``SteadySliding``; under jit, its status is 6 if there is no steady state. Warnings are as in ``indent``.
+
+    Raises:
+        ValueError: invalid or unsupported input; a case without steady state, i.e. a body with steady-state flow at zero
+            velocity or on a periodic grid, or a half-space with such flow under a fixed approach or in plane strain; a
+            viscoelastic half-space or substrate on a grid that is periodic along one axis with several cells along it.
+
+    Example:
+        >>> rubber = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=1e6, G2=1e6, eta2=1e6, nu=0.5))
+        >>> grid = jc.Grid.square(n=24, width=4e-3)
+        >>> steady = jc.slide_steady(rubber, jc.Sphere(5e-3), jc.Load(0.1), velocity=5e-4, grid=grid)
+        >>> bool(steady.friction_coefficient > 0.0)
+        True
+    """
+    velocity = as_array(velocity)
+    _check_single(control, velocity, grid)
+    body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
+    setup = ContactSetup(body, indenter, control, np.zeros(1), grid)
+    experiment = Experiment.of(setup, Settings(tolerance, max_iterations, kernels), film_map=film_map)
+    experiment = experiment.also(check_steady(experiment, velocity)).also(check_rubbing(friction, grid))
+    experiment = experiment.also(valid)
+    if film_map is not None:
+        experiment = experiment.also(_check_across(film_map, velocity, grid, friction, kernels))
+    result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
+    return reported(result, errors, experiment)
+
+
+def _check_single(control: Control, velocity: Array, grid: Grid) -> None:
+    """One velocity and one value of the control."""
+    shape = np.shape(velocity)
+    checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
+    check_along_x(shape, grid)
+    name, shape = type(control).__name__, np.shape(getattr(control, "value", 0.0))
+    checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
+
+
+def _check_across(
+    film_map: ThicknessMap, velocity: Array, grid: Grid, friction: Any, kernels: Kernels | None
+) -> Verdict:
+    """Check a film whose thickness varies across the track: it does not along it, and nothing is asked that needs one
+    thickness."""
+    thickness = film_map.values
+    checks.require(
+        np.shape(velocity) == () and not all(grid.periodic) and not film_map.over_times,
+        "layer thickness in the plane: expected (nx, ny) with a number as velocity, along x, on a grid that is not"
+        f" periodic along both axes, got shape {thickness.shape}, a velocity of shape {np.shape(velocity)}, periodic="
+        f"{grid.periodic}",
+    )
+    checks.require(
+        friction is None and kernels is None,
+        "layer thickness in the plane: expected no friction and no kernels",
+    )
+    along = jnp.max(jnp.abs(thickness - thickness[:1]))
+    if not is_concrete(along):
+        return along <= ALONG * jnp.max(thickness)
+    checks.require(
+        bool(along <= ALONG * jnp.max(thickness)),
+        "layer thickness [m]: expected one that varies along y alone, across the track, got changes along x by up to"
+        f" {float(along):g}: the film would move through the frame of the indenter; rub with path= computes it",
+    )
+    return True
+
+
+def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
+    """A finite velocity; ValueError where there is no steady state."""
+    finite = checks.finite("velocity [m/s]", velocity)
+    limits, grid = limits_of(experiment.body), experiment.grid
+    checks.require(
+        not limits.creeps_far or all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
+        "grid: expected one that is periodic along both axes, along none, or in plane strain, under a half-space or"
+        f" substrate that creeps, got periodic={grid.periodic} with {tuple(grid.shape)} cells; slide takes it",
+    )
+    fluid = limits.is_fluid()
+    if not is_concrete(fluid, velocity) or not bool(fluid):
+        return finite
+    checks.require(
+        bool(np.any(np.asarray(velocity) != 0.0)),
+        "velocity [m/s]: expected not 0: the body flows without limit, so that at rest the contact grows"
+        " indefinitely and there is no steady state",
+    )
+    checks.require(
+        not _tilts_or_thins(experiment),
+        "body: expected one that does not flow without limit, on this grid: in plane strain a half-space tilts indefinitely"
+        " under an indenter, and on a periodic grid the body creeps indefinitely under the mean pressure",
+    )
+    checks.require(
+        not limits.creeps_far or not isinstance(experiment.control, Approach),
+        "control: expected a Load on a half-space or substrate that flows without limit: it creeps indefinitely, so that"
+        " under a fixed approach the load decreases to zero and there is no steady state",
+    )
+    return finite
+
+
+def _tilts_or_thins(experiment: Experiment) -> bool:
+    """Return whether a fluid body could have no steady state on this grid."""
+    grid, far_off = experiment.grid, limits_of(experiment.body).creeps_far
+    return all(grid.periodic) or (grid.plane_strain and far_off)
+
+
+@Program
+def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SteadySliding, Errors]:
+    """The compiled core: one trace for equal shapes and flags."""
+    vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
+    kernels, wake = _kernels_and_wake(experiment, vector, across=velocity.ndim > 0)
+    scale, symbols = wake.kernels.scale, wake.symbols()
+    profile = experiment.profile / scale.length
+    lowest, target = jnp.min(profile), experiment.target(scale)
+    rubbed = _rubbed(experiment, wake, friction)
+    operator: Operator = wake.operator(symbols)
+    if isinstance(operator, Moving) and rubbed is not None:
+        operator = rubbed.added_to(operator)
+    problem = Problem(operator, profile, target, lowest, experiment.load_controlled)
+    start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
+    solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
+    status = status_of(problem, solution, experiment.tolerance, experiment.edges)
+    status = with_no_steady_state(status, experiment, vector)
+    observer = Observer.of(
+        experiment.indenter.profile(experiment.grid) / scale.length, wake.ratio, wake.periodic
+    )
+    fields = _fields(wake, symbols, problem, solution, rubbed, observer) | {"status": status}
+    in_si = with_totals(scale.to_si(**fields), vector)
+    errors = kernels.errors() if rubbed is None else joint_errors(wake.kernels, rubbed.rubbing.expansion)
+    rubs = jnp.zeros(()) if friction is None else friction
+    mu = jnp.broadcast_to(rubs, profile.shape)
+    return SteadySliding(grid=experiment.grid, velocity=vector, friction=mu, **in_si), errors
+
+
+def _kernels_and_wake(
+    experiment: Experiment, velocity: Array, *, across: bool
+) -> tuple[Kernels | VaryingKernels, Wake | FilmWake]:
+    """Return the kernels of an experiment, and the wake at a velocity (2,) [m/s]."""
+    if experiment.film_map is not None:
+        varying = experiment.varying_kernels
+        moved = velocity / varying.uniform.scale.length
+        return varying, film_wake_of(experiment, varying, moved, experiment.film_map.values)
+    kernels = experiment.ready_kernels
+    return kernels, wake_of(experiment, kernels, velocity / kernels.scale.length, across=across)
+
+
+def _rubbed(experiment: Experiment, wake: Wake | FilmWake, friction: Array | None) -> RubbedWake | None:
+    """Return the wake with the contribution of friction, None without."""
+    if friction is None or isinstance(wake, FilmWake):
+        return None
+    wide = replace(experiment.grid, shape=doubled(experiment.grid.shape, experiment.grid.periodic))
+    rubbing = rub(experiment.body, experiment.indenter, wide, wake.kernels.scale, friction)
+    return RubbedWake(wake, rubbing, wake.direction)
+
+
+def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
+    limits = limits_of(experiment.body)
+    sinks = limits.creeps_far and not experiment.load_controlled
+    endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)
+    return most_serious((limits.is_fluid() & endless, Status.NOT_STEADY), status=status)
+
+
+def _fields(
+    wake: Wake | FilmWake, symbols: Array, problem: Problem, solution: Solution, rubbed: RubbedWake | None,
+    observer: Observer,
+) -> dict[str, Array]:  # fmt: skip
+    """Return the observables of a steady contact, scaled, by the names of the result; observer: of the indenter."""
+    p, direction, none = solution.pressure, wake.direction, jnp.zeros(())
+    pushed, centre, leading = observer.surface(p, direction)
+    hysteresis = none
+    if wake.kernels.rates.size:
+        by_traction = None if rubbed is None else rubbed.displacement(p)
+        hysteresis = observer.hysteresis(p, by_traction, direction)
+    return contact_outcome(problem, solution) | {
+        "profile": problem.gap,
+        "displacement": solution.displacement,
+        "film_strain": wake.film_strain(symbols, p),
+        "lateral_force": pushed,
+        "hysteresis_force": hysteresis,
+        "coulomb_force": none if rubbed is None else rubbed.coulomb_force(p),
+        "approach_drift": wake.drift(jnp.sum(p)) + (none if rubbed is None else rubbed.drift(p)),
+        "pressure_centre": centre,
+        "leading_peak": leading,
+        "hysteresis_power": wake.lost_power(symbols, p),
+    }

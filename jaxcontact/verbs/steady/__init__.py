@@ -1,1 +1,0 @@
-"""Operators of steady motion: the deformation that a moving contact leaves behind it."""

@@ -1,0 +1,139 @@
+"""The estimate of the error of the time steps, its note and status, and the automatic number of substeps."""
+
+import numpy as np
+import pytest
+
+import jaxcontact as jc
+from jaxcontact.response.stack import surface_creep
+from jaxcontact.shell.advice import foretold_step_error
+from tests.support.time_steps import BALL, cases, half_space, reference, solid, true_error
+
+TEN = half_space(solid(10.0))
+SMALL = jc.Grid.square(n=16, width=200e-6)
+pytestmark = pytest.mark.filterwarnings("ignore:only .* cells across")
+QUIET = pytest.mark.filterwarnings("ignore:.*steps, the first", "ignore:.*time steps have an estimated error")
+HEAT = "ignore:.*steps, the first", "ignore:.*time steps have", "ignore:.*film strain"
+
+
+def relaxed(times, grid=SMALL, **more):
+    """Return the load on the half-space at a constant approach, and the exact one: G(t)/G(0) of the load at first."""
+    run = jc.indent(TEN, BALL, jc.Approach(1e-6), times, grid=grid, **more)
+    t = np.asarray(times)
+    return run, run.load[0] * (0.1 + 0.9 * np.exp(-10.0 * t))  # 1/G(t): 1 + 9 (1 - exp(-t)) in 1/G(0)
+
+
+@QUIET
+@pytest.mark.parametrize("times, status", [([0.0, 10.0], [0, 12]), ([0.0, 100.0], [0, 0])])
+def test_a_relaxation_in_a_single_step_knows_its_error(times, status):
+    """89 % after ten retardation times, 8 % after a hundred; the load is exact in closed form."""
+    run, exact = relaxed(times)
+    off = 1.0 - float(run.load[-1] / exact[-1])
+    assert off == pytest.approx({10.0: 0.89, 100.0: 0.082}[times[-1]], abs=0.01)
+    assert run.status.tolist() == status
+    assert off / 2.0 < run.time_step_error[-1] < 2.0 * off
+
+
+@QUIET
+def test_an_error_that_the_body_has_forgotten_has_no_status():
+    run, exact = relaxed([0.0, 3.0, 10.0, 100.0])
+    assert run.status.tolist() == [0, 12, 12, 0]
+    assert abs(float(run.load[-1] / exact[-1]) - 1.0) < 2e-3 and run.time_step_error[-1] < 0.01
+
+
+def test_a_note_above_one_per_cent():
+    with pytest.warns(
+        UserWarning, match='time steps have an estimated error of 8.* % of the pressure.*substeps="auto"'
+    ):
+        relaxed([0.0, 100.0])
+
+
+def test_automatic_substeps_of_a_relaxation():
+    run, exact = relaxed([0.0, 0.3, 1.0], substeps="auto")
+    assert np.all(run.converged) and run.diagnostics.refined in (4, 16) and not run.notes
+    np.testing.assert_allclose(run.load, exact, rtol=0.01)
+    elastic = jc.indent(
+        half_space(jc.Elastic(1e9, 0.3)), BALL, jc.Approach(1e-6), [0.0, 9.0], grid=SMALL, substeps="auto"
+    )
+    assert elastic.diagnostics.refined == 1 and not np.any(elastic.time_step_error)
+
+
+def test_automatic_substeps_that_do_not_suffice_have_a_note(monkeypatch):
+    monkeypatch.setattr("jaxcontact.simulate.run.REFINED", (1,))
+    with pytest.warns(
+        UserWarning, match='estimated error of 8.* % of the pressure.*"auto" has no smaller ones'
+    ):
+        relaxed([0.0, 100.0], substeps="auto")
+
+
+def test_automatic_substeps_say_what_they_cannot_judge():
+    """A thickness that is given over time has an effect of its own, which the estimate leaves out."""
+    layer = jc.Layer(jc.Elastic(1e9, 0.3), thickness=np.array([20e-6, 10e-6]))
+    body = jc.LayeredHalfSpace([layer], jc.Elastic(80e9, 0.3))
+    with pytest.warns(UserWarning, match="1 substeps without an estimate of a part of their error"):
+        jc.indent(body, BALL, jc.Load(1.0), [0.0, 1.0], grid=SMALL, substeps="auto")
+
+
+@QUIET
+def test_shear_and_slide_know_the_error_of_a_relaxation():
+    """As the same relaxation in ``indent``: without tangential load, and at a speed that moves the contact by nothing."""
+    given = BALL, jc.Approach(1e-6), [0.0, 10.0]
+    indented = jc.indent(TEN, *given, grid=SMALL)
+    sheared = jc.shear(
+        TEN, *given[:2], jc.TangentialLoad([0.0, 0.0]), given[2], friction=0.3, grid=SMALL, coupled=False
+    )
+    slid = jc.slide(TEN, *given, velocity=1e-12, grid=SMALL)
+    for run in (sheared, slid):
+        np.testing.assert_allclose(run.time_step_error, indented.time_step_error, rtol=1e-3)
+        assert run.status.tolist() == [0, 12]
+
+
+@QUIET
+def test_a_held_tangential_displacement_relaxes_in_the_estimate_too():
+    """A constant load and a displacement that is held: the tangential load decays as G(t)."""
+    push = jc.TangentialDisplacement([1e-8, 0.0])
+    body = half_space(jc.StandardLinearSolid(1e9, 1e9, 1e9, 0.3))
+    pressed = jc.Load(0.15)
+    run = jc.shear(body, BALL, pressed, push, [0.0, 1.0], friction=0.9, grid=SMALL, coupled=False)
+    alone = jc.indent(body, BALL, pressed, [0.0, 1.0], grid=SMALL)
+    assert run.time_step_error[-1] > 1.2 * alone.time_step_error[-1]
+
+
+@QUIET
+def test_the_foretold_error_is_that_of_a_relaxation_in_closed_form():
+    t = np.array([0.0, 0.1, 0.3, 1.0])
+    creep = surface_creep(solid(10.0))
+    run, exact = relaxed(t, substeps=2)
+    off = np.max(np.abs(run.load / exact - 1.0))
+    assert foretold_step_error(creep, t, np.full(4, 1e-6), False, 2) == pytest.approx(float(off), rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("index", [5, 9, 14, 15, 25, 26])
+def test_the_estimate_is_within_a_factor_of_three(index):
+    case = list(cases())[index]
+    coarse = case.run()
+    true, found = true_error(coarse, reference(case)), float(np.max(coarse.time_step_error))
+    assert true / 3.0 < found < 3.0 * true
+    if true < 0.03:
+        assert not np.any(coarse.status == jc.Status.STEP_TOO_LONG)
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings(*HEAT)
+def test_automatic_substeps_of_a_film_that_friction_warms():
+    """The temperature turns between the times of a Maxwell film, whose times it changes by a factor of a hundred."""
+    film = jc.Layer(jc.Maxwell(G=5e8, eta=2e13, nu=0.3), thickness=40e-6)
+    body = jc.LayeredHalfSpace([film], substrate=jc.Elastic.from_young(210e9))
+    times = np.linspace(0.0, 400.0, 9)
+    speed = np.interp(times, [0.0, 200.0, 400.0], [0.0, 0.3, 0.05])
+    heat = jc.Thermal(ambient=350.0, conductivity=1.0, share=0.5, shift=jc.ArrheniusShift(1.5e-19, 350.0))
+    grid, velocity = jc.Grid.square(n=24, width=900e-6), np.stack([speed, 0.0 * speed], -1)
+    given = body, jc.Sphere(10e-3), jc.Load(2.0), times
+    run = lambda substeps: jc.rub(
+        *given, velocity=velocity, law=None, grid=grid, friction=0.3, thermal=heat, substeps=substeps
+    )
+    fine, once, found = run(128), run(1), run("auto")
+    off = lambda history: float(np.max(np.abs(history.peak_pressure / fine.peak_pressure - 1.0)))
+    assert off(once) > 0.05 and np.max(once.time_step_error) > 0.03
+    assert found.diagnostics.refined >= 4 and off(found) < 0.015
