@@ -246,7 +246,7 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
 
 def _triangular(both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return J (k + 1, k) and r (k + 1,) with the same least-squares problems as [J, r] (n, k + 1)."""
-    R = np.linalg.qr(both, mode="r")
+    R = np.asarray(np.linalg.qr(both, mode="r"))
     return R[:, :-1], R[:, -1]
 
 
