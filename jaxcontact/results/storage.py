@@ -176,7 +176,8 @@ RESERVED = {  # names of axes and attributes in the files of any result
 def result_classes() -> dict[str, type]:
     """Return the classes of results by name: ``ContactHistory``, its subclasses and those of ``SteadyContact``, a user's own
     included, and ``InteriorFields``."""
-    found, pending = [], [ContactHistory, *SteadyContact.__subclasses__()]
+    found: list[type] = []
+    pending: list[type] = [ContactHistory, *SteadyContact.__subclasses__()]
     while pending:
         found.append(pending.pop(0))
         pending += found[-1].__subclasses__()
