@@ -151,7 +151,8 @@ def verbs(table: Table) -> None:
     k = jnp.geomspace(1e2, 1e7, 11)
     ball, load, times = jc.Sphere(9.525e-3, material=steel), jc.Load(60.0), np.array([0.0, 20.0, 60.0, 120.0])
     grid, oblong = jc.Grid.square(32, 1.2e-3), jc.Grid((32, 24), (40e-6, 50e-6))
-    grids = {"film": jc.Grid.square(32, 500e-6), "steel": jc.Grid.square(32, 300e-6)}
+    grids = {"film": jc.Grid.square(32, 500e-6), "steel": jc.Grid.square(32, 600e-6)}
+    grids |= dict.fromkeys(("SLS", "film on SLS"), jc.Grid.square(32, 3e-3))
     call = table.call
     for name, body in bodies.items():
         own = grids.get(name, grid)
@@ -184,7 +185,10 @@ def verbs(table: Table) -> None:
     for name, shape in {
         "cone": jc.Cone(1.5), "flat punch": jc.FlatPunch(200e-6), "cylinder": jc.Cylinder(9.5e-3, length=1e-3)
     }.items():  # fmt: skip
-        call(f"indent {name}", lambda s=shape: jc.indent(bodies["steel"], s, load, np.zeros(1), grid=grid))
+        call(
+            f"indent {name}",
+            lambda s=shape: jc.indent(bodies["steel"], s, load, np.zeros(1), grid=grids["steel"]),
+        )
     rough = jc.Grid((32, 32), (1e-5, 1e-5), periodic=True)
     heights = call(
         "self_affine", lambda: jc.self_affine(rough, rms_slope=0.02, shortest=4e-5, longest=3.2e-4)
@@ -197,7 +201,7 @@ def verbs(table: Table) -> None:
     for f in (jc.contact_statistics, jc.contact_clusters, jc.pressure_histogram):
         call(f.__name__, lambda f=f: f(field))
     soft, bead = jc.LayeredHalfSpace([], jc.Elastic(1e6, nu=0.5)), jc.Sphere(1e-5)
-    near = jc.Grid.square(32, 8e-6)
+    near = jc.Grid.square(32, 16e-6)
     for name, sticks in {
         "Dugdale": jc.DugdaleAdhesion(0.02, 3e4),
         "exponential": jc.ExponentialAdhesion(0.02, 6e-7),
@@ -207,11 +211,14 @@ def verbs(table: Table) -> None:
             f"indent {name}", lambda a=sticks, c=ramp: jc.indent(soft, bead, c, times, grid=near, adhesion=a)
         )
     call("slide", lambda: jc.slide(thick, ball, load, times, velocity=1e-6, grid=grid, substeps=2))
-    call("slide, friction", lambda: jc.slide(sls, ball, load, times, velocity=1e-6, grid=grid, friction=0.2))
+    call(
+        "slide, friction",
+        lambda: jc.slide(sls, ball, load, times, velocity=1e-6, grid=grids["SLS"], friction=0.2),
+    )
     call("slide_steady oblique", lambda: jc.slide_steady(coated, ball, load, velocity=(1e-6, 5e-7), grid=g))
     call(
         "slide_steady, friction",
-        lambda: jc.slide_steady(sls, ball, load, velocity=1e-4, grid=grid, friction=0.3),
+        lambda: jc.slide_steady(sls, ball, load, velocity=1e-4, grid=grids["SLS"], friction=0.3),
     )
     strokes = 6e-6 * np.sin(np.linspace(0.0, 2.5 * np.pi, 7))
     to_and_fro = jc.TangentialDisplacement(np.stack([strokes, 0.0 * strokes], -1))
@@ -222,14 +229,17 @@ def verbs(table: Table) -> None:
         )
         call(f"shear, coupled {coupled}", looped)
     pulled = jc.TangentialLoad((6.0, 2.0))
-    call("shear under a load", lambda: jc.shear(sls, ball, load, pulled, times, friction=0.3, grid=grid))
+    call(
+        "shear under a load",
+        lambda: jc.shear(sls, ball, load, pulled, times, friction=0.3, grid=grids["SLS"]),
+    )
     for name in ("steel", "SLS"):
         own = grids.get(name, grid)
         rolled = lambda n=name, o=own: jc.roll_steady(
             bodies[n], ball, load, velocity=1e-4, creepage=(5e-4, 0.0), friction=0.3, grid=o
         )
         call(f"roll_steady {name}", rolled)
-    for name, kept in {"Archard": jc.Archard(1e-18), "heat": jc.Archard(1e-18)}.items():
+    for name, kept in {"Archard": jc.Archard(1e-18), "friction": jc.Archard(1e-18)}.items():
         more = {} if name == "Archard" else {"friction": 0.1}
         rubbed = lambda k=kept, m=more: jc.rub(film, ball, load, times, velocity=0.05, law=k, grid=g, **m)
         call(f"rub {name}", rubbed)
@@ -240,9 +250,11 @@ def verbs(table: Table) -> None:
             f"flash_temperature at {velocity:g}",
             lambda v=velocity: jc.flash_temperature(flux, grid, velocity=v, **warm),
         )
+    hot, cold = jc.ThermalBody(46.0, 1.2e-5, velocity=0.5), jc.ThermalBody(1.0, 5e-7)
+    call("heat_partition", lambda: jc.heat_partition(flux, grid, hot, cold))
 
     def outcome(body):
-        found = jc.indent(body, ball, load, times, grid=grid, save="last")
+        found = jc.indent(body, ball, load, times[:2], grid=jc.Grid.square(16, 1.2e-3), save="last")
         return {"peak": jnp.max(found.pressure), "approach": found.approach[-1]}
 
     call("sensitivity", lambda: str(jc.sensitivity(outcome, thick)))
@@ -403,7 +415,7 @@ def shell(table: Table, name: str, words: list[str], hidden: dict[str, str]) -> 
                 name,
                 {key: value for key, value in found.items() if value is not None and not PASSING.search(key)},
             )
-    table.seconds[name] = time.process_time() - began
+    table.took(name, time.process_time() - began)
 
 
 def data(table: Table) -> None:
