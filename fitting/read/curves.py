@@ -1,6 +1,6 @@
 """The curves of a table: its wanted columns in SI, one curve for each block or step, for all readers.
 
-A file is read in steps, one module of ``fitting.io`` for each: lines (``text``), cells and decimal mark (``cells``),
+A file is read in steps, in ``fitting.read``: lines (``text``), cells and decimal mark (``cells``),
 blocks with headers and units (``table``, ``header``, ``names``), columns in SI (``columns``). Corrections that lose no
 information are made and recorded in ``notes``: rows out of order are sorted, repeated times are kept as repeated
 measurements, rows with an empty cell or J <= 0 are left out if they are at most a tenth, and a column without a unit is

@@ -457,7 +457,10 @@ def products(separable: Separable, terms: Array, times: Array) -> Array:
 DEFAULT_RATES, DEFAULT_SHAPES = 32, 12
 CLOCKS = 4.0  # the fastest over the slowest clock of the second body,
 SHARE = 0.1  # and its weight in the combination
-CUTOFF = 1e-12  # of singular values
+CUTOFF = 1e-12  # of singular values,
+SHAPE_CUTOFF = (
+    1e-9  # and of those in the fit of the shapes: smaller ones are rounding, and derivatives would follow it
+)
 CANDIDATES = 120  # wavenumbers of which some are picked, about
 STRIDE = 4  # every which wavenumber is one at which the error is measured
 
@@ -509,17 +512,16 @@ def fitted(
     chosen: Window,
     rates: Array,
     shapes: int,
-    cutoff: float = CUTOFF,
 ) -> tuple[Array, Array]:
     """Return the shapes S_m (shapes, n) and the mix (shapes, K) of lambda_k C_k = sum_m mix[m, k] S_m.
 
     rest: ``Samples.rest`` of n responses, (r, n); expected: the same of the rounded body, by which responses are picked;
-    weights: ``weights_of`` those, (r, n); rates: lambda_k [1/s], (K,); cutoff: of singular values in the fit of the shapes.
+    weights: ``weights_of`` those, (r, n); rates: lambda_k [1/s], (K,).
     """
     stride = max(1, rest.shape[1] // CANDIDATES)
     picked = stride * picks(expected[:, ::stride], weights[:, ::stride], shapes)
     few = rest[:, picked]
-    of_few = lambda target, weight: combination(few, target, weight, cutoff)
+    of_few = lambda target, weight: combination(few, target, weight, SHAPE_CUTOFF)
     terms = jax.vmap(of_few, (1, 1), 1)(rest, weights)
     unit = jnp.where(rates > 0.0, rates, chosen.rates[0])
     basis = as_real(unit / (1.0 / chosen.period[:, None] + rates))

@@ -94,9 +94,6 @@ def images_at(images: TangentialImages, wavenumber: Array) -> Array:
 
 RATES, SHAPES = 24, 12
 MORE_SHAPES = 20  # shapes where there may be no slowest rate
-CUTOFF = (
-    1e-9  # of singular values: shapes that follow rounding errors would need images that cancel each other
-)
 
 
 @pytree
@@ -149,7 +146,7 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
     expected, sizes = _sampled(rough, alike, chosen)
     samples, _ = _sampled(body, wavenumber, chosen)
     common, _ = common_rates(body, chosen.rates)
-    terms, mix = fitted(samples.rest, expected.rest, weights_of(sizes), chosen, common, shapes, CUTOFF)
+    terms, mix = fitted(samples.rest, expected.rest, weights_of(sizes), chosen, common, shapes)
     terms = jnp.concatenate([samples.start[None], terms]).reshape(shapes + 1, 3, -1)
     return TangentialSeparable(common, jnp.moveaxis(terms, 1, 0), mix, chosen.times, chosen.horizon)
 
