@@ -26,12 +26,12 @@ from jaxcontact._support.progress import Progress, working
 from jaxcontact._support.recorded_warnings import recorded_warnings
 from jaxcontact._support.status import Status
 from jaxcontact.results.notes import in_one_line, kind_of
+from jaxcontact.results.summaries import lines_of
 from jaxcontact.shell import advice
 from jaxcontact.shell.case_file import Case, CaseError, case_of, case_text, read_tables
 from jaxcontact.shell.case_keys import chosen
 from jaxcontact.shell.case_schema import KINDS
 from jaxcontact.shell.finished_steps import FinishedRun, FinishedSteps, ResumePoint, fingerprint
-from jaxcontact.shell.run_results import lines_of
 from jaxcontact.simulate.experiment import TimedExperiment
 from jaxcontact.simulate.run import ready, reported
 

@@ -8,62 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact._support.fields import FIELDS, shown
+from jaxcontact._support.fields import FIELDS
 from jaxcontact._support.npz import Stacked, write_npz, write_whole
 from jaxcontact._support.version import __version__
 from jaxcontact.results import figures, labels, plotting, storage
-from jaxcontact.results.summaries import component, not_defined
+from jaxcontact.results.summaries import figures_in, values_of
 from jaxcontact.shell.case_file import Case, caption_of, case_text, write_under
 from jaxcontact.shell.case_keys import COURSE, FEW, at_times, time_series_of
 from jaxcontact.shell.finished_steps import FinishedRun
-
-# The figures of a run: the scalars in a summary and in a table of cases, with units in their names.
-
-
-def values_of(result: Any) -> dict[str, np.ndarray]:
-    """Return the fields of a result that summaries show, by name; for vectors, by component."""
-    values = {"peak_pressure": np.max(np.asarray(result.pressure), axis=(-2, -1))}
-    for name in shown():
-        vector, _, axis = name.rpartition("_")
-        if hasattr(result, name):
-            values[name] = np.asarray(getattr(result, name))
-        elif axis in ("x", "y") and hasattr(result, vector):
-            values[name] = component(getattr(result, vector), axis)
-    return {name: series for name, series in values.items() if not not_defined(series, name)}
-
-
-def figures_in(values: dict[str, np.ndarray], over_time: bool) -> dict[str, float]:
-    """Return the shown values by name and unit; for time series, the first, last and largest."""
-    figures: dict[str, float] = {}
-    for name, field in shown().items():
-        if name not in values:
-            continue
-        series, unit = values[name], field.in_key
-        if not over_time:
-            figures[f"{name}_{unit}"] = float(series)
-        elif series.ndim == 0:  # save = "last"
-            figures[f"{name}_end_{unit}"] = float(series)
-        else:
-            picked = {"start": 0, "end": -1, "largest": int(np.argmax(np.abs(series)))}
-            figures |= {f"{name}_{when}_{unit}": float(series[i]) for when, i in picked.items()}
-    return figures
-
-
-def lines_of(summary: dict[str, Any]) -> list[str]:
-    """Return the figures of a summary as lines of text."""
-    lines = []
-    for name, field in shown().items():
-        unit = field.in_key
-        symbol = "" if "/" in field.unit else unit
-        values = [summary.get(f"{name}{when}_{unit}") for when in ("_start", "_end", "_largest", "")]
-        start, end, largest, steady = ("" if value is None else f"{value:.6g}" for value in values)
-        change = f"{start} -> {end} {symbol}".strip() + (
-            f", largest {largest} {symbol}".rstrip() if largest else ""
-        )
-        if end or steady:
-            lines.append(f"  {name.replace('_', ' '):25s} {change if end else f'{steady} {symbol}'}".rstrip())
-    return lines
-
 
 AXES = {"x": "(nx,) cell centres [m]", "y": "(ny,) cell centres [m]"}
 NOTES = {  # notes and diagnostics, stored with any result
@@ -80,6 +32,8 @@ NOTES = {  # notes and diagnostics, stored with any result
     "relative_step_error": "error by the time steps over the largest change of the thickness [1]",
     "step_limit": "relative_step_error above which there is a note [1]",
     "stiff_film": "1 if a film whose thickness varies in the plane is stiffer than its base, 0 if not",
+    "bare_from": "first time at which a part of the contact was worn to the base, inf if at none [s]",
+    "bare_share": "largest share of the contact over which the base was bare [1]",
     "ball_radius": "radius of a ball, inf for any other indenter [m]",
     "size_error": "relative error of a size of the indenter that is rounded to whole cells [1]",
     "coldest": "lowest temperature given for growth or heat, inf without any [K]",

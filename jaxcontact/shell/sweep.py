@@ -20,10 +20,10 @@ from jaxcontact._support import run_directory
 from jaxcontact._support.npz import write_whole
 from jaxcontact._support.status import Status
 from jaxcontact._support.version import __version__
+from jaxcontact.results.summaries import figures_in, values_of
 from jaxcontact.shell import advice
 from jaxcontact.shell.case_file import Case, CaseError, kind_of, unit_of
 from jaxcontact.shell.run import FINE, NOT_CONVERGED, exit_status, print_error, signal_of, tell
-from jaxcontact.shell.run_results import figures_in, values_of
 from jaxcontact.shell.study_file import CaseStudy, in_words, read_study, varied
 from jaxcontact.simulate.sweep import FUNCTION, Study, sweep_of
 

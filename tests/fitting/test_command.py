@@ -66,9 +66,22 @@ def test_creep_writes_what_it_says(tmp_path, capsys):
         assert summary["parameters"][key] == pytest.approx(value, rel=1e-6)
     curve = np.genfromtxt(out / "curve.csv", delimiter=",", skip_header=1)
     np.testing.assert_allclose(curve[:, 2], J, rtol=1e-6)
-    np.testing.assert_array_equal(curve[:, 3], curve[:, 2] - curve[:, 1])
+    names = (out / "curve.csv").read_text().splitlines()[0].split(",")
+    assert names == ["t [s]", "J [1/Pa]", "fitted [1/Pa]", "residual [standard deviations]"]
     assert (out / "fit.png").stat().st_size > 10000
     assert "not empty" in refused(["fit", "creep", path, "-o", str(out)], capsys)
+
+
+def test_residuals_of_a_curve_are_in_standard_deviations(tmp_path):
+    """With noise of 1 % in proportion: the fit less the data, over 1 % of the data."""
+    noise = 0.01 * np.random.default_rng(3).standard_normal(T.size)
+    path, out = table(tmp_path / "film.csv", "t [s],J [1/GPa]", T, 1e9 * J * (1.0 + noise)), tmp_path / "out"
+    assert main(["fit", "creep", path, "-o", str(out), "--weights", "relative"]) == 0
+    _, measured, fitted, residual = np.genfromtxt(out / "curve.csv", delimiter=",", skip_header=1).T
+    expected = (fitted - measured) / measured / 0.01
+    slope = residual @ expected / (expected @ expected)
+    assert slope == pytest.approx(1.0, abs=0.2)
+    np.testing.assert_allclose(residual, slope * expected, atol=0.1)
 
 
 @pytest.mark.slow

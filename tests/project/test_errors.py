@@ -83,18 +83,18 @@ CHECKS = (
 ELSEWHERE = {  # reached by no row, and why
     "checks.py": "the checks themselves",
     "laws.py: rate": "the base of laws",
-    "distributed.py: devices": "test_distributed.py, in a mesh",
+    "spectral.py: devices": "test_distributed.py, in a mesh",
     "shapes.py: outline": "of a flat punch, whose contact is known and never estimated",
-    **{f"flash_temperature.py: {name}": "test_heat.py" for name in ("check", "check_heat", "check_peclet")},
-    **{f"heat_partition.py: {name}": "test_heat.py" for name in ("check", "heat_partition")},
+    **{f"temperature.py: {name}": "test_heat.py" for name in ("check", "check_heat", "check_peclet")},
+    **{f"temperature.py: {name}": "test_heat.py" for name in ("check", "heat_partition")},
     **{
-        f"surface_files.py: {name}": "test_surface_files.py" for name in ("read_surface", "_read", "_library")
+        f"surfaces.py: {name}": "test_surface_files.py" for name in ("read_surface", "_read", "_library")
     },
     "storage.py: _xarray": "test_storage.py, without the extra",
     "labels.py: extra": "test_summaries.py, without the extra",
     "contact.py: _check_one": "test_summaries.py, many runs",
     **{
-        f"studies.py: {name}": "test_studies.py"
+        f"sweep.py: {name}": "test_studies.py"
         for name in (
             *(
                 "sweep",
@@ -108,7 +108,7 @@ ELSEWHERE = {  # reached by no row, and why
             ),
         )
     },
-    **{f"study_figures.py: {name}": "test_studies.py" for name in ("draw_study", "varied_numbers")},
+    **{f"plotting.py: {name}": "test_studies.py" for name in ("draw_study", "varied_numbers")},
     **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_refuse", "_function")},
     "sources.py: identity": "sources that change: test_fingerprint.py",
     **{
@@ -125,7 +125,7 @@ ELSEWHERE = {  # reached by no row, and why
     "npz.py: _members": "test_storage.py, forged files",
     "npz.py: _array": "test_storage.py, forged files",
     "kept_traces.py: reducer_override": "caught beside it: test_kept_traces.py",
-    "interrupts.py: _raise": "needs a signal: test_stopped_runs.py",
+    "run.py: _raise": "needs a signal: test_stopped_runs.py",
     "run_directory.py: locked": "needs two runs: test_stopped_runs.py",
     "finished_steps.py: resume_point": "needs a stopped run: test_stopped_runs.py",
     "sweep.py: run_study": "a folder of another study: test_study_files.py",
