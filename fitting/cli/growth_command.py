@@ -23,6 +23,11 @@ def add_growth(parser: Any) -> None:
     parser.add_argument(
         "--start", type=float, metavar="T", help="time at which growth began, on the clock of the files [s]"
     )
+    parser.add_argument(
+        "--induction",
+        metavar="T",
+        help="time before which there is neither growth nor removal [s], the same for all curves: a number, or fit (0)",
+    )
     errors = "estimated, proportional, relative, absolute, or a standard deviation in m"
     flags.add_common(parser, "estimated", errors, "t, thickness, sigma: standard deviations")
     flags.add_exclude(parser)
@@ -47,8 +52,10 @@ def run(options: argparse.Namespace) -> int:
     if "sigma" in given:
         data = [dataclasses.replace(one, sigma=given["sigma"]) for one in data]
         del given["sigma"]
+    wait = options.induction
+    wait = wait if wait in (None, "fit") else flags.number("--induction", wait)
     with flags.about(", ".join(options.file)):
-        found = fit_growth(data, **given, **flags.known(options))
+        found = fit_growth(data, **given, **flags.known(options), induction=wait)
     print(in_flags(found.summary()))
     output.leave(found, options.directory, {"files": [Path(file).name for file in options.file]})
     print(f"in {options.directory}: summary.json, curve.csv, fit.png")

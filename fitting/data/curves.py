@@ -115,7 +115,10 @@ def times(value: object) -> np.ndarray:
 def evaluation_times(value: Any) -> np.ndarray:
     """Return times [s], or frequencies, of any shape at which a fitted curve is evaluated; ValueError unless all are finite
     and >= 0."""
-    t = np.asarray(value, dtype=float)
+    try:
+        t = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"t: expected finite times (or frequencies) >= 0, got {value!r}") from None
     wrong = t[~(np.isfinite(t) & (t >= 0.0))]
     if wrong.size:
         raise ValueError(f"t: expected finite times (or frequencies) >= 0, got {wrong[0]:g}")

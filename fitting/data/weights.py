@@ -39,7 +39,10 @@ def choose_weights(
         refuse_masked("sigma", sigma)
         if np.shape(sigma) not in ((), y.shape):
             raise ValueError(f"sigma: expected a number or {y.size} values, got shape {np.shape(sigma)}")
-        spread = np.broadcast_to(np.asarray(sigma, dtype=float), y.shape)
+        try:
+            spread = np.broadcast_to(np.asarray(sigma, dtype=float), y.shape)
+        except (TypeError, ValueError):
+            raise ValueError(f"sigma: expected a number or {y.size} values, got {sigma!r}") from None
         if not np.all(np.isfinite(spread) & (spread > 0)):
             raise ValueError("sigma: expected finite values > 0")
         size = float(np.max(np.abs(y)))

@@ -247,10 +247,15 @@ class SpectrumFit(Evidence):
         """Return the result as text for the terminal."""
         (_, _, x, _), (symbol, unit) = self.curve, self.abscissa
         first, last = self.limits
+        resolved = (
+            f"resolved from {first:.4g} to {last:.4g} s; elsewhere the curve continues it smoothly"
+            if self.resolved.any()
+            else "resolved nowhere: the curve is the smoothest that agrees with the data"
+        )
         lines = [
             f"relaxation spectrum of {x.size} values, {symbol} = {x.min():.4g} to {x.max():.4g} {unit}; weights:"
             f" {self.weights}",
-            f"  resolved from {first:.4g} to {last:.4g} s; elsewhere the curve continues it smoothly",
+            f"  {resolved}",
         ]
         some = np.flatnonzero(self.resolved)[:: PER_DECADE // 2]
         lines += [

@@ -10,7 +10,7 @@ from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.read import cleaning, loading_time
 from fitting.read.columns import Series, Wanted, has
 from fitting.read.curves import DRIFT, MODULUS, STORAGE, TIME, build, checked_options, curves_of, heated, once
-from fitting.read.table import Table, read_table, says_shear
+from fitting.read.table import Table, number, read_heading, read_table, says_shear
 
 OMEGA = Wanted("omega", ("angular frequency", "frequency"))
 LOSS = Wanted("loss", ("loss modulus", "tensile loss modulus"))
@@ -24,6 +24,9 @@ PAIRS = (
     (STORAGE, ANGLE),
     (STORAGE, FACTOR),
 )  # in order of preference
+STRESS_NAMES, STRAIN_NAMES = ("stress", "tensile stress"), ("strain", "tensile strain")
+CHANGING = 0.03  # change of the logarithm of a modulus above which a test shows whether the stress is proportional to it
+STANDING = 0.2  # change of the logarithm of the stress over that of the modulus, below which it is not
 # initial parts of the names of tensile columns
 TENSILE = ("e(t)", "e'", 'e"', "e*", "|e*|", "estor", "eloss", "erelax", "tensile")
 
@@ -65,7 +68,39 @@ def read_relaxation(
     columns, units = checked_options(table, columns, units, ("t", "modulus"))
     parts = curves_of(table, (TIME, MODULUS), columns, units, "read_relaxation", segment, True)
     taken = heated(table, cleaning.choose(table.path, "segment", parts, segment), None)
+    check_relaxing(table, taken)
     return relaxation_of(table.path, taken, convention, nu, start, window)
+
+
+def check_relaxing(table: Table, taken: Series) -> None:
+    """Raise ValueError for the modulus of a creep test: stress over strain at a constant stress, 1/D(t).
+
+    In a relaxation the stress is proportional to the modulus. A column of the stress, or else the modulus times a column of
+    the strain, shows whether it is; their units do not matter.
+    """
+    lines = set(taken.lines.tolist())
+    for block in table.blocks:
+        kinds = [read_heading(cell).kind for cell in block.header.cells] if block.header else []
+        rows = [row for line, row in block.rows if line in lines]
+        beside = next((names for names in (STRESS_NAMES, STRAIN_NAMES) if set(names) & set(kinds)), ())
+        if not beside or len(rows) != taken.lines.size:
+            continue
+        place = next(k for k, kind in enumerate(kinds) if kind in beside)
+        cells = [number(row[place], table.dialect.decimal) if place < len(row) else None for row in rows]
+        values = np.array([np.nan if one is None else abs(one) for one in cells])
+        modulus = taken.values["modulus"]
+        stress = values if beside == STRESS_NAMES else values * modulus
+        known = np.isfinite(stress) & np.isfinite(modulus) & (stress > 0.0) & (modulus > 0.0)
+        if np.count_nonzero(known) < cleaning.LEAST:
+            continue
+        # without the first and last tenth, such as a rise of the stress and the noise at the end
+        change, own = (np.ptp(np.quantile(np.log(one[known]), (0.1, 0.9))) for one in (stress, modulus))
+        if own > CHANGING and change < STANDING * own:
+            raise ValueError(
+                f"{table.path}: column {taken.columns['modulus'].label!r}: expected a relaxation modulus, got one that"
+                " changes while the stress does not, as in creep: read_creep reads it from strain and stress, or as"
+                " columns={'creep_modulus': ...}"
+            )
 
 
 def relaxation_of(

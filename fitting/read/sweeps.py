@@ -27,6 +27,7 @@ from fitting.read.modulus import (
     FACTOR,
     LOSS,
     OMEGA,
+    check_relaxing,
     oscillation_of,
     pair_of,
     relaxation_of,
@@ -111,6 +112,7 @@ def read_sweeps(
         elif relaxed:
             part = part.say(*since_load(np.unique(part.values["t"]), None)[1])
             given = convention or ("G" if nu is None else "E")
+            check_relaxing(table, part)
             found.append(relaxation_of(table.path, part, given, nu, 0.0, window, held))
         else:
             given = convention or ("G" if nu is None else "E")

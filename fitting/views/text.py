@@ -147,9 +147,9 @@ def line(name: str, values: Any, unit: str = "") -> str:
 # names of options at the head of a message, and their flags
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
-        "adhesion", "contact_point", "control", "convention", "curve", "drag", "drift", "exclude", "law", "layer", "level",
-        "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma", "spring_constant", "start",
-        "stress", "tau", "temperature", "weights", "window", "bulk_modulus",
+        "adhesion", "contact_point", "control", "convention", "curve", "drag", "drift", "exclude", "induction", "law",
+        "layer", "level", "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma",
+        "spring_constant", "start", "stress", "tau", "temperature", "weights", "window", "bulk_modulus",
     )},
     "columns, units, decimal": "--column, --unit, --decimal",
     "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",
@@ -186,6 +186,7 @@ FLAGS = (
     (r"\bsensitivity=", "--sensitivity"),
     (r"\btemperature= ", "--temperature "),
     (r"\bdrag=\"fit\"", "--drag fit"),
+    (r"\binduction=\"fit\"", "--induction fit"),
     (r"\bor sigma(=\.\.\.)?", "or a standard deviation"),
     (r"--segment=\(\"(\w+)\", \"(\w+)\"\)", r"--segment \1 --segment \2"),
     (r"\bindenter: (?=expected a radius)", "--radius, --punch: "),

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from pathlib import Path
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,6 +13,7 @@ import fitting
 import jaxcontact as jc
 from fitting.cli.command import main
 from fitting.fits import growth
+from jaxcontact.__main__ import main as shell
 from jaxcontact.bodies.laws import RubbingState
 from tests.benchmarks import growth_coverage
 
@@ -476,3 +478,23 @@ def test_curves_of_the_right_kinetics_have_no_common_shape():
 def test_an_induction_time_that_is_none_is_refused(wrong):
     with pytest.raises(ValueError, match='induction: expected "fit", None or a time from 0'):
         fitting.fit_growth(curves(constant=1e-11), induction=wrong)
+
+
+def test_the_command_names_and_takes_an_induction_time(tmp_path, capsys):
+    """A wait of 600 s: the rejection names a flag that the command has, and with it the wait is found."""
+    files, stresses, temperatures = [], [], []
+    for k, one in enumerate(delayed(600.0, seed=1)):
+        files.append(str(tmp_path / f"{k}.csv"))
+        rows = "".join(f"{t:.9g},{h:.9g}\n" for t, h in zip(one.t, one.thickness, strict=True))
+        Path(files[-1]).write_text("t [s],thickness [m]\n" + rows)
+        stresses.append(f"{one.stress:g}")
+        temperatures.append(f"{one.temperature:g}")
+    start = ["fit", "growth", *files, "--stress", ",".join(stresses), "--temperature", ",".join(temperatures)]
+    assert shell([*start, "-o", str(tmp_path / "without")]) == 0
+    assert "as an induction time would be (--induction fit)" in capsys.readouterr().out
+    assert shell([*start, "-o", str(tmp_path / "with"), "--induction", "fit"]) == 0
+    assert "verdict: accepted" in capsys.readouterr().out
+    _, low, high = json.loads((tmp_path / "with" / "summary.json").read_text())["induction_s"]
+    assert low < 600.0 < high
+    assert shell([*start, "-o", str(tmp_path / "wrong"), "--induction", "-3"]) == 2
+    assert "--induction: expected" in capsys.readouterr().err

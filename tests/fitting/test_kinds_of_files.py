@@ -5,6 +5,7 @@ right values are those of its PROVENANCE.md: closed forms from which the files w
 """
 
 import json
+import math
 import os
 import re
 from pathlib import Path
@@ -161,3 +162,40 @@ def test_the_area_of_the_file_is_compared_with_another(tmp_path, capsys):
     found = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert found["verdict"] == "rejected"
     assert any("states a reduced modulus of 7e+10 Pa" in reason for reason in found["reasons"])
+
+
+@pytest.mark.parametrize("beside", ["stress", "strain", "both"])
+def test_the_modulus_of_a_creep_test_is_not_read_as_a_relaxation_modulus(tmp_path, beside):
+    """Power-law creep D = 1e-9 t^0.2 under 5 MPa: V is 1/(1e-9 Gamma(1.2)); stress over strain taken as G(t) gives a V that
+    is 7 % larger, with small residuals."""
+    t = np.geomspace(1.0, 1e4, 25)
+    D = 1e-9 * t**0.2
+    columns = {
+        "Time [s]": t,
+        "Stress [MPa]": np.full(25, 5.0),
+        "Strain [%]": 5e8 * D,
+        "Modulus [MPa]": 1e-6 / D,
+    }
+    for name in {"stress": ["Strain [%]"], "strain": ["Stress [MPa]"], "both": []}[beside]:
+        del columns[name]
+    rows = "".join(",".join(f"{x:.9g}" for x in row) + "\n" for row in zip(*columns.values(), strict=True))
+    path = tmp_path / "creep.csv"
+    path.write_text(",".join(columns) + "\n" + rows)
+    with pytest.raises(ValueError, match="changes while the stress does not, as in creep: read_creep"):
+        fitting.read_relaxation(path)
+    if beside == "both":
+        fit = fitting.fit_creep(fitting.read_creep(path), "Springpot", weights="relative")
+        assert fit.values["V"] == pytest.approx(1.0 / (1e-9 * math.gamma(1.2)), rel=1e-3)
+
+
+@pytest.mark.parametrize("beside", ["Stress [Pa]", "Strain [%]"])
+def test_a_relaxation_with_its_stress_or_its_strain_is_read(tmp_path, beside):
+    rng, t = np.random.default_rng(0), np.geomspace(1.0, 100.0, 20)
+    G = 1e3 * (1.0 + np.exp(-t / 10.0))
+    other = (0.01 * G if beside.startswith("Stress") else np.ones(20)) * (
+        1.0 + 0.01 * rng.standard_normal(20)
+    )
+    path = tmp_path / "gel.csv"
+    rows = "".join(f"{a:.9g},{b:.9g},{c:.9g}\n" for a, b, c in zip(t, G, other, strict=True))
+    path.write_text(f"t [s],G(t) [Pa],{beside}\n" + rows)
+    assert fitting.read_relaxation(path).modulus == pytest.approx(G)

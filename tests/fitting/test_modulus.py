@@ -404,6 +404,10 @@ def test_a_curve_is_not_evaluated_before_the_load():
             run(np.array([1.0, -1.0]))
         with pytest.raises(ValueError, match=r"t: expected finite times .* got nan"):
             run(np.array([float("nan")]))
+        with pytest.raises(ValueError, match=r"t: expected finite times .* got 'x'"):
+            run("x")
+    with pytest.raises(ValueError, match=r"sigma: expected a number or .* values, got 'x'"):
+        fitting.fit_relaxation(relaxed(0), "Burgers", sigma="x")
 
 
 @pytest.mark.parametrize("sigma", [1e300, 1e-300])

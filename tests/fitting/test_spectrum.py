@@ -73,6 +73,14 @@ def test_noisier_data_resolve_less():
     assert np.nanmedian(sharp.width) < np.nanmedian(blunt.width)
 
 
+def test_nothing_resolved_is_said_in_words():
+    """A plateau with 1 % of noise has no relaxation to resolve."""
+    t, rng = np.geomspace(1.0, 100.0, 20), np.random.default_rng(0)
+    fit = fitting.fit_spectrum(fitting.RelaxationData(t, 1e3 * (1.0 + 0.01 * rng.standard_normal(20))))
+    assert not fit.resolved.any()
+    assert "resolved nowhere" in fit.summary() and "nan" not in fit.summary()
+
+
 def test_data_that_no_spectrum_describes_are_rejected():
     """G'' = 0 with G' that falls with frequency contradicts every spectrum >= 0."""
     G = moduli()
