@@ -207,6 +207,9 @@ def begun(stepper: Stepper, carry: Carry, steps: Any) -> March:
 # kappa = -dt/4 (dp - dp' dt/dt')/(dt + dt') from the increments of this step and the one before (primed), at most
 # half of dp at each cell. In a step after a jump, which has none before it, the pressure is taken to follow a
 # relaxation, f(t) = 1/(1 + sum_k s_k (1 - exp(-lambda_k t))/lambda_k): kappa = dp ((1 - f(dt/2))/(1 - f(dt)) - 1/2).
+# A contact that forms in a step has a pressure that is steep at first: kappa = ARISING p. At the centre of a ball under a
+# load that grows from zero p is as s^(1/3), with the same mean as a parabola of 3/8; under a growing approach it is as
+# s^(1/2), 1/4; on a film that responds locally as s^(1/2) and s, 1/4 and 0.
 #
 # What becomes of an error is found in one number for each rate, x_k of the internal variables, and in y of the
 # pressure, all along the pressure. With the shares s_k = <p, lambda_k C_k p>/<p, C_0 p> of the delayed compliances
@@ -227,6 +230,7 @@ def begun(stepper: Stepper, carry: Carry, steps: Any) -> March:
 
 
 FAINT = 0.1  # of the largest pressure not yet forgotten: the error of a smaller pressure is relative to this
+ARISING = 0.3  # deviation from a line, over the pressure at the end of a step, where a contact forms in it
 HARDLY = 1e-3  # weight of the pressure before a step where that after it has none
 
 
@@ -310,6 +314,8 @@ def after_step(
     following = -dt / 4.0 * (change - rate * dt) / jnp.where(dt > 0.0, dt + error.last, 1.0)
     following = jnp.clip(following, -jnp.abs(change) / 2.0, jnp.abs(change) / 2.0)
     kappa = jnp.where(error.last > 0.0, following, bent * change)
+    if after.ndim == 2:  # a pressure alone: a traction may grow in proportion to time
+        kappa = jnp.where(error.size > 0.0, kappa, ARISING * change)
     squared, off, along, turned = totals(after**2, kappa**2, present(before, after) * kappa, before * after)
     size, deviation = jnp.sqrt(squared), jnp.sign(along) * jnp.sqrt(off)
     turn = jnp.where(turned < 0.0, -1.0, 1.0)  # of a traction that has been reversed

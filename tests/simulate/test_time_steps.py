@@ -74,6 +74,33 @@ def test_automatic_substeps_say_what_they_cannot_judge():
 
 
 @QUIET
+@pytest.mark.parametrize("steps", [0.1, 0.5])
+def test_a_load_from_zero_knows_the_error_of_its_first_step(steps):
+    """The peak pressure of a ball on a Maxwell half-space, of the modulus G and the time 1 s, under a load that grows
+    in proportion to time, in closed form: the sum over the growing contact of G(t - s) 4/(pi (1 - nu) R) da/ds, with
+    a^3 as t + t^2/2. The time step is much shorter than the time in which the pressure relaxes.
+    """
+    modulus, radius = 1e9, 5e-3
+    half = half_space(jc.Maxwell(modulus, modulus, 0.3))
+    times, t = np.array([0.0, steps]), np.linspace(0.0, steps ** (1 / 3), 4001) ** 3  # even in a at first
+    load = 8 / 3 * modulus * (60e-6) ** 3 / (0.7 * radius) / (steps + steps**2 / 2.0)  # per second
+    run = jc.indent(half, BALL, jc.Load(load * times), times, grid=jc.Grid.square(n=47, width=150e-6))
+    edge = (3 / 8 * 0.7 * radius / modulus * load * (t + t**2 / 2.0)) ** (1 / 3)
+    left = np.exp(-(steps - (t[1:] + t[:-1]) / 2.0))
+    exact = 4.0 * modulus / (np.pi * 0.7 * radius) * np.sum(left * np.diff(edge))
+    once = jc.indent(
+        half_space(jc.Elastic(modulus, 0.3)),
+        BALL,
+        jc.Load(8 / 3 * modulus * (60e-6) ** 3 / 0.7 / radius),
+        [0.0],
+        grid=jc.Grid.square(n=47, width=150e-6),
+    )
+    of_grid = float(once.peak_pressure[0]) / (4.0 * modulus * 60e-6 / (np.pi * 0.7 * radius))
+    off = abs(float(run.peak_pressure[1]) / of_grid / exact - 1.0)
+    assert off / 2.0 < run.time_step_error[1] < 2.0 * off
+
+
+@QUIET
 def test_shear_and_slide_know_the_error_of_a_relaxation():
     """As the same relaxation in ``indent``: without tangential load, and at a speed that moves the contact by nothing."""
     given = BALL, jc.Approach(1e-6), [0.0, 10.0]
