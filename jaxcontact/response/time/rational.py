@@ -73,7 +73,7 @@ DEFAULT_RATES, DEFAULT_SHAPES = 32, 12
 CLOCKS = 4.0  # the fastest over the slowest clock of the second body,
 SHARE = 0.1  # and its weight in the combination
 CUTOFF = 1e-12  # of singular values,
-SHAPE_CUTOFF = 1e-9  # and of those in the fit of the shapes: beyond it shapes, and derivatives in reverse mode, follow rounding
+SHAPE_CUTOFF = 1e-9  # and of those in the fit of the shapes, which beyond it, and in reverse mode most, follow rounding
 CANDIDATES = 120  # wavenumbers of which some are picked, about
 STRIDE = 4  # every which wavenumber is one at which the error is measured
 
