@@ -60,8 +60,8 @@ def subsurface(
     below it. The transfer of tractions through the layers (``response.interior``) and its development in time
     (``response.time.interior_time``) were derived for this package.
 
-    The result is differentiable with respect to all numbers, depths included; at the surface and at an interface the derivative
-    by depth is that below it.
+    The result is differentiable with respect to all numbers, depths included; at the surface and at an interface the
+    derivative by depth is that below it.
 
     Args:
         body: a ``LayeredHalfSpace``. Without ``times`` the response is the instantaneous one.

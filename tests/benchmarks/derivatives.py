@@ -8,8 +8,8 @@ fields) in two directions, a smooth one and an uneven one. Each field of the res
 entries with fixed unequal weights, each entry divided by its own size plus a tenth of the mean one, so that small entries
 count as large ones do. Contacts are solved to ``tolerance=1e-11``. Differences are relative to the entry or to a thousandth
 of the term's largest. Of three steps the central difference that is closest counts: long steps suffer from truncation,
-above all of the contact area, whose slope changes within a thousandth where a cell is near the edge, and short ones from what
-the solver and the separation in time leave. Grids have an odd number of cells, so that no two cells share the peak.
+above all of the contact area, whose slope changes within a thousandth where a cell is near the edge, and short ones from
+what the solver and the separation in time leave. Grids have an odd number of cells, so that no two cells share the peak.
 
 Leaves on which a result does not depend are listed in the scenario, with the reason; any other leaf must have a derivative
 that is not zero. Fields without a derivative by definition are those of ``NO_DERIVATIVE``.
@@ -339,8 +339,8 @@ SCENARIOS: dict[str, Scenario] = {
     ),
     "slide, film on a creeping base with friction": Scenario(
         jc.slide,
-        pressed(BODY([LAYER(SLS, 10e-6)], SOFT), RISING, velocity=np.array([[1e-6, 0.5e-6], [2e-6, 0.3e-6], [1.5e-6, 0.2e-6]]),
-                friction=0.3),
+        pressed(BODY([LAYER(SLS, 10e-6)], SOFT), RISING,
+                velocity=np.array([[1e-6, 0.5e-6], [2e-6, 0.3e-6], [1.5e-6, 0.2e-6]]), friction=0.3),
         ACCURATE,
     ),
     "slide, heated": Scenario(
@@ -371,7 +371,8 @@ SCENARIOS: dict[str, Scenario] = {
     # ---- slide_steady
     "slide_steady, half-space": Scenario(
         jc.slide_steady,
-        {"body": BODY([], SOFT), "indenter": BALL, "control": jc.Load(0.12), "velocity": np.array([2e-6, 1e-6]), "grid": GRID},
+        {"body": BODY([], SOFT), "indenter": BALL, "control": jc.Load(0.12),
+         "velocity": np.array([2e-6, 1e-6]), "grid": GRID},
         ACCURATE,
     ),
     "slide_steady, film on a creeping base with friction": Scenario(
@@ -408,7 +409,8 @@ SCENARIOS: dict[str, Scenario] = {
     "shear, creeping film by displacement": Scenario(
         jc.shear,
         pressed(BODY([LAYER(SLS, 10e-6)], SOFT), RISING,
-                tangential=jc.TangentialDisplacement(np.array([[3e-8, 1e-8], [1e-7, 0.4e-7], [1.5e-7, 0.2e-7]])), friction=0.4),
+                tangential=jc.TangentialDisplacement(np.array([[3e-8, 1e-8], [1e-7, 0.4e-7], [1.5e-7, 0.2e-7]])),
+                friction=0.4),
         ACCURATE | {"coupled": False},
     ),
     "shear, plane strain": Scenario(
@@ -440,8 +442,8 @@ SCENARIOS: dict[str, Scenario] = {
     # ---- rub
     "rub, worn film that creeps": Scenario(
         jc.rub,
-        pressed(BODY([LAYER(SLS, 8e-6)], STEEL), jc.Load(0.12), velocity=np.array([1e-3, 2e-3, 1.5e-3])[:, None] * [[1.0, 0.2]],
-                law=ARCHARD, friction=0.2),
+        pressed(BODY([LAYER(SLS, 8e-6)], STEEL), jc.Load(0.12),
+                velocity=np.array([1e-3, 2e-3, 1.5e-3])[:, None] * [[1.0, 0.2]], law=ARCHARD, friction=0.2),
         ACCURATE,
     ),
     "rub, growth and removal, heated": Scenario(
