@@ -22,6 +22,6 @@ def marked(name):
     return pytest.param(name, marks=marks)
 
 
-@pytest.mark.parametrize("name", map(marked, SCENARIOS))
+@pytest.mark.parametrize("name", [marked(name) for name in SCENARIOS])
 def test_both_modes_and_central_differences_agree(name):
     assert not faults(SCENARIOS[name], measured(SCENARIOS[name]))
