@@ -239,8 +239,6 @@ def pressed(
     return {"body": body, "indenter": indenter, "control": control, "times": times, "grid": grid, **more}
 
 
-FIRST_TIME = {"times[0]": NO_EFFECT + "only differences of times count, and the shape of the steps"}
-ECHO = "the control is a load, of which the other leaves take nothing"
 RISING = jc.Load(np.array([0.6, 1.0, 0.9]) * 0.12)
 FALL = jc.Approach(np.array([0.9, 1.2, 1.1]) * 0.6e-6)
 ARCHARD = jc.Archard(5e-14)
@@ -504,6 +502,7 @@ SCENARIOS: dict[str, Scenario] = {
         jc.flash_temperature,
         {"heat_flux": hill(LINE, 1e6), "grid": LINE, "velocity": 1.2, "conductivity": 46.0, "diffusivity": 1.2e-5},
         {},
+        {"grid.spacing[1]": NO_EFFECT + "the band is as long as wanted"},
     ),
     "heat_partition": Scenario(
         jc.heat_partition,
