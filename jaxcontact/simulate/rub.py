@@ -81,6 +81,9 @@ def rub(
     by wear at the scale of a cell: the wear coefficient x |velocity| x dt must be less than about twice the displacement of
     a cell per unit of pressure on it, with its neighbours held.
 
+    Derivatives are those of the discrete steps. After a step of status 12, in which small changes grow without bound, they
+    are those with the state after this step held: as finite as the values, and as little to be relied on.
+
     Args:
         body: one ``Layer`` on an ``Elastic`` substrate, with a thickness >= 0, a number or (nx, ny); with wears="indenter"
             any body whose layers have one thickness each.

@@ -62,6 +62,9 @@ def subsurface(
     below it. The transfer of tractions through the layers (``response.interior``) and its development in time
     (``response.interior``) were derived for this package.
 
+    The result is differentiable with respect to all numbers, depths included; at the surface and at an interface the
+    derivative by depth is that below it.
+
     Args:
         body: a ``LayeredHalfSpace``. Without ``times`` the response is the instantaneous one.
         grid: a ``Grid``.

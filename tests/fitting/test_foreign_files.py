@@ -363,7 +363,9 @@ def test_a_modulus_under_a_plain_name(tmp_path):
     ):
         data = fitting.read_relaxation(save(tmp_path, table(head, T, 1.0 / J, **FULL)), start=0.0, **given)
         np.testing.assert_allclose(data.shear, 1.0 / J / factor, rtol=1e-7)
-    with pytest.raises(ValueError, match="expected a relaxation modulus, got a stress according to the heading"):
+    with pytest.raises(
+        ValueError, match="expected a relaxation modulus, got a stress according to the heading"
+    ):
         path = save(tmp_path, table("t [s],stress [Pa]", T, 1.0 / J, **FULL))
         fitting.read_relaxation(path, columns={"modulus": "stress [Pa]"})
 
