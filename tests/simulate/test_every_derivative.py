@@ -5,16 +5,7 @@ import pytest
 from tests.benchmarks.derivatives import SCENARIOS, faults, measured
 
 AT_ONCE = ("flash_temperature, oblique",)
-SLOW = (
-    "indent, plane strain",
-    "slide, half-space",
-    "slide_steady, half-space",
-    "shear, elastic and coupled",
-    "roll_steady, creeping half-space",
-    "rub, worn film that creeps",
-    "subsurface, half-space",
-    "heat_partition",
-)
+SLOW = ("slide, half-space", "slide_steady, half-space", "heat_partition")
 
 
 def marked(name):
