@@ -62,7 +62,9 @@ def answer(name: str) -> dict[str, float]:
     return {quantity: float(found[quantity]) for quantity in PROBLEMS[name]["references"]}
 
 
-def outside(name: str, found: dict[str, float], problems: dict[str, Any] = PROBLEMS) -> list[str]:
+def outside(
+    name: str, found: dict[str, float], problems: dict[str, Any] = PROBLEMS
+) -> list[str]:
     """Print a problem with its answers; return the quantities that are not within their tolerance."""
     wrong = []
     print(f"{name}: {problems[name]['title']}")
@@ -82,7 +84,9 @@ def outside(name: str, found: dict[str, float], problems: dict[str, Any] = PROBL
     return wrong
 
 
-def table(answers: dict[str, dict[str, float]], problems: dict[str, Any] = PROBLEMS) -> str:
+def table(
+    answers: dict[str, dict[str, float]], problems: dict[str, Any] = PROBLEMS
+) -> str:
     """Return the table of problems, references and answers, in Markdown."""
     lines = [
         "| problem | source; method of the reference | quantity | reference | jaxcontact | error | tolerance |"

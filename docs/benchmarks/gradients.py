@@ -46,7 +46,9 @@ class Calculation(NamedTuple):
     slopes: Callable[[Any], dict[str, Any]]
 
 
-def of_inputs(run: Callable[[Inputs], jax.Array], inputs: Inputs, *names: str) -> Calculation:
+def of_inputs(
+    run: Callable[[Inputs], jax.Array], inputs: Inputs, *names: str
+) -> Calculation:
     """Return the calculation whose parameters are the logarithms of some of the inputs."""
 
     def scaled(logs: dict) -> jax.Array:
@@ -59,14 +61,23 @@ def of_inputs(run: Callable[[Inputs], jax.Array], inputs: Inputs, *names: str) -
 
 def film_thickness(inputs: Inputs) -> Calculation:
     def body(given: Inputs) -> jc.LayeredHalfSpace:
-        film = jc.Layer(jc.Elastic(given.film_shear_modulus, given.film_poisson), given.thickness)
-        return jc.LayeredHalfSpace([film], jc.Elastic(given.substrate_shear_modulus, given.substrate_poisson))
+        film = jc.Layer(
+            jc.Elastic(given.film_shear_modulus, given.film_poisson), given.thickness
+        )
+        return jc.LayeredHalfSpace(
+            [film], jc.Elastic(given.substrate_shear_modulus, given.substrate_poisson)
+        )
 
     ball, load = jc.Sphere(inputs.radius), jc.Load(inputs.load)
     grid = jc.Grid.around(body(inputs), ball, load, NOW, n=128)
     x, y = grid.coordinates()
     square = 1.0 - (np.asarray(x) ** 2 + np.asarray(y) ** 2) / inputs.measured_radius**2
-    measured = 1.5 * inputs.load / (np.pi * inputs.measured_radius**2) * np.sqrt(np.maximum(square, 0.0))
+    measured = (
+        1.5
+        * inputs.load
+        / (np.pi * inputs.measured_radius**2)
+        * np.sqrt(np.maximum(square, 0.0))
+    )
 
     def misfit(given: Inputs) -> jax.Array:
         pressure = jc.indent(body(given), ball, load, NOW, grid=grid).pressure[0]
@@ -77,13 +88,21 @@ def film_thickness(inputs: Inputs) -> Calculation:
 
 def burgers_parameters(inputs: Inputs) -> Calculation:
     def body(given: Inputs) -> jc.LayeredHalfSpace:
-        return jc.LayeredHalfSpace([], jc.Burgers(given.G1, given.G2, given.eta1, given.eta2, given.poisson))
+        return jc.LayeredHalfSpace(
+            [], jc.Burgers(given.G1, given.G2, given.eta1, given.eta2, given.poisson)
+        )
 
-    ball, load, times = jc.Sphere(inputs.radius), jc.Load(inputs.load), np.asarray(inputs.times)
+    ball, load, times = (
+        jc.Sphere(inputs.radius),
+        jc.Load(inputs.load),
+        np.asarray(inputs.times),
+    )
     grid = jc.Grid.around(body(inputs), ball, load, times, n=64)
 
     def misfit(given: Inputs) -> jax.Array:
-        approach = jc.indent(body(given), ball, load, times, grid=grid, save="last").approach
+        approach = jc.indent(
+            body(given), ball, load, times, grid=grid, save="last"
+        ).approach
         return jnp.mean(jnp.log(approach / np.asarray(inputs.measured_approach)) ** 2)
 
     return of_inputs(misfit, inputs, "G1", "G2", "eta1", "eta2")
@@ -91,7 +110,9 @@ def burgers_parameters(inputs: Inputs) -> Calculation:
 
 def surface_heights(inputs: Inputs) -> Calculation:
     body = jc.LayeredHalfSpace([], jc.Elastic(inputs.shear_modulus, inputs.poisson))
-    grid = jc.Grid((256, 4), (inputs.wavelength / 256, inputs.wavelength / 256), periodic=True)
+    grid = jc.Grid(
+        (256, 4), (inputs.wavelength / 256, inputs.wavelength / 256), periodic=True
+    )
     x, _ = grid.coordinates()
     angle = 2.0 * np.pi * np.asarray(x) / inputs.wavelength * np.ones(grid.shape)
     load = jc.Load(inputs.mean_pressure * float(grid.width[0] * grid.width[1]))
@@ -115,30 +136,57 @@ def sliding_friction(inputs: Inputs) -> Calculation:
     def friction(given: Inputs) -> jax.Array:
         delayed = given.delayed_compliance
         solid = jc.StandardLinearSolid(
-            1.0 / given.instantaneous_compliance, 1.0 / delayed, given.retardation_time / delayed, given.poisson
+            1.0 / given.instantaneous_compliance,
+            1.0 / delayed,
+            given.retardation_time / delayed,
+            given.poisson,
         )
         body, roller = jc.LayeredHalfSpace([], solid), jc.Cylinder(given.radius, 0.5)
         load = jc.Load(0.5 * given.load_per_length)
-        return jc.slide_steady(body, roller, load, velocity=given.speed, grid=grid).friction_coefficient
+        return jc.slide_steady(
+            body, roller, load, velocity=given.speed, grid=grid
+        ).friction_coefficient
 
-    names = ("instantaneous_compliance", "delayed_compliance", "radius", "speed", "load_per_length")
+    names = (
+        "instantaneous_compliance",
+        "delayed_compliance",
+        "radius",
+        "speed",
+        "load_per_length",
+    )
     return of_inputs(friction, inputs, *names)
 
 
 def growth_kinetics(inputs: Inputs) -> Calculation:
     solid = jc.Elastic(inputs.shear_modulus, inputs.poisson)
     body = jc.LayeredHalfSpace([jc.Layer(solid, inputs.thickness)], solid)
-    ball, load, times = jc.Sphere(inputs.radius), jc.Load(inputs.load), np.linspace(0.0, inputs.time, 6)
+    ball, load, times = (
+        jc.Sphere(inputs.radius),
+        jc.Load(inputs.load),
+        np.linspace(0.0, inputs.time, 6),
+    )
     grid = jc.Grid.around(body, ball, load, NOW, n=48)
 
     def grown(given: Inputs) -> jax.Array:
         law = jc.StressActivated(
-            given.growth_rate, given.activation_energy, given.activation_volume, given.temperature
+            given.growth_rate,
+            given.activation_energy,
+            given.activation_volume,
+            given.temperature,
         ) + jc.ProportionalRemoval(given.removal_rate)
-        history = jc.rub(body, ball, load, times, velocity=given.speed, law=law, grid=grid, save="last")
+        history = jc.rub(
+            body, ball, load, times, velocity=given.speed, law=law, grid=grid, save="last"
+        )
         return jnp.sum(history.thickness - inputs.thickness) * grid.cell_area
 
-    return of_inputs(grown, inputs, "growth_rate", "activation_energy", "activation_volume", "removal_rate")
+    return of_inputs(
+        grown,
+        inputs,
+        "growth_rate",
+        "activation_energy",
+        "activation_volume",
+        "removal_rate",
+    )
 
 
 SOLVERS: dict[str, Callable[[Inputs], Calculation]] = {
@@ -164,7 +212,9 @@ def quantities(name: str, value: Any, slopes: dict[str, Any]) -> dict[str, float
 def answer(name: str) -> dict[str, float]:
     """Return the value and the derivatives of a problem, computed by jaxcontact."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of strains or edges beyond what users are warned of
+        warnings.simplefilter(
+            "ignore"
+        )  # of strains or edges beyond what users are warned of
         run, at, slopes = calculation(name)
         value, gradient = jax.jit(jax.value_and_grad(run))(at)
     return quantities(name, value, slopes(jax.tree.map(np.asarray, gradient)))
@@ -188,14 +238,19 @@ def cost(name: str, repeats: int = 7) -> dict[str, float]:
             jax.block_until_ready(program(at))
             taken.append(time.process_time() - began)
     forward, both = map(min, times)
-    print(f"{name}: run {1e3 * forward:.1f} ms, value and gradient {1e3 * both:.1f} ms: {both / forward:.2f} runs")
+    print(
+        f"{name}: run {1e3 * forward:.1f} ms, value and gradient {1e3 * both:.1f} ms: {both / forward:.2f} runs"
+    )
     parameters = sum(np.size(leaf) for leaf in jax.tree.leaves(at))
     return {"parameters": parameters, "runs": round(both / forward, 1)}
 
 
 def cost_table() -> str:
     """Return the table of the cost of a gradient, in Markdown."""
-    lines = ["| problem | parameters | runs, jaxcontact | runs, differences |", "|" + "---|" * 4]
+    lines = [
+        "| problem | parameters | runs, jaxcontact | runs, differences |",
+        "|" + "---|" * 4,
+    ]
     for name, measured in json.loads(COSTS.read_text(encoding="utf-8")).items():
         count = measured["parameters"]
         lines.append(f"| `{name}` | {count} | {measured['runs']:.1f} | {count + 1} |")
@@ -203,12 +258,27 @@ def cost_table() -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(description="Solve the problems with gradients, or check answers.")
-    parser.add_argument("names", nargs="*", metavar="NAME", help="problems; all by default")
-    parser.add_argument("-o", "--output", type=Path, help="write the answers, or the costs, as JSON")
-    parser.add_argument("--check", type=Path, metavar="FILE", help="read the answers of another code from a file")
-    parser.add_argument("--cost", action="store_true", help="measure the cost of a gradient")
-    parser.add_argument("--table", action="store_true", help="print the tables of the documentation")
+    parser = argparse.ArgumentParser(
+        description="Solve the problems with gradients, or check answers."
+    )
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help="problems; all by default"
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, help="write the answers, or the costs, as JSON"
+    )
+    parser.add_argument(
+        "--check",
+        type=Path,
+        metavar="FILE",
+        help="read the answers of another code from a file",
+    )
+    parser.add_argument(
+        "--cost", action="store_true", help="measure the cost of a gradient"
+    )
+    parser.add_argument(
+        "--table", action="store_true", help="print the tables of the documentation"
+    )
     given = parser.parse_args(arguments)
     if unknown := [name for name in given.names if name not in PROBLEMS]:
         parser.error(f"no problem {unknown[0]!r}; there are {', '.join(PROBLEMS)}")

@@ -163,7 +163,8 @@ class NumpyFunction:
                     )
                     shape = found[name].shape
                     checks.require(
-                        given.shape == shape, f"cotangents: expected shape {shape} for {name}, got {given.shape}"
+                        given.shape == shape,
+                        f"cotangents: expected shape {shape} for {name}, got {given.shape}",
                     )
                 return {name: found[name].astype(jnp.float64) for name in cotangents}
 
@@ -188,7 +189,8 @@ class NumpyFunction:
 def _numbers(argument: str, given: Any) -> dict[str, np.ndarray]:
     """Return numbers and arrays by name as float64 arrays."""
     checks.require(
-        isinstance(given, Mapping), f"{argument}: expected a dict of numbers by name, got {type(given).__name__}"
+        isinstance(given, Mapping),
+        f"{argument}: expected a dict of numbers by name, got {type(given).__name__}",
     )
     found = {}
     for name, value in given.items():

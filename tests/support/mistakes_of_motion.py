@@ -303,12 +303,18 @@ MOTION = {
         lambda: jc.sensitivity(lambda body: 1.0, BODY),
         r"f: expected a dict of outputs by name",
     ),
-    "a number for a function": (lambda: jc.NumpyFunction(1.0), r"f: expected a function of a dict.*, got float"),
+    "a number for a function": (
+        lambda: jc.NumpyFunction(1.0),
+        r"f: expected a function of a dict.*, got float",
+    ),
     "a function of numbers without names": (
         lambda: jc.NumpyFunction(lambda x: x["a"]).apply({"a": 1.0}),
         r"f: expected a dict of outputs by name, got \w*Tracer",
     ),
-    "inputs without names": (lambda: TWICE.apply([1.0]), r"inputs: expected a dict of numbers by name, got list"),
+    "inputs without names": (
+        lambda: TWICE.apply([1.0]),
+        r"inputs: expected a dict of numbers by name, got list",
+    ),
     "text for a number": (
         lambda: TWICE.apply({"a": "one"}),
         r"inputs: expected a number or an array for a, got str",
