@@ -77,8 +77,9 @@ def test_the_derivatives_of_a_hertz_contact_are_those_of_its_closed_form():
     approach, slopes = HERTZ.apply(x)["approach"], HERTZ.vjp(x, {"approach": 1.0})
     exact = np.cbrt(9.0 * 40.0**2 / (16.0 * 9.5e-3 * (210e9 / 0.91) ** 2))
     assert float(approach) == pytest.approx(exact, rel=2e-3)
-    for name, power in (("load", 2 / 3), ("radius", -1 / 3)):
-        assert float(slopes[name] * x[name]) == pytest.approx(power * exact, rel=4e-2), name
+    by_load, by_radius = (float(slopes[name] * x[name] / approach) for name in ("load", "radius"))
+    assert by_load == pytest.approx(2.0 / 3.0, rel=4e-2)
+    assert by_load - by_radius == pytest.approx(1.0, rel=1e-6)  # twice the curvature and load: twice the approach
 
 
 def test_an_optimiser_of_scipy_finds_the_load_of_an_approach():
