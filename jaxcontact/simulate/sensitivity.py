@@ -209,9 +209,8 @@ def _in_numpy(found: dict[str, Array]) -> dict[str, np.ndarray]:
 
 
 def _check_outputs(outputs: Any) -> None:
-    checks.require(
-        isinstance(outputs, Mapping), f"f: expected a dict of outputs by name, got {type(outputs).__name__}"
-    )
+    kind = "an array" if isinstance(outputs, jax.Array) else type(outputs).__name__
+    checks.require(isinstance(outputs, Mapping), f"f: expected a dict of outputs by name, got {kind}")
 
 
 def _name(path: Any) -> str:
