@@ -87,6 +87,7 @@ from jaxcontact.results.surface_statistics import surface_statistics as surface_
 from jaxcontact.simulate.indent import indent as indent  # noqa: E402
 from jaxcontact.simulate.roll_steady import roll_steady as roll_steady  # noqa: E402
 from jaxcontact.simulate.rub import rub as rub  # noqa: E402
+from jaxcontact.simulate.sensitivity import NumpyFunction as NumpyFunction  # noqa: E402
 from jaxcontact.simulate.sensitivity import Sensitivity as Sensitivity  # noqa: E402
 from jaxcontact.simulate.sensitivity import sensitivity as sensitivity  # noqa: E402
 from jaxcontact.simulate.shear import shear as shear  # noqa: E402
@@ -128,6 +129,7 @@ __all__ = [
     "LayeredHalfSpace",
     "Load",
     "Maxwell",
+    "NumpyFunction",
     "PressureHistogram",
     "Prony",
     "ProportionalRemoval",

@@ -62,11 +62,13 @@ def answer(name: str) -> dict[str, float]:
     return {quantity: float(found[quantity]) for quantity in PROBLEMS[name]["references"]}
 
 
-def outside(name: str, found: dict[str, float]) -> list[str]:
+def outside(
+    name: str, found: dict[str, float], problems: dict[str, Any] = PROBLEMS
+) -> list[str]:
     """Print a problem with its answers; return the quantities that are not within their tolerance."""
     wrong = []
-    print(f"{name}: {PROBLEMS[name]['title']}")
-    for quantity, reference in PROBLEMS[name]["references"].items():
+    print(f"{name}: {problems[name]['title']}")
+    for quantity, reference in problems[name]["references"].items():
         if quantity not in found:
             continue
         error = found[quantity] / reference["value"] - 1.0
@@ -82,13 +84,15 @@ def outside(name: str, found: dict[str, float]) -> list[str]:
     return wrong
 
 
-def table(answers: dict[str, dict[str, float]]) -> str:
+def table(
+    answers: dict[str, dict[str, float]], problems: dict[str, Any] = PROBLEMS
+) -> str:
     """Return the table of problems, references and answers, in Markdown."""
     lines = [
         "| problem | source; method of the reference | quantity | reference | jaxcontact | error | tolerance |"
     ]
     lines.append("|" + "---|" * 7)
-    for name, problem in PROBLEMS.items():
+    for name, problem in problems.items():
         about = [
             f"{problem['title']} (`{name}`)",
             f"{problem['source']}; {problem['method']}",

@@ -26,6 +26,7 @@ pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt
 flash_temperature rub RubbingHistory Thermal ThermalFilm Archard ProportionalRemoval StressActivated
 ArrheniusShift WLFShift ThermalBody heat_partition
 AdhesiveHistory AdhesiveSlidingHistory DugdaleAdhesion ExponentialAdhesion
+NumpyFunction
 """
 FITTING = """
 AdhesiveFit BatchFit Comparison CreepData CreepFit Design ForceFit GrowthData GrowthFit GrowthKinetics fit_growth
@@ -71,6 +72,7 @@ MEMBERS = {
     " friction_work",
     jc.RubbingHistory: "thickness temperature friction_work step_error pressure gap notes plot",
     jc.InteriorFields: "depths stress displacement von_mises peak plot notes summary to_xarray",
+    jc.NumpyFunction: "apply vjp",
     jc.Study: "folder cases failures notes notes_in_words done stacked",
     jc.SteadyRolling: "pressure traction slip_ratio stick tangential_load creepage power plot gap peak_pressure"
     " contact_radius sticking_share notes hysteresis_power friction_power hysteresis_force",
@@ -105,6 +107,7 @@ KEYWORDS = {
     " substeps checkpoint",
     jc.subsurface: "body grid pressure traction depths times",
     jc.kernels: "body indenter grid nodes",
+    jc.NumpyFunction: "f",
     jc.sweep: "f cases out executor processes version",
     jc.heat_partition: "heat_flux grid first second",
     jc.flash_temperature: "heat_flux grid velocity conductivity diffusivity film",

@@ -28,6 +28,7 @@ from right_calls import (
 import jaxcontact as jc
 
 TRACK = np.array([-1e-4, 1e-4])
+TWICE = jc.NumpyFunction(lambda x: {"b": 2.0 * x["a"], "n": 2})
 HOT = jc.Thermal(300.0, 46.0, diffusivity=1e-5)
 MOTION = {
     "a velocity along a path": (
@@ -301,6 +302,38 @@ MOTION = {
     "an output without a name": (
         lambda: jc.sensitivity(lambda body: 1.0, BODY),
         r"f: expected a dict of outputs by name",
+    ),
+    "a number for a function": (
+        lambda: jc.NumpyFunction(1.0),
+        r"f: expected a function of a dict.*, got float",
+    ),
+    "a function of numbers without names": (
+        lambda: jc.NumpyFunction(lambda x: x["a"]).apply({"a": 1.0}),
+        r"f: expected a dict of outputs by name, got an array",
+    ),
+    "inputs without names": (
+        lambda: TWICE.apply([1.0]),
+        r"inputs: expected a dict of numbers by name, got list",
+    ),
+    "text for a number": (
+        lambda: TWICE.apply({"a": "one"}),
+        r"inputs: expected a number or an array for a, got str",
+    ),
+    "masked inputs": (
+        lambda: TWICE.apply({"a": np.ma.masked_greater([1.0, 2.0], 1.5)}),
+        r"inputs: a: expected numbers without masked entries, got 1 masked of 2",
+    ),
+    "a cotangent of no output": (
+        lambda: TWICE.vjp({"a": 1.0}, {"c": 1.0}),
+        r"cotangents: expected names among b, n, got c",
+    ),
+    "a cotangent of a status": (
+        lambda: TWICE.vjp({"a": 1.0}, {"n": 1.0}),
+        r"cotangents: expected those of real outputs, got n of int",
+    ),
+    "a cotangent of another shape": (
+        lambda: TWICE.vjp({"a": [1.0, 2.0]}, {"b": 1.0}),
+        r"cotangents: expected shape \(2,\) for b, got \(\)",
     ),
     "a list for a result": (lambda: jc.save([1.0], "a.npz"), r"result: expected ContactHistory.*got list"),
     "a result as text": (
