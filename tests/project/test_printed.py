@@ -83,7 +83,7 @@ CREEP = fitting.CreepData(t=T, J=J, start=0.0)
 
 
 def fit():
-    return fitting.fit_creep(CREEP, "Maxwell", sigma=1e-8)
+    return fitting.fit_creep(CREEP, "Maxwell", weights="relative")
 
 
 def indentation():
@@ -211,7 +211,7 @@ DEAR = {
 def test_every_public_class_is_here():
     for module, objects in ((jc, OBJECTS), (fitting, OF_FITS)):
         classes = {name for name in module.__all__ if inspect.isclass(getattr(module, name))}
-        assert classes - {"Study"} <= set(objects)
+        assert classes - {"Study", "NumpyFunction"} <= set(objects)
 
 
 def check(thing, name):

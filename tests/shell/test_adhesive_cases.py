@@ -92,6 +92,7 @@ def test_shear_has_no_adhesion_and_sliding_has_it_without_friction(case, capfd):
     assert "friction: expected None with adhesion" in capfd.readouterr().err
 
 
+@pytest.mark.filterwarnings("ignore:the time steps have an estimated error")
 @pytest.mark.slow
 def test_a_run_stores_what_indent_gives(case, tmp_path, capfd):
     out = tmp_path / "out"
