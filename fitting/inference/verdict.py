@@ -675,8 +675,8 @@ def _weigh(
         most = float(np.max(found.sizes) / np.min(found.sizes))
         symbol = sample.abscissa[0]
         doubts.append(
-            f"the noise changes along {symbol}: its standard deviation at the end is {last / first:.2g} times that at the"
-            f" beginning, and varies by a factor of {most:.2g} in all; the intervals allow for it"
+            f"the noise changes along {symbol}, at the end to {last / first:.2g} times that at the beginning, in all by a"
+            f" factor of {most:.2g}; the intervals allow for it"
         )
     if found.runs is not None:
         doubts.append(_of_runs(found.runs))
@@ -712,13 +712,13 @@ def _of_sigma(rss: float, dof: int, found: Noise) -> list[str]:
         return []
     low, high = (special.chdtri(dof, share) / dof for share in (1.0 - STATED, STATED))
     what = (
-        "the stated sigma is too small for the scatter of the points, or the model is incomplete"
+        "the stated sigma is too small, or the model is incomplete"
         if side > 0
-        else "the stated sigma is larger than the scatter of the points"
+        else "the stated sigma is too large"
     )
     then = "the stated sigma" if found.known else "the scatter"
     return [
-        f"{what}: chi2 per degree of freedom is {rss / dof:.3g}, expected {low:.2g} to {high:.2g}; the intervals follow from"
+        f"{what}: chi2 per degree of freedom is {rss / dof:.3g}, expected {low:.2g} to {high:.2g}; intervals follow from"
         f" {then}"
     ]
 

@@ -59,6 +59,8 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
         "narrow_growth",
         "relative_step_error",
         "ball_radius",
+        "bare_from",
+        "bare_share",
         "coldest",
         "size_error",
         "step_limit",
@@ -70,7 +72,7 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
     assert main(["convert", str(out / FILE), "-o", str(tmp_path / "few.pvd")]) == 0
     said = capfd.readouterr()
     assert said.out.strip() == str(tmp_path / "few.pvd") and "result.npz: 9 of 41 times" in said.err
-    assert len(list((tmp_path / "few").glob("*.vtr"))) == 9
+    assert len(list((tmp_path / "few_vtr").glob("*.vtr"))) == 9
     assert main(["convert", str(whole / FILE), "-o", str(tmp_path / "all.pvd")]) == 0
     assert capfd.readouterr().err == ""
 
