@@ -91,7 +91,7 @@ def _curve(fit: Any, path: Path) -> None:
     residual = "residual [standard deviations]"
     if hasattr(fit, "curves") and name == "response":  # tests with abscissae of their own
         tests = [
-            (at, one, part, own, f"{own_unit}", "rad/s" if "," in own else "s")
+            (at, one, part, own, own_unit, "rad/s" if "," in own else "s")
             for own, own_unit, t, y, best in fit.curves
             for part, at, one in _stacked(own, t, np.column_stack([y, best]))
         ]
@@ -131,13 +131,11 @@ def _curve(fit: Any, path: Path) -> None:
     parts = _stacked(name, x, values)
     at = np.unique(np.concatenate([t for _, t, _ in parts])) if len(parts) > 1 else x
     names, columns = [over], [at]
-    for column, what in enumerate(("", "fitted", "residual")):
+    for column in range(values.shape[1]):
         for part, t, one in parts:
             own = f" {part}" if len(parts) > 1 else ""
-            label = {"": f"{part} [{unit}]", "fitted": f"fitted{own} [{unit}]"}.get(
-                what, f"residual{own} [standard deviations]"
-            )
-            names.append(label)
+            labels = f"{part} [{unit}]", f"fitted{own} [{unit}]", f"residual{own} [standard deviations]"
+            names.append(labels[column])
             if len(parts) == 1:
                 columns.append(one[:, column])
                 continue

@@ -1,4 +1,4 @@
-"""The march in time of a stepper: rows of inner steps, what is kept of them, and what reverse mode keeps.
+"""The loop over time of any stepper: rows of inner steps, the fields that are saved, and those that reverse mode stores.
 
 A stepper describes one inner step of one kind of experiment:
 

@@ -52,7 +52,7 @@ NO_EFFECT = "does not enter: "
 
 
 class Scenario(NamedTuple):
-    """A verb, what is differentiated, and its fixed arguments; constant: leaves without effect and why; bound and
+    """A verb, its differentiated and its fixed arguments; constant: leaves without effect and why; bound and
     modes: where they are wider than ``BOUND`` and ``MODES``, with the reason beside them."""
 
     verb: Callable[..., Any]

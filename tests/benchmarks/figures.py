@@ -38,7 +38,7 @@ PASSING = re.compile(r"wall_time|seconds|version|digest|date|platform|processor|
 
 
 class Table:
-    """What was found: ``numbers`` and ``texts``, lists by name."""
+    """The recorded results: ``numbers`` and ``texts``, lists by name."""
 
     def __init__(self) -> None:
         self.numbers: dict[str, list[float]] = {}
