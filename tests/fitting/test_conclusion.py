@@ -166,7 +166,7 @@ def test_noise_that_changes_along_the_curve_is_estimated(first):
 
 
 def test_noise_of_one_size_is_seldom_found_to_change():
-    """A change of the noise is found in at most 2 % of 400 series of white noise: each of two tests has a level of 0.25 %."""
+    """A change is found in at most 2 % of 400 series of white noise: each of the two tests has a level of 0.25 %."""
     t, rng = np.linspace(0.0, 10.0, 60), np.random.default_rng(5)
     fits = [fit_growth(GrowthData(t, 0.5 + 2.0 * t + 0.05 * rng.standard_normal(60))) for _ in range(400)]
     assert sum(any("noise changes" in note for note in fit.notes) for fit in fits) <= 8
