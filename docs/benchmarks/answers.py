@@ -112,10 +112,19 @@ def table(
     return "\n".join(lines)
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        description="Solve the benchmark problems with jaxcontact, or check answers."
-    )
+def command(
+    description: str,
+    problems: dict[str, Any],
+    solve: Callable[[str], dict[str, float]],
+    page: Callable[[], str],
+    arguments: Sequence[str] | None,
+    cost: Callable[[str], dict[str, float]] | None = None,
+) -> int:
+    """Run the command line of a set of problems; return 1 if an answer lies outside its tolerance, else 0.
+
+    solve: the answers to a problem; page: the tables of the documentation; cost: what ``--cost`` measures.
+    """
+    parser = argparse.ArgumentParser(description=description)
     parser.add_argument(
         "names", nargs="*", metavar="NAME", help="problems; all by default"
     )
@@ -127,23 +136,41 @@ def main(arguments: Sequence[str] | None = None) -> int:
         help="read the answers of another code from a file",
     )
     parser.add_argument(
-        "--table", action="store_true", help="print the table of the documentation"
+        "--table", action="store_true", help="print the tables of the documentation"
     )
+    if cost is not None:
+        parser.add_argument(
+            "--cost", action="store_true", help="measure the cost of a gradient instead"
+        )
     given = parser.parse_args(arguments)
-    if unknown := [name for name in given.names if name not in PROBLEMS]:
-        parser.error(f"no problem {unknown[0]!r}; there are {', '.join(PROBLEMS)}")
-    known = json.loads(given.check.read_text(encoding="utf-8")) if given.check else None
+    if unknown := [name for name in given.names if name not in problems]:
+        parser.error(f"no problem {unknown[0]!r}; there are {', '.join(problems)}")
     if given.table:
-        print(table(json.loads(OURS.read_text(encoding="utf-8"))))
+        print(page())
         return 0
-    names = given.names or list(PROBLEMS if known is None else known)
-    found, wrong = {}, []
+    known = json.loads(given.check.read_text(encoding="utf-8")) if given.check else None
+    names = given.names or list(problems if known is None else known)
+    found: dict[str, dict[str, float]] = {}
+    wrong: list[str] = []
     for name in names:
-        found[name] = answer(name) if known is None else known[name]
-        wrong += outside(name, found[name])
+        if cost is not None and given.cost:
+            found[name] = cost(name)
+            continue
+        found[name] = solve(name) if known is None else known[name]
+        wrong += outside(name, found[name], problems)
     if given.output:
         given.output.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
     return 1 if wrong else 0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    return command(
+        "Solve the benchmark problems with jaxcontact, or check answers.",
+        PROBLEMS,
+        answer,
+        lambda: table(json.loads(OURS.read_text(encoding="utf-8"))),
+        arguments,
+    )
 
 
 if __name__ == "__main__":

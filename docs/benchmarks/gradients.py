@@ -11,7 +11,6 @@ that of the value alone, both compiled before, in one process. Exit status 1 mea
 tolerance of its problem.
 """
 
-import argparse
 import json
 import sys
 import time
@@ -257,48 +256,21 @@ def cost_table() -> str:
     return "\n".join(lines)
 
 
+def tables() -> str:
+    """Return the tables of our answers and of the cost of a gradient, in Markdown."""
+    ours = json.loads(OURS.read_text(encoding="utf-8"))
+    return answers.table(ours, PROBLEMS) + "\n\n" + cost_table()
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(
-        description="Solve the problems with gradients, or check answers."
+    return answers.command(
+        "Solve the problems with gradients, or check answers.",
+        PROBLEMS,
+        answer,
+        tables,
+        arguments,
+        cost,
     )
-    parser.add_argument(
-        "names", nargs="*", metavar="NAME", help="problems; all by default"
-    )
-    parser.add_argument(
-        "-o", "--output", type=Path, help="write the answers, or the costs, as JSON"
-    )
-    parser.add_argument(
-        "--check",
-        type=Path,
-        metavar="FILE",
-        help="read the answers of another code from a file",
-    )
-    parser.add_argument(
-        "--cost", action="store_true", help="measure the cost of a gradient"
-    )
-    parser.add_argument(
-        "--table", action="store_true", help="print the tables of the documentation"
-    )
-    given = parser.parse_args(arguments)
-    if unknown := [name for name in given.names if name not in PROBLEMS]:
-        parser.error(f"no problem {unknown[0]!r}; there are {', '.join(PROBLEMS)}")
-    if given.table:
-        ours = json.loads(OURS.read_text(encoding="utf-8"))
-        print(answers.table(ours, PROBLEMS), cost_table(), sep="\n\n")
-        return 0
-    known = json.loads(given.check.read_text(encoding="utf-8")) if given.check else None
-    names = given.names or list(PROBLEMS if known is None else known)
-    found: dict[str, dict[str, float]] = {}
-    wrong: list[str] = []
-    for name in names:
-        if given.cost:
-            found[name] = cost(name)
-            continue
-        found[name] = answer(name) if known is None else known[name]
-        wrong += answers.outside(name, found[name], PROBLEMS)
-    if given.output:
-        given.output.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-    return 1 if wrong else 0
 
 
 if __name__ == "__main__":
