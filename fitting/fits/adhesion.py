@@ -174,12 +174,8 @@ class AdhesiveTest(NamedTuple):
         times = self.data.t - self.data.t[0]
         samples = tuple(nonlinear.repeated(x) for x in (times, self.data.depth, self.data.load))
         body = jnp.array([self.body.nu, self.body.own, float(self.body.ball.radius)])
-        given = (
-            nonlinear.without_weight(weights),
-            samples,
-            space.unit,
-            body,
-        )  # numbers of points share a program
+        # numbers of points share a program
+        given = (nonlinear.without_weight(weights), samples, space.unit, body)
         residual, slopes = self._functions(space)
         return Objective(
             lambda theta: np.asarray(residual(theta, *given))[:n],
@@ -508,9 +504,8 @@ class CreepingFilm(NamedTuple):
         size = float(np.ptp(self.data.depth))
         knots = march_times(since, self.data.depth / size)
         depth = polygon(since, self.data.depth / size, knots) * size
-        steps = np.interp(
-            np.arange((knots.size - 1) * finer + 1) / finer, np.arange(knots.size), knots
-        )  # between the knots
+        # between the knots
+        steps = np.interp(np.arange((knots.size - 1) * finer + 1) / finer, np.arange(knots.size), knots)
         grid = jc.Grid.square(n=CELLS * finer, width=width)
         numbers = Run(
             self.film, grid, steps, np.interp(steps, knots, depth), since, self.data.load, np.zeros(since.size),
@@ -817,9 +812,8 @@ def _found(test: AdhesiveTest, label: str, choices: AdhesiveChoices) -> _Searche
     problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
     best, objective = solved.whole
-    off = np.abs(
-        moved(best, objective.free, solved.weights * test.zero)
-    )  # what an error of the zero of the load changes
+    # what an error of the zero of the load changes
+    off = np.abs(moved(best, objective.free, solved.weights * test.zero))
     solved = solved._replace(kept=test.seen.contact)
     ranged = test.model is JKR and test.body.film is None
     other = (lambda: _with_range(test, solved.weights, choices)) if ranged else None

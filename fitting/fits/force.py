@@ -353,9 +353,8 @@ class ForceProblem(NamedTuple):
         points = np.linspace(0.0, 1.0, TRIALS, endpoint=False)
         n = self.sample.t.size
         forces = np.asarray(unit_forces(points, self.padded))[:, :n]
-        inside = np.isfinite(forces).all(
-            1
-        )  # at a deeper contact point the largest depth is smaller, and so is chi
+        # at a deeper contact point the largest depth is smaller, and so is chi
+        inside = np.isfinite(forces).all(1)
         chi = f"expected a sample with chi (sqrt(R depth)/thickness of a ball) up to {thin_layer.LARGEST:g}, got more"
         if not np.any(inside):
             raise ValueError(f"thickness: {chi} for every contact point on a way of {self.units[1]:.3g} m")
@@ -371,9 +370,8 @@ class ForceProblem(NamedTuple):
                 "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
                 " indent"
             )
-        if (
-            not inside.all() and best[0] <= np.argmax(inside) + 1
-        ):  # the best one lies at or beyond the end of the layer's law
+        # the best one lies at or beyond the end of the layer's law
+        if not inside.all() and best[0] <= np.argmax(inside) + 1:
             raise ValueError(
                 f"thickness: {chi} for the contact point that describes the curve: leave out the deep points with a window,"
                 " or take the sample as a half-space"

@@ -384,9 +384,8 @@ def _spectrum(found: SpectrumOptimum, tau: np.ndarray, widening: float, level: f
     weight = np.abs(resolution) + 1e-300
     weight /= weight.sum(1, keepdims=True)
     centre = weight @ place
-    width = 2.355 * np.sqrt(
-        np.maximum(weight @ place**2 - centre**2, 0.0)
-    )  # at half height of a normal curve
+    # at half height of a normal curve
+    width = 2.355 * np.sqrt(np.maximum(weight @ place**2 - centre**2, 0.0))
     resolved = (sd < KNOWN) & (np.abs(centre - place) < SHIFTED)
     z = noise.two_sided(level)
     with np.errstate(over="ignore"):

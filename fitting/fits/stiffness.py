@@ -193,9 +193,8 @@ class StiffnessProblem(NamedTuple):
         structure = dataclasses.replace(ElasticFilm.of(jc.Elastic, units), nu=body.nu)
         half = body._replace(base=None)
         rigid = np.median(data.stiffness / np.exp(log_stiffness(1.0, 1.0, half._replace(tip=0.0), tip)[0]))
-        soft = 1.0 / max(
-            1.0 / rigid - body.tip / (1.0 - body.nu), 0.02 / rigid
-        )  # without the tip's compliance
+        # without the tip's compliance
+        soft = 1.0 / max(1.0 / rigid - body.tip / (1.0 - body.nu), 0.02 / rigid)
         return cls(data.stiffness, body, tip, sample, structure, float(soft))
 
     def space(self, table: dict[str, tuple[float, float]]) -> ParameterSpace:

@@ -56,14 +56,12 @@ def sweeps(series: Series) -> tuple[list[Series], list[Series]]:
     frequency, and more than twice as many as at most other frequencies, which a sweep may repeat.
     """
     omega = series.clock
-    moved = ~(
-        np.abs(np.diff(omega)) <= SAME * np.abs(omega[:-1])
-    )  # measured frequencies are never quite the same
+    # measured frequencies are never quite the same
+    moved = ~(np.abs(np.diff(omega)) <= SAME * np.abs(omega[:-1]))
     pieces = np.split(np.arange(omega.size), np.flatnonzero(moved) + 1)
     usual = float(np.median([piece.size for piece in pieces]))
-    narrow = [
-        np.ptp(omega[piece]) <= 2.0 * SAME * np.abs(omega[piece[0]]) for piece in pieces
-    ]  # not a dense sweep
+    # not a dense sweep
+    narrow = [np.ptp(omega[piece]) <= 2.0 * SAME * np.abs(omega[piece[0]]) for piece in pieces]
     long = [
         piece.size >= STILL and piece.size > 2.0 * usual and one
         for piece, one in zip(pieces, narrow, strict=True)

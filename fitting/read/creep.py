@@ -224,9 +224,8 @@ def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ..
     """Return the wanted columns: compliance where a block has it, otherwise strain and stress."""
     some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
     others = {"J", "strain", "stress"} & set(columns)
-    if CREEP_MODULUS.key in columns or (
-        some(CREEP_MODULUS) and not others
-    ):  # then a compliance beside it is 1/D too
+    # then a compliance beside it is 1/D too
+    if CREEP_MODULUS.key in columns or (some(CREEP_MODULUS) and not others):
         return TIME, CREEP_MODULUS
     if some(COMPLIANCE) or not some(STRAIN):
         if not some(COMPLIANCE) and "J" not in columns:

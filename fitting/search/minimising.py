@@ -263,9 +263,8 @@ class _Minimisation:
         change, memory = self.update(gradient, memory, here.z)
         if self.line_search:
             direction = [-c for c in change]
-            if (
-                not _dot(direction, here.gradient) < 0.0
-            ):  # curvature lost to rounding: restart from steepest descent
+            # curvature lost to rounding: restart from steepest descent
+            if not _dot(direction, here.gradient) < 0.0:
                 change, memory = self.update(gradient, self.method.init(here.z), here.z)
                 direction = [-c for c in change]
             return self._along(here, direction), memory

@@ -242,9 +242,8 @@ def _check(data: IndentationData, control: str, rise: float | None) -> None:
 
 def _check_size(data: IndentationData, pressing: Pressing) -> None:
     """Raise ValueError for depths beyond the diameter of a ball, which are in other units."""
-    if (
-        isinstance(pressing.indenter, jc.Sphere) and not pressing.film
-    ):  # the grid of a film has checks of its own
+    # the grid of a film has checks of its own
+    if isinstance(pressing.indenter, jc.Sphere) and not pressing.film:
         way, radius = float(np.ptp(data.depth)), float(pressing.indenter.radius)
         if way > DEEPEST * radius:
             raise ValueError(

@@ -118,9 +118,8 @@ def _curve(fit: Any, path: Path) -> None:
         curve = np.repeat(np.arange(len(sizes)), sizes)
         held = np.repeat([one.temperature for one in fit.data], sizes)
         quantity = [own for n in sizes for own in np.repeat(name.split(", "), n // len(name.split(", ")))]
-        if over.startswith(
-            "ln("
-        ):  # the measured frequencies or times of a master curve, which are not shifted
+        # the measured frequencies or times of a master curve, which are not shifted
+        if over.startswith("ln("):
             swept = hasattr(fit.data[0], "omega")
             over, x = ("omega [rad/s]", np.exp(x)) if swept else ("t [s]", np.exp(-x))
         shown = "-" if "," in name else unit

@@ -42,9 +42,8 @@ class MapWatch:
         A program has maps in proportion to the time of its compilation, about one in 4 ms, or one in 0.2 ms where it is
         read from the disk; between two counts, at most 20 times their duration apart, a process gains a few thousand.
         """
-        if event != COMPILED or not self._busy.acquire(
-            blocking=False
-        ):  # another thread counts at this moment
+        # another thread counts at this moment
+        if event != COMPILED or not self._busy.acquire(blocking=False):
             return
         try:
             self.compiling += duration

@@ -69,9 +69,8 @@ def parts_of(f: types.FunctionType) -> dict[str, str]:
     while True:
         loaded, identity = len(sys.modules), _Identity()
         identity.of(f, "f")
-        if (
-            len(sys.modules) == loaded
-        ):  # otherwise f imports modules when it is called, which are now members of others
+        # otherwise f imports modules when it is called, which are now members of others
+        if len(sys.modules) == loaded:
             return identity.parts
 
 
@@ -91,9 +90,8 @@ class _Identity:
 
     def __init__(self) -> None:
         self.parts: dict[str, str] = {}
-        self.labels: dict[
-            int, tuple[str, Any]
-        ] = {}  # of functions, classes, modules, with them, so that ids last
+        # of functions, classes, modules, with them, so that ids last
+        self.labels: dict[int, tuple[str, Any]] = {}
         self.packages: set[str] = set()  # those already searched for replaced functions
         self.open: list[int] = []  # the containers around the current value
         self.place: list[str] = []  # the names around the current value, for messages
@@ -186,9 +184,8 @@ class _Identity:
         reduce = copyreg.dispatch_table.get(kind)
         try:
             reduced = reduce(value) if reduce else value.__reduce_ex__(4)
-        except (
-            Exception
-        ):  # TypeError for a file, a lock or a generator; pickle's other errors have no common class
+        # TypeError for a file, a lock or a generator; pickle's other errors have no common class
+        except Exception:
             self._refuse(f"a {kind.__module__}.{kind.__qualname__}")
         if isinstance(reduced, str):  # the name of a global variable of a package
             module = pickle.whichmodule(value, reduced)  # type: ignore[attr-defined]
@@ -201,9 +198,8 @@ class _Identity:
 
     def _state(self, state: Any) -> str:
         """Return the digest of attributes, independent of the order in which they were set."""
-        if (
-            isinstance(state, tuple) and len(state) == 2 and isinstance(state[1], dict)
-        ):  # of a class with slots
+        # of a class with slots
+        if isinstance(state, tuple) and len(state) == 2 and isinstance(state[1], dict):
             return _digest("slots", self._state(state[0]), self._state(state[1]))
         if not isinstance(state, dict):
             return self.of(state)
@@ -218,9 +214,8 @@ class _Identity:
         self.place.pop()
         for name, cell in zip(f.__code__.co_freevars, f.__closure__ or (), strict=True):
             pieces += [self.of(cell.cell_contents, name)] if _is_set(cell) else []
-        if _package(
-            f.__globals__.get("__name__")
-        ):  # the globals of an installed function belong to its package
+        # the globals of an installed function belong to its package
+        if _package(f.__globals__.get("__name__")):
             return _digest("function", *pieces)
         pieces.append(self._state(vars(f)))
         variables, attributes, modules = _reads(f.__code__, f.__globals__.get("__package__"))
@@ -228,9 +223,8 @@ class _Identity:
             value = f.__globals__.get(name, getattr(builtins, name, "missing"))
             pieces.append(self.of(value, name))
             modules |= {"sys"} if value is sys else set()
-            if isinstance(value, types.ModuleType) and _package(
-                value.__name__
-            ):  # its numbers, which may be replaced too
+            # its numbers, which may be replaced too
+            if isinstance(value, types.ModuleType) and _package(value.__name__):
                 own = {each: vars(value)[each] for each in attributes & vars(value).keys()}
                 pieces.append(self._state({each: own[each] for each in own if type(own[each]) in PLAIN}))
         for name in sorted(modules):
@@ -348,9 +342,8 @@ def _reads(code: types.CodeType, package: str | None) -> tuple[set[str], set[str
     variables, attributes, modules = set[str](), set[str](), set[str]()
     listed = [each for each in dis.get_instructions(code) if each.opname != "EXTENDED_ARG"]
     for index, each in enumerate(listed):
-        if (
-            each.opname == "IMPORT_NAME"
-        ):  # after its level, the number of dots before the name, and its list of names
+        # after its level, the number of dots before the name, and its list of names
+        if each.opname == "IMPORT_NAME":
             modules.add(importlib.util.resolve_name("." * listed[index - 2].argval + each.argval, package))
         elif each.opcode in dis.hasname:
             is_attribute = each.opname.endswith(("_ATTR", "_METHOD", "IMPORT_FROM"))
@@ -393,8 +386,7 @@ def _top_package(top: str) -> tuple[str, str] | None:
         return None
     try:
         return top, importlib.metadata.version(top)
-    except (
-        importlib.metadata.PackageNotFoundError
-    ):  # a distribution of another name; looking for it takes a second
+    # a distribution of another name; looking for it takes a second
+    except importlib.metadata.PackageNotFoundError:
         names = importlib.metadata.packages_distributions().get(top, [])
         return top, " ".join(importlib.metadata.version(each) for each in names)

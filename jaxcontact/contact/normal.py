@@ -302,9 +302,8 @@ def _iterate(problem: Problem, precondition: OnContact, s: _Search) -> _Search:
     step = tried - p
     lifted = problem.operator(step)
     least = _least(problem, s, step, lifted)
-    longest = jax.lax.cond(
-        least > 1.0, lambda: law.longest(p, step), lambda: least
-    )  # to one it may always go
+    # to one it may always go
+    longest = jax.lax.cond(least > 1.0, lambda: law.longest(p, step), lambda: least)
     part = jnp.minimum(least, longest)
     part = jnp.where(clipped & (part > NEARLY) & (part < 1.0), 1.0, part)
     # a direction that does not lower the energy is given up, for a shorter step down the residual

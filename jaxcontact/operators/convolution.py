@@ -194,9 +194,8 @@ def _shortest(eigenvalues: Array, n: int) -> Array:
 
 def _mean_over_waves(circulant: Array) -> Array:
     """Return the mean of a real spectrum over all waves, ()."""
-    weights = (
-        jnp.full(circulant.shape[-2], 2.0).at[0].set(1.0)[:, None]
-    )  # rows stand for both signs of a wavenumber
+    # rows stand for both signs of a wavenumber
+    weights = jnp.full(circulant.shape[-2], 2.0).at[0].set(1.0)[:, None]
     return jnp.sum(weights * circulant) / (jnp.sum(weights) * circulant.shape[-1])
 
 

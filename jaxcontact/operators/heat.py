@@ -209,9 +209,8 @@ def _nodes(
         shortest = jnp.clip(depth, THINNEST * cell, cell)
     start, farthest = shortest / (4.0 * root), FARTHEST * cell / (4.0 * root)
     moving, safe = speed > 0.0, jnp.where(speed > 0.0, speed, 1.0)
-    along = (
-        jnp.abs(along_x) * shape[0] * dx + jnp.abs(along_y) * shape[1] * dy
-    )  # |v| x the grid's width along the motion
+    # |v| x the grid's width along the motion
+    along = jnp.abs(along_x) * shape[0] * dx + jnp.abs(along_y) * shape[1] * dy
     last = jnp.where(moving, jnp.sqrt(along) / safe + 2.0 * PASSED * root / safe, jnp.inf)
     last = jnp.minimum(last, farthest)
     rate = start * speed / (PASSING * root)  # u = rate sinh(w) + w/SPREADING with s = start sinh(w)

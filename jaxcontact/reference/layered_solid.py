@@ -27,10 +27,8 @@ def surface_response(moduli, poissons, thicknesses, m, n):
     poissons: (..., layers + 1); thicknesses: (..., layers) [m]; m, n: (...) [rad/m], not both zero.
     """
     moduli, poissons, thicknesses, m, n = map(np.asarray, (moduli, poissons, thicknesses, m, n))
-    alpha, unit = (
-        np.hypot(m, n),
-        moduli[..., 0],
-    )  # lengths in units of 1/alpha, moduli in units of the top layer's
+    # lengths in units of 1/alpha, moduli in units of the top layer's
+    alpha, unit = (np.hypot(m, n), moduli[..., 0])
     direction = (np.asarray(m / alpha, np.longdouble), np.asarray(n / alpha, np.longdouble))
     solids = [(moduli[..., i] / unit, poissons[..., i]) for i in range(moduli.shape[-1])]
     depths = [np.asarray(thicknesses[..., i] * alpha, np.longdouble) for i in range(thicknesses.shape[-1])]

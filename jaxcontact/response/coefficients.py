@@ -267,9 +267,8 @@ def of_image(x: Array, y: Array, z: Array) -> Kinds:
     angle_x, angle_y = jnp.arctan(y * z / (x * r)), jnp.arctan(x * z / (y * r))
     difference_x = jnp.arctan(x * y * r_less_z / (x**2 * r + y**2 * z))  # atan(y/x) - angle_x
     difference_y = jnp.arctan(x * y * r_less_z / (y**2 * r + x**2 * z))
-    lifted = (
-        z - safe_z
-    )  # zero, but at the surface, where it makes ln(x + r) of the first and ln(y + r) of the second
+    # zero, but at the surface, where it makes ln(x + r) of the first and ln(y + r) of the second
+    lifted = z - safe_z
     log_x = jnp.log1p((x + r_less_z + lifted) / safe_z)  # ln((x + r)/z)
     log_y = jnp.log1p((y + r_less_z + lifted) / safe_z)
     log_ratio = jnp.log1p((r_less_rho + z) / rho)  # ln((r + z)/rho)

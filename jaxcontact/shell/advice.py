@@ -386,9 +386,8 @@ def first_radius(case: Case) -> float:
 def fastest_time(case: Case) -> float:
     """Return the shortest relaxation time [s] of the material at the surface; inf for an elastic one."""
     spectrum = limits_of(checked_body(case.body_for_estimates)[0]).surface.spectrum()
-    kelvin_voigt = (
-        float(spectrum.instantaneous) == 0.0
-    )  # its retardation times are finite, but not its relaxation times
+    # its retardation times are finite, but not its relaxation times
+    kelvin_voigt = float(spectrum.instantaneous) == 0.0
     rates = np.asarray(spectrum.rates if kelvin_voigt else relaxation_modes(spectrum)[0])
     return float(1.0 / np.max(rates)) if rates.size and np.max(rates) > 0.0 else math.inf
 

@@ -54,9 +54,8 @@ def tell(text: str, stream: TextIO) -> None:
     try:
         print(_coloured(text, stream), file=stream, flush=True)
     except OSError:
-        os.dup2(
-            os.open(os.devnull, os.O_WRONLY), stream.fileno()
-        )  # otherwise the flush at exit fails as well
+        # otherwise the flush at exit fails as well
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _coloured(text: str, stream: TextIO) -> str:

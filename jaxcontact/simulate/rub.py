@@ -327,9 +327,8 @@ def _motion(velocity: Any, path: Any, count: int) -> tuple[Any, Any, Verdict]:
         shape in ((count,), (count, 2)),
         f"path [m]: expected shape ({count},) or ({count}, 2) as times, got {shape}",
     )
-    numbers: Any = (
-        np if is_concrete(path) else jnp
-    )  # known values stay so inside jit, where operations of jax trace them
+    # known values stay so inside jit, where operations of jax trace them
+    numbers: Any = np if is_concrete(path) else jnp
     along_x = numbers.asarray(path, float)
     both = numbers.stack([along_x, numbers.zeros(count)], -1) if along_x.ndim == 1 else along_x
     return None, both, checks.finite("path [m]", path)
