@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
@@ -164,10 +163,8 @@ def _each(stacked: Array) -> list[Array]:
 def confined_compliance(circulant: Array, shape: tuple[int, ...]) -> Array:
     """Return ``Operator.confined_compliance`` from the real circulant of a grid (nx, ny): the harmonic mean."""
     floor = FLOOR * _mean_over_waves(circulant)
-    signs = np.full(circulant.shape[-2], 2.0)  # each row stands for both signs of a wavenumber,
-    signs[[0, -1] if shape[1] % 2 == 0 else [0]] = 1.0  # but not that of zero and of alternating cells
     inverse = 1.0 / jnp.maximum(circulant, floor)
-    return shape[0] * shape[1] / jnp.sum(signs[:, None] * inverse)
+    return shape[0] * shape[1] / jnp.sum(spectral.both_signs(shape[1])[:, None] * inverse)
 
 
 def cell_ratio(circulant: Array, shape: tuple[int, ...]) -> Array | float:

@@ -329,9 +329,8 @@ def test_a_ball_pressed_and_withdrawn_on_a_half_space_that_creeps():
     speed = lambda t: np.where(t < peak, rate, -rate)
     times = np.linspace(0.0, 32.0, 65)
     control = jc.Approach(np.asarray(depth(times)))
-    history = jc.indent(
-        jc.LayeredHalfSpace([], solid), jc.Sphere(5e-3), control, times, grid=jc.Grid.square(32, 32 * cell)
-    )
+    body, grid = jc.LayeredHalfSpace([], solid), jc.Grid.square(32, 32 * cell)
+    history = jc.indent(body, jc.Sphere(5e-3), control, times, grid=grid, substeps=4)
     relaxation = lambda t: np.asarray(solid.relaxation(t))
     for i in range(16, 57, 8):
         exact = ting.contact_radius(times[i], relaxation, depth, speed, peak, 5e-3)

@@ -61,6 +61,7 @@ def test_reciprocity(name):
     assert np.sum(q * apply(p)) == pytest.approx(np.sum(p * apply(q)), rel=1e-12)
 
 
+@pytest.mark.filterwarnings("ignore:the time steps have an estimated error")  # which both runs share
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.long if name == "strip" else ()) for name in GRIDS]
