@@ -109,6 +109,10 @@ def check_rubbing(friction: Any, grid: Grid) -> Verdict:
     return check_friction(friction, grid.shape)
 
 
+class TooFewSubstepsError(ValueError):
+    """The indenter moves farther in an inner step than the grid allows; more substeps mend it."""
+
+
 def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> Verdict:
     """A number, (2,) or (nt, 2), finite; no step too far; no return to what has left the grid.
 
@@ -145,11 +149,11 @@ def _check_moves(moves: np.ndarray, substeps: int) -> None:
     """moves: (nt - 1, 2) in widths of the grid."""
     farthest = float(np.max(np.abs(moves), initial=0.0))
     needed = int(np.ceil(farthest / FARTHEST * (1.0 - 1e-12)))
-    checks.require(
-        needed <= substeps,
-        f"velocity: expected steps of at most {FARTHEST} of the grid's width, got {farthest:.3g} between two"
-        f" times in {substeps} substeps: pass substeps={needed} or more, or a wider grid",
-    )
+    if needed > substeps:
+        raise TooFewSubstepsError(
+            f"velocity: expected steps of at most {FARTHEST} of the grid's width, got {farthest:.3g} between two"
+            f" times in {substeps} substeps: pass substeps={needed} or more, or a wider grid"
+        )
 
 
 def _check_returns(places: np.ndarray) -> None:

@@ -15,6 +15,7 @@ from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support import checks
 from jaxcontact._support.pytree import is_concrete, pytree, replace
 from jaxcontact._support.status import LARGEST_ERROR, LARGEST_STEP_ERROR, Status, most_serious
+from jaxcontact.history.motion import TooFewSubstepsError
 from jaxcontact.history.time_loop import Carry, Outcome, Rows, Stepper, begin, begun, in_blocks, march
 from jaxcontact.indenters.shapes import HeightField, Sphere
 from jaxcontact.operators.kernels import Errors
@@ -24,7 +25,6 @@ from jaxcontact.results.notes import announce
 from jaxcontact.simulate.experiment import Experiment, Plan, Settings, TimedExperiment
 
 REFINED = (1, 4, 16, 64)  # substeps that "auto" tries
-TOO_FAR = "pass substeps="  # in the message on a track with too few substeps
 ROUNDED = 1e-12  # change of a thickness, over it, that is rounding
 
 
@@ -83,8 +83,8 @@ def refined(
     for count in REFINED:
         try:
             experiment = make(with_substeps(count))
-        except ValueError as error:
-            if TOO_FAR not in str(error) or count == REFINED[-1]:
+        except TooFewSubstepsError:
+            if count == REFINED[-1]:
                 raise
             continue
         history = solve(experiment)
