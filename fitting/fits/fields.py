@@ -226,12 +226,12 @@ class PressedImages:
 
     def __init__(
         self, body: Callable, names: tuple[str, ...], setting: tuple[Any, Any, Any], seen: tuple[str, ...],
-        image: jc.Grid, grid: jc.Grid, tolerance: float,
+        image: jc.Grid, grid: jc.Grid, tolerance: float, substeps: int,
     ) -> None:  # fmt: skip
         self.seen, self.image, self.grid = seen, image, grid
         self.given = (setting, grid, tolerance)
         needed = tuple(sorted({own for name in seen for own in NEEDED.get(name, (name,))}))
-        self.static = {"body": body, "names": names, "needed": needed}
+        self.static = {"body": body, "names": names, "needed": needed, "substeps": substeps}
         self._store()
 
     def _store(self) -> None:
@@ -254,6 +254,10 @@ class PressedImages:
     def status(self, logs: tuple[float, ...]) -> jc.Status:
         """Return the largest status."""
         return jc.Status(int(np.max(self.history(logs)[1].status)))
+
+    def step_error(self, logs: tuple[float, ...]) -> float:
+        """Return the largest estimated relative error of the pressure due to the time steps."""
+        return float(np.max(self.history(logs)[1].time_step_error))
 
     def notes(self, logs: tuple[float, ...]) -> tuple[str, ...]:
         """Return the notes of the solver."""
@@ -278,18 +282,18 @@ class PressedImages:
         return _tangents(*given, self.grid, self.image, seen=self.seen)
 
 
-@functools.partial(jax.jit, static_argnames=("body", "names", "needed"))
+@functools.partial(jax.jit, static_argnames=("body", "names", "needed", "substeps"))
 def _run(
     logs: Array, setting: tuple[Any, Any, Any], grid: jc.Grid, tolerance: float, *,
-    body: Callable, names: tuple[str, ...], needed: tuple[str, ...],
+    body: Callable, names: tuple[str, ...], needed: tuple[str, ...], substeps: int,
 ) -> tuple[dict[str, Array], jc.ContactHistory]:  # fmt: skip
     """Return the fields (nt, nx, ny) of an indentation, and its whole history; setting: indenter, control and times."""
     values = dict(zip(names, jnp.exp(logs), strict=True))
-    history = jc.indent(body(values), *setting, grid=grid, tolerance=tolerance)
+    history = jc.indent(body(values), *setting, grid=grid, tolerance=tolerance, substeps=substeps)
     return {name: getattr(history, name) for name in needed}, history
 
 
-@functools.partial(jax.jit, static_argnames=("body", "names", "needed"))
+@functools.partial(jax.jit, static_argnames=("body", "names", "needed", "substeps"))
 def _moved(logs: Array, *given: Any, **static: Any) -> dict[str, Array]:
     """Return the derivatives (k, nt, nx, ny) of the fields with respect to log parameters (k,)."""
     slopes = jax.jacfwd(lambda at: _run(at, *given, **static)[0])(logs)
@@ -332,6 +336,9 @@ WIDER = 1.0, 1.03, 1.06, 1.09, 1.12  # widths, over that of the fit, of grids of
 COARSER = 1 / 2, 3 / 4  # cells along each axis, over those of the fit, where the width cannot differ
 FINER = (2.0, 1.0), (2.0, 1.06)  # cells along each axis and width of the finer grids, over those of the fit
 FINER_HERE = (2.0, 1.0), (1.5, 1.0)  # the same where the width cannot differ
+
+SUBSTEPS = (1, 4, 16, 64)  # of each time between two images, tried in this order
+SHORT_STEPS = 0.01  # relative error of the pressure by the time steps that is short enough
 
 Press = Callable[[Any, jc.Grid], PressedImages]
 
@@ -545,14 +552,19 @@ class FieldSearch:
         nuisances = (*align, *(("blur",) if blur == "fitted" else ()), *contact)
         pixel = float(data.grid.spacing[0])
         units = np.array([1.0 if name in ("angle", "errors") else pixel for name in nuisances])
-        press = lambda indenter, own: PressedImages(
-            sought.structure.model, tuple(parameters), (indenter, data.control, jnp.asarray(data.times)),
-            tuple(data.fields), data.grid, own, tolerance,
-        )  # fmt: skip
-        known = {name: np.isfinite(field) & _within(data.grid, grid) for name, field in data.fields.items()}
         logs = np.array([math.log(np.clip(value, *sought.table[name])) for name, value in parameters.items()])
+        # The pressure is linear within a step: the times of the images are divided until that holds at the start.
+        for substeps in SUBSTEPS:
+            press = lambda indenter, own, substeps=substeps: PressedImages(
+                sought.structure.model, tuple(parameters), (indenter, data.control, jnp.asarray(data.times)),
+                tuple(data.fields), data.grid, own, tolerance, substeps,
+            )  # fmt: skip
+            pressing = press(indenter, grid)
+            if not pressing.step_error(tuple(logs.tolist())) > SHORT_STEPS:
+                break
+        known = {name: np.isfinite(field) & _within(data.grid, grid) for name, field in data.fields.items()}
         return cls(
-            data, sought, press(indenter, grid), coarser(press, indenter, grid), finer(press, indenter, grid), nuisances,
+            data, sought, pressing, coarser(press, indenter, grid), finer(press, indenter, grid), nuisances,
             units,
             0.0 if blur == "fitted" else float(blur),
             np.append(logs, [START[name] for name in nuisances]), _space(sought, logs, nuisances, units), noise,
@@ -928,9 +940,10 @@ def fit_fields(
     """Identify parameters of a body from measured fields of its contact with a known indenter.
 
     The images of ``jc.indent(body(p), indenter, data.control, data.times, grid=grid)`` are fitted to the data over the
-    logarithms of the parameters p and over the nuisance parameters of the instrument. See ``fitting/fits/fields.py``
-    for the model of the instrument, and ``fitting/fits/fields.py`` for that of the noise. A pixel of a contact
-    image is a Bernoulli variable, whose probability rises across the edge and is limited by a share of misread pixels.
+    logarithms of the parameters p and over the nuisance parameters of the instrument. Each time between two images is
+    divided into substeps until the error by the time steps is below 1 % of the pressure at the start of the search. See
+    ``fitting/fits/fields.py`` for the models of the instrument and of the noise. A pixel of a contact image is a Bernoulli
+    variable, whose probability rises across the edge and is limited by a share of misread pixels.
 
     The sum of squares can have several minima. It is first evaluated at quasi-random points, and local searches begin at the
     start and at the best of these. The fit is rejected if only one search ended at the best optimum, or if other

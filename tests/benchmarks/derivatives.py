@@ -42,6 +42,7 @@ NO_DERIVATIVE = {
     "tabor_number": "a report on the regime",
     "error": "an error of the solver",
     "step_error": "an estimate of an error",
+    "time_step_error": "an estimate of an error",
     "truncation_bound": "an estimate of an error",
     "response_error": "an estimate of an error",
     "jump_energy": "the sum over jumps, held in derivatives",

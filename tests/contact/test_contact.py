@@ -237,6 +237,7 @@ def test_unit_systems_agree(control):
                 times,
                 grid=grid,
                 tolerance=1e-12,
+                substeps=8,
             )
         assert bool(jnp.all(result.converged))
         results.append((result.pressure / stress, result.approach / length, result.load / force))

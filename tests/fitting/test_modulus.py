@@ -97,8 +97,11 @@ def test_an_interval_does_not_end_where_one_of_several_branches_does(seed):
     """Ten points of a solid of two times: beyond the end of the optimum's branch, another is far below the level."""
     t, noise = np.geomspace(1.0, 100.0, 10), 1 + 0.01 * np.random.default_rng(seed).standard_normal(10)
     G = 1e5 * (0.4 + 0.7 * np.exp(-t) + 0.3 * np.exp(-t / 50)) * noise
-    found = fitting.fit_relaxation(fitting.RelaxationData(t=t, modulus=G), weights="proportional")
-    rise = stats.f.ppf(0.95, 1, 7) / 7 * found.widening**2
+    level = 1.0 - 1e-5
+    found = fitting.fit_relaxation(
+        fitting.RelaxationData(t=t, modulus=G), weights="proportional", level=level
+    )
+    rise = stats.f.ppf(level, 1, 7) / 7 * found.widening**2
     weight = weights_of(found, G, found.fitted)
     height = lambda G1: np.sqrt((least_of_a_standard_solid(t, G, G1, weight) / found.rss - 1) / rise)
     np.testing.assert_allclose(height(found.intervals["G1"][0]), 1.0, rtol=1e-2)

@@ -174,7 +174,7 @@ def test_means_of_a_measured_hold_give_what_its_samples_give():
     whole = fitting.read_indentation(path).in_contact()
     whole = whole.only("approach", "hold")
     fit = lambda data: fitting.fit_indentation(
-        data, "StandardLinearSolid", indenter=jc.Sphere(radius=5e-6), nu=0.5
+        data, "StandardLinearSolid", indenter=jc.Sphere(radius=20e-6), nu=0.5
     )
     few, many = fit(fitting.resample(whole)), fit(whole)
     for name, value in many.values.items():

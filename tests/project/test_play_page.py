@@ -164,7 +164,7 @@ def test_the_numbers_are_those_of_a_call(name):
     grid = jc.Grid.around(body, indenter, control, TIMES, n=48)
     if name == ROLLER:
         grid = jc.Grid((96, 1), (grid.width[0] / 96, 1.0), periodic=(False, True))
-    history = jc.indent(body, indenter, control, TIMES, grid=grid)
+    history = jc.indent(body, indenter, control, TIMES, grid=grid, substeps=2)
     assert status == 200 and found["failure"] == "" and found["notes"] == list(map(str, history.notes))
     middle = np.asarray(history.pressure)[:, :, grid.shape[1] // 2]
     np.testing.assert_allclose(found["pressure"], middle, atol=1e-6 * middle.max())

@@ -10,6 +10,7 @@ from tolerances import APPROACH, PEAK, RADIUS, ROUND_OFF, SEPARATION
 
 import jaxcontact as jc
 from jaxcontact.history.memory import DirectMemory, RecursiveMemory, rows
+from jaxcontact.history.time_loop import Delayed
 from jaxcontact.operators.kernels import build_images
 from jaxcontact.reference import abel, lee_radok, ting
 from jaxcontact.simulate.experiment import fine_steps
@@ -220,7 +221,8 @@ def both_ways(body, ball, grid, times, pressures):
     kernels = jc.kernels(body, ball, grid)
     one = RecursiveMemory(kernels)
     dt = fine_steps(times, 1)
-    two = DirectMemory(build_images(body, ball, grid), jnp.zeros(times.size))
+    unused = Delayed(jnp.zeros(1), jnp.zeros(1))  # of the estimate of the error of the steps
+    two = DirectMemory(build_images(body, ball, grid), jnp.zeros(times.size), unused)
     table = jax.jit(rows, static_argnames="quasi_elastic")(body, ball, times, quasi_elastic=False)
     first, second, p = one.start(grid.shape), two.start(grid.shape), jnp.zeros(grid.shape)
     ours, direct = [], []

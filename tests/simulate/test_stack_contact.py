@@ -77,7 +77,9 @@ def agree(stack, single, rtol):
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:film strain", "ignore:only")
+@pytest.mark.filterwarnings(
+    "ignore:film strain", "ignore:only", "ignore:the time steps have an estimated error"
+)
 def test_a_film_as_three_equal_layers_is_the_film():
     """Pressed for two hours: to the error of the shared rates."""
     grid, times, ball = jc.Grid.square(32, 620e-6), jnp.linspace(0.0, 7200.0, 4), jc.Sphere(9.525e-3, STEEL)

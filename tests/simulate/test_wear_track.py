@@ -143,7 +143,7 @@ def test_derivatives_of_a_track():
 def test_a_step_that_leaps_says_so():
     run = passed(None, np.array([0.0, 0.3, 0.6]) * HALF_WIDTH)
     assert run.status.tolist() == [0, jc.Status.STEP_TOO_LONG, jc.Status.STEP_TOO_LONG]
-    assert any("moves along its path by more than a quarter" in note for note in run.notes)
+    assert any("moves along its path by over a quarter" in note for note in run.notes)
 
 
 @pytest.mark.filterwarnings("ignore:.*steps, the first")

@@ -65,7 +65,7 @@ def _grid(body: jc.LayeredHalfSpace, indenter: Any, load: float) -> jc.Grid:
 
 
 def _indent(body: jc.LayeredHalfSpace, indenter: Any, load: Any, grid: jc.Grid) -> jc.ContactHistory:
-    return jc.indent(body, indenter, jc.Load(load), TIMES, grid=grid)
+    return jc.indent(body, indenter, jc.Load(load), TIMES, grid=grid, substeps=2)
 
 
 # The first figure waits for the compiler; on grids as small as these a run takes a tenth of a second all the same.
