@@ -405,9 +405,7 @@ ROUNDS = 4  # minimisations of one model, each with the cells held that would ha
 COARSEST = 0.1  # reduction of the residual by a minimisation far from the end
 FORCING = 10.0  # square of the reduction by a minimisation near the end, over the error
 ENOUGH = 0.5  # displacement under the residual at which a minimisation stops, over that of the tolerance
-BOUND_ITERATIONS = (
-    100  # iterations of the bound from above; if they do not do, it is taken only if it lowers the energy
-)
+BOUND_ITERATIONS = 100  # most iterations of the contact that bounds the energy, taken only if it lowers it
 BOUND = 1e-5  # error of the contact without adhesion that bounds the energy, over that of the state it starts from
 SHORTER, LEAST_PART = 0.3, 1e-6  # factor by which a step is shortened, and its least part
 SMALL_PART = 0.05  # the next model is the upper bound if less of a step than this was usable
@@ -456,8 +454,8 @@ def _newton(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchSta
         rise = jnp.where(some, 0.0, closest)
         gap, approach = gap - rise, approach + rise
 
-    # 2. The quadratic model of the energy there. It is minimised the more sharply, the smaller the error: quadratic
-    # convergence at the end, and no more directions than of use in the beginning.
+    # 2. The quadratic model of the energy there. The smaller the error, the further it is minimised: for
+    # quadratic convergence at the end, without wasted directions in the beginning.
     load = problem.target if problem.load_controlled else 0.0
     attraction, stiffness = law.traction(jnp.maximum(gap, 0.0)), law.stiffness(jnp.maximum(gap, 0.0))
     reach = law.law.work / law.law.largest_traction
