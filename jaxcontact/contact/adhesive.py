@@ -691,7 +691,7 @@ class AdhesiveTangent:
     gap: Array
 
     @classmethod
-    def of(cls, problem: Problem, found: Solution) -> AdhesiveTangent:
+    def at_solution(cls, problem: Problem, found: Solution) -> AdhesiveTangent:
         """Linearise at a solution."""
         tools = tools_of(problem)
         gap = jnp.where(found.carried > 0.0, 0.0, found.displacement + problem.gap - found.approach)

@@ -317,7 +317,7 @@ def _solve_adhesive_jvp(primals, tangents):
 
 def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solution:
     """Return the change of the solution of a contact with adhesion; linear in the change of the problem."""
-    tangent = AdhesiveTangent.of(problem, found)
+    tangent = AdhesiveTangent.at_solution(problem, found)
     model = tangent.model
     held, nowhere = found.carried > 0.0, jnp.zeros_like(found.pressure)
     assert found.separated is not None

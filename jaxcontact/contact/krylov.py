@@ -134,9 +134,9 @@ def bicgstab(
 
 # A window of the grid that holds the contact.
 #
-# Most contacts leave a good part of the grid free, so that the search for the pressure may run on a
-# smaller grid: the window of the operator, put around the contact. What it finds is exact
-# there; the whole grid has the last word, and the search goes on there where the window was too small.
+# Most contacts leave a good part of the grid free, so that the search for the pressure may run on a smaller grid: the window
+# of the operator, put around the contact. The solution in the window is exact there. The search always ends on the whole
+# grid, where it goes on if the window was too small.
 
 
 def place(mask: Array, shape: tuple[int, int]) -> tuple[Corner, Array]:

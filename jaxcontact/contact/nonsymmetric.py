@@ -75,7 +75,7 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     def improve(s: Solution) -> Solution:
         # 1. The active set: cells under pressure and cells that overlap.
         gap = s.displacement + problem.gap - s.approach
-        active = law.searching(s.pressure, gap)
+        active = law.may_change(s.pressure, gap)
         project = lambda values: projected(values, active, load)
 
         # 2. K_AA dp = -g_A, roughly; with K + S in place of K, the proximal step, once the sets have had time to settle.

@@ -229,7 +229,7 @@ def _assessed(problem: Problem, s: _Search) -> _Search:
     residual = surface - (level if _of_zero_mean(problem) else approach)
 
     # The error of the module, over the depth.
-    violation, working = law.violation(p, surface - approach), law.searching(p, residual)
+    violation, working = law.violation(p, surface - approach), law.may_change(p, residual)
     violated, number, remaining = totals(p * violation, working, working * residual)
     worst = jnp.maximum(violated / positive_or_one(size), largest(violation * ~law.touching(p)))
     error = worst / positive_or_one(depth_of(problem, approach, energy, size))
@@ -252,7 +252,7 @@ def _search(
 
         # 1. Precondition the residual on the cells that may change: those in contact and those that overlap. Where the
         # directions have zero mean, that of r and of z = C r is subtracted, within the sums, which saves passes.
-        inside = law.searching(p, r).astype(float)
+        inside = law.may_change(p, r).astype(float)
         over_number = jnp.where(_of_zero_mean(problem), 1.0, 0.0) / jnp.maximum(number, 1.0)
         z = inside * precondition(inside * (r - remaining * over_number), inside)
         products = z, z * r, z * s.before, inside * s.before, inside * s.direction
@@ -271,7 +271,7 @@ def _search(
         tried = law.admissible(unclipped)
         clipped = total(tried != unclipped) > 0.0
         if problem.load_controlled:
-            tried = law.balanced(unclipped, problem.target, law.searching(p, r))
+            tried = law.balanced(unclipped, problem.target, law.may_change(p, r))
         step = tried - p
         lifted = problem.operator(step)  # the convolution of the iteration
 
