@@ -20,7 +20,7 @@ J. S. Lai, K. Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 
 import abc
 import functools
 import math
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 import jax
 import jax.numpy as jnp
@@ -61,8 +61,7 @@ from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace
 
 
 BISECTIONS = 100  # a root is found to 1e-30 of the interval between rates
-# fraction of the lowest retardation rate below which the root of a fluid is computed by ``_slowest``
-SLOW = 1e-3
+SLOW = 1e-3  # the root of a fluid below this part of the lowest retardation rate follows from its fluidity
 
 
 @pytree
@@ -102,7 +101,7 @@ class Spectrum:
 LEAST_GAP = (
     300.0  # logarithm of the interval between two rates over the smallest distance of a zero from its ends
 )
-LEAST_PART = 1e-100  # of the instantaneous modulus, that replaces moduli of zero so that every zero lies between two rates
+LEAST_PART = 1e-100  # part of the instantaneous modulus in place of moduli of zero, so that a zero lies between all rates
 
 
 def from_relaxation(equilibrium: Array | float, moduli: Array, rates: Array) -> Spectrum:
@@ -169,9 +168,45 @@ def relaxation_modes(spectrum: Spectrum, extra: Array | float = 0.0) -> tuple[Ar
 
     with factors between 0 and 1: a branch of zero compliance, or with the retardation time of another, has weight zero.
     """
-    extra = jnp.asarray(extra, dtype=float)
-    total = (spectrum.instantaneous + extra)[..., None]
-    rho = _roots(spectrum, total)
+    total = (spectrum.instantaneous + jnp.asarray(extra, dtype=float))[..., None]
+    rates, parts = spectrum.rates, spectrum.amplitudes * spectrum.rates
+    if spectrum.fluidity is not None:  # a rate zero for the flow
+        rates = jnp.append(jnp.zeros_like(spectrum.fluidity), rates)
+        parts = jnp.append(spectrum.fluidity, parts)
+
+    rho = jnp.zeros((*total.shape[:-1], 0))
+    if rates.shape[0] > 0:
+        # 1. Zeros of total + sum_i parts_i/(r_i - rho), which rises between the r_i, by bisection; an end where there is
+        # none. By the geometric mean, since neighbouring rates may be tens of decades apart.
+        r, w, J = jax.lax.stop_gradient((rates, parts, total))
+        top = r[-1:] + jnp.sum(w) / J
+        high = jnp.concatenate([jnp.broadcast_to(r[1:], (*top.shape[:-1], r.size - 1)), top], -1)
+
+        def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
+            low, high = ends
+            middle = jnp.where(low > 0.0, jnp.sqrt(low) * jnp.sqrt(high), (low + high) / 2.0)
+            gap = r - middle[..., None]
+            below = J + jnp.sum(w / jnp.where(gap == 0.0, jnp.inf, gap), -1) < 0.0
+            return jnp.where(below, middle, low), jnp.where(below, high, middle)
+
+        low, high = jax.lax.fori_loop(0, BISECTIONS, halve, (jnp.broadcast_to(r, high.shape), high))
+        rho = (low + high) / 2.0
+
+        # 2. The lowest root of a fluid, far below the retardation rates, is in proportion to the fluidity w_0, the part of
+        # the rate r_0 = 0, in rho = w_0/(total + sum_{i > 0} w_i/(r_i - rho)). This preserves its relative accuracy: it is
+        # exactly zero without a fluidity. Bisection alone leaves 1e-30 of r_1.
+        if spectrum.fluidity is not None:
+            lowest = rho[..., 0]
+            slow = lowest < SLOW * jnp.min(r[1:], initial=jnp.inf)
+            gaps = r[1:] - jnp.where(slow, lowest, 0.0)[..., None]
+            own = w[0] / (J[..., 0] + jnp.sum(w[1:] / jnp.where(gaps > 0.0, gaps, jnp.inf), -1))
+            rho = rho.at[..., 0].set(jnp.where(slow, own, lowest))
+
+        # 3. Newton steps carry the first and second derivatives.
+        for _ in range(2):
+            rho = _newton(rates, parts, total, rho)
+
+    # 4. The weights of the formula above.
     zero = jnp.zeros((*rho.shape[:-1], 1))
     roots = rho if spectrum.fluidity is not None else jnp.concatenate([zero, rho], -1)
     n = spectrum.rates.shape[0]
@@ -184,75 +219,26 @@ def relaxation_modes(spectrum: Spectrum, extra: Array | float = 0.0) -> tuple[Ar
     return rho, (weight if spectrum.fluidity is not None else weight[..., 1:]) / total
 
 
-def _roots(spectrum: Spectrum, total: Array) -> Array:
-    """Return the rho_k by bisection of the intervals between the rates, and Newton steps that carry the derivatives."""
-    rates, weights = spectrum.rates, spectrum.amplitudes * spectrum.rates
-    if spectrum.fluidity is not None:
-        rates = jnp.append(jnp.zeros_like(spectrum.fluidity), rates)
-        weights = jnp.append(spectrum.fluidity, weights)
-    if rates.shape[0] == 0:
-        return jnp.zeros((*total.shape[:-1], 0))
-    constants = jax.lax.stop_gradient((rates, weights, total))
-    rho = _bisected(*constants)
-    if spectrum.fluidity is not None:
-        rho = rho.at[..., 0].set(_slowest(*constants, rho[..., 0]))
-    for _ in range(2):
-        rho = _newton(rates, weights, total, rho)
-    return rho
-
-
 @jax.jit  # traced once for both steps
 def _newton(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
-    """Return rho after a Newton step towards a zero of ``_characteristic``; no step where its derivative is zero."""
-    value, slope = jax.jvp(lambda r: _characteristic(rates, weights, total, r), (rho,), (jnp.ones_like(rho),))
+    """Return rho (..., m) after a Newton step towards a zero of
+
+        (total + sum_i weights_i/(r_i - rho)) prod_i (r_i - rho)/(r_i + rho),
+
+    expanded so that nothing is divided by r_i - rho, which is zero for a branch of zero compliance.
+    """
+
+    def characteristic(rho: Array) -> Array:
+        size = jax.lax.stop_gradient(rates + rho[..., None])
+        size = jnp.where(size == 0.0, 1.0, size)
+        factors = (rates - rho[..., None]) / size
+        value = total * jnp.prod(factors, -1)
+        for i in range(rates.shape[0]):
+            value = value + weights[i] / size[..., i] * jnp.prod(jnp.delete(factors, i, axis=-1), -1)
+        return value
+
+    value, slope = jax.jvp(characteristic, (rho,), (jnp.ones_like(rho),))
     return rho - value / jnp.where(slope == 0.0, jnp.inf, slope)
-
-
-def _bisected(rates: Array, weights: Array, total: Array) -> Array:
-    """Return the zeros of total + sum_i weights_i/(r_i - rho), which rises between the r_i; an end where there is none."""
-    top = rates[-1:] + jnp.sum(weights) / total
-    high = jnp.concatenate([jnp.broadcast_to(rates[1:], (*top.shape[:-1], rates.size - 1)), top], -1)
-    low = jnp.broadcast_to(rates, high.shape)
-
-    def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
-        low, high = ends
-        # the geometric mean, since neighbouring rates may be tens of decades apart
-        middle = jnp.where(low > 0.0, jnp.sqrt(low) * jnp.sqrt(high), (low + high) / 2.0)
-        gap = rates - middle[..., None]
-        below = total + jnp.sum(weights / jnp.where(gap == 0.0, jnp.inf, gap), -1) < 0.0
-        return jnp.where(below, middle, low), jnp.where(below, high, middle)
-
-    low, high = jax.lax.fori_loop(0, BISECTIONS, halve, (low, high))
-    return (low + high) / 2.0
-
-
-def _slowest(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
-    """Refine the lowest root of a material that may flow, (...), where it lies far below the retardation rates.
-
-    The root is proportional to the fluidity w_0, the weight of the rate r_0 = 0, in
-
-        rho = w_0/(total + sum_{i > 0} w_i/(r_i - rho)),
-
-    which preserves its relative accuracy: it is exactly zero without a fluidity. Bisection alone leaves 1e-30 of r_1.
-    """
-    slow = rho < SLOW * jnp.min(rates[1:], initial=jnp.inf)
-    gaps = rates[1:] - jnp.where(slow, rho, 0.0)[..., None]
-    own = weights[0] / (total[..., 0] + jnp.sum(weights[1:] / jnp.where(gaps > 0.0, gaps, jnp.inf), -1))
-    return jnp.where(slow, own, rho)
-
-
-def _characteristic(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
-    """Return (total + sum_i weights_i/(r_i - rho)) prod_i (r_i - rho)/(r_i + rho), for rho (..., m).
-
-    It is expanded so that nothing is divided by r_i - rho, which is zero for a branch of zero compliance.
-    """
-    size = jax.lax.stop_gradient(rates + rho[..., None])
-    size = jnp.where(size == 0.0, 1.0, size)
-    factors = (rates - rho[..., None]) / size
-    value = total * jnp.prod(factors, -1)
-    for i in range(rates.shape[0]):
-        value = value + weights[i] / size[..., i] * jnp.prod(jnp.delete(factors, i, axis=-1), -1)
-    return value
 
 
 def parallel_creep(spectrum: Spectrum, stiffness: Array) -> tuple[Array, Array, Array]:
@@ -308,11 +294,11 @@ class Material(abc.ABC):
         The bulk modulus of an elastic volume response is multiplied as well.
         """
         compliances, unchanged = ("J0", "J", "fluidity"), ("nu", "tau")
-        change = {
-            name: _number(value) / factor if name in compliances else _number(value) * factor
-            for name, value in vars(self).items()
-            if name not in unchanged and value is not None
-        }
+        change = {}
+        for name, value in vars(self).items():
+            if name not in unchanged and value is not None:
+                number = jnp.asarray(value, float) if isinstance(value, list | tuple) else value
+                change[name] = number / factor if name in compliances else number * factor
         return replace(self, **change)
 
     def shifted(self, factor: Array | float) -> Self:
@@ -339,8 +325,11 @@ class Material(abc.ABC):
         """Return the shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape."""
         spectrum = self.spectrum()
         rho, weights = relaxation_modes(spectrum)
-        decay = jnp.exp(-jnp.asarray(as_float64(t))[..., None] * rho)
-        return self._elastic_part(spectrum) + decay @ weights
+        decay = jnp.exp(-jnp.asarray(as_float64(t))[..., None] * rho) @ weights
+        if spectrum.fluidity is not None:
+            return decay
+        # the relaxed modulus of a solid, that of the root rho = 0 of h, which is not among the modes
+        return 1.0 / (spectrum.instantaneous + jnp.sum(spectrum.amplitudes)) + decay
 
     def complex_modulus(self, omega: Array | float) -> Array:
         """Return the complex modulus G*(omega) = i omega G(i omega) [Pa], omega [rad/s] of any shape; omega > 0 for a
@@ -356,20 +345,6 @@ class Material(abc.ABC):
     def laplace_compliance(self, s: Array | complex) -> Array:
         """Return the Laplace transform of J(t): J(s) = h(s)/s^2 [s/Pa], s [1/s] real or complex, Re s > 0."""
         return self.spectrum().transform(s) / jnp.asarray(s) ** 2
-
-    @staticmethod
-    def _elastic_part(spectrum: Spectrum) -> Array | float:
-        """Return the relaxed modulus G(inf) of a solid: the contribution of the root rho = 0 of h, not in the modes; 0
-        for a fluid.
-        """
-        if spectrum.fluidity is not None:
-            return 0.0
-        return 1.0 / (spectrum.instantaneous + jnp.sum(spectrum.amplitudes))
-
-
-def _number(value: Any) -> Any:
-    """Return a list of numbers as an array; anything else as it is."""
-    return jnp.asarray(value, float) if isinstance(value, list | tuple) else value
 
 
 @pytree

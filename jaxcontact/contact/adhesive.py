@@ -2,7 +2,7 @@
 
     p = K^-1 u = p_c - s(g),     g = u + gap - approach >= 0,     p_c >= 0,     p_c g = 0,
 
-with the attraction s of ``contact.adhesive``. A solution is a local minimum of the energy
+with the attraction s (``Attraction``). A solution is a local minimum of the energy
 
     E = 1/2 <u, K^-1 u> - sum int_g^infinity s dg  [- load x approach]
 
@@ -41,7 +41,6 @@ and 16.7; the bound from above, whose minimisation lowers the energy: D. R. Hunt
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import jax
@@ -50,6 +49,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact import normal
+from jaxcontact.contact.krylov import conjugate_gradients
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution, masked_mean
 from jaxcontact.operators.base import InvertibleOperator, Linear, SplitOperator
@@ -156,25 +156,19 @@ def _between(field: Array, axis: int, wraps: bool) -> Array:
 
 def _weights(shape: tuple[int, ...], periodic: tuple[bool, bool]) -> Array:
     """Return the part of a cell that each point stands for, (squares along x, squares along y)."""
-    along = [_widths(n, wraps) for n, wraps in zip(shape, periodic, strict=True)]
-    return along[0][:, None] * along[1][None, :]
+    x, y = (
+        jnp.ones(1)
+        if n == 1
+        else 0.5 * (jnp.ones(n) if wraps else jnp.ones(n + 1).at[jnp.array([0, n])].set(0.5))
+        for n, wraps in zip(shape, periodic, strict=True)
+    )
+    return x[:, None] * y[None, :]
 
 
-def _widths(n: int, wraps: bool) -> Array:
-    if n == 1:
-        return jnp.ones(1)
-    return 0.5 * (jnp.ones(n) if wraps else jnp.ones(n + 1).at[jnp.array([0, n])].set(0.5))
-
-
-# The quadratic model of the energy of an adhesive contact, and its minimum by preconditioned conjugate gradients.
+# The quadratic model of the energy of an adhesive contact.
 #
 # Some cells are held at the wall; displacements change in the space that this leaves. The model is K^-1 less the
 # softening by the attraction, and may have directions of negative curvature.
-#
-# Source: J. Nocedal, S. J. Wright, Numerical Optimization, 2006, sections 7.1 and 16.7.
-
-
-MOST_DIRECTIONS = 80  # of conjugate gradients in one minimisation
 
 
 class Move(NamedTuple):
@@ -183,18 +177,6 @@ class Move(NamedTuple):
     displacement: Array
     pressure: Array
     approach: Array
-
-
-class Goal(NamedTuple):
-    """When a minimisation stops; r is the residual of the tractions, and K r the displacement that it causes.
-
-    reduction: of the norm sqrt(<r, K r>), relative to the first r; descent: the value of <r, K r> to reach instead, if it
-    is not zero; enough: the largest displacement K r at which the minimisation stops in any case.
-    """
-
-    reduction: Array
-    enough: Array
-    descent: Array
 
 
 @pytree
@@ -270,69 +252,15 @@ class Model:
         return nx, ny
 
 
-class _Inner(NamedTuple):
-    change: Array
-    lifted: Array  # K^-1 times it
-    residual: Array
-    direction: Array
-    descent: Array
-    taken: Array
-    bent: Array
-    going: Array
-
-
-def minimised(
-    model: Model, preconditioner: Linear, start: Move, residual: Array, goal: Goal, reach: Array
-) -> tuple[Move, Array, Array, Goal]:
-    """Return the minimum of the model, the iterations taken, whether it has none and the goal of a repetition with more
-    cells held, from a start that leaves ``residual`` of the tractions.
-
-    They end at a direction of negative curvature, which is followed as far as the attraction reaches. What is left then
-    may be more than in the beginning, so that a repetition has a goal of its own.
-    """
-    faces = model.faces
-    inverse = lambda r: faces(preconditioner(r))
-    z = inverse(residual)
-    descent = jnp.sum(residual * z)
-    least = jnp.where(goal.descent > 0.0, goal.descent, goal.reduction**2 * descent)
-    unmet = lambda z, descent: (descent > least) & (jnp.max(jnp.abs(z)) > goal.enough)
-
-    def step(s: _Inner) -> _Inner:
-        lifted = model.inverse(s.direction)
-        tangent = model.tractions(s.direction, lifted, faces.approach(s.direction))
-        curvature = jnp.sum(s.direction * tangent)
-        bent = curvature <= 0.0
-        far = reach / jnp.max(jnp.abs(s.direction))
-        size = jnp.where(bent, far, s.descent / jnp.where(bent, 1.0, curvature))
-        change, total = s.change + size * s.direction, s.lifted + size * lifted
-        left = s.residual - size * tangent
-        z = inverse(left)
-        new = jnp.sum(left * z)
-        direction = z + (new / jnp.where(s.descent > 0.0, s.descent, 1.0)) * s.direction
-        going = ~bent & unmet(z, new) & (s.taken + 1 < MOST_DIRECTIONS)
-        return _Inner(change, total, left, direction, new, s.taken + 1, bent, going)
-
-    zero = jnp.zeros_like(z)
-    # one direction at least, since what is left over may be small, but not the rest of the stopping error
-    first = _Inner(zero, zero, residual, z, descent, jnp.zeros((), int), jnp.asarray(False), descent > 0.0)
-    found = jax.lax.while_loop(lambda s: s.going, step, first)
-    move = Move(
-        start.displacement + found.change,
-        start.pressure + found.lifted,
-        start.approach + faces.approach(found.change),
-    )
-    return move, found.taken, found.bent, goal._replace(descent=jnp.where(found.bent, 0.0, least))
-
-
 # The state of a search for an adhesive contact: its gaps and tractions on the grid, its stopping error and its
 # energy.
 
 
-CLOSE = (
-    1e-3  # of the gap that the largest traction closes: up to there a cell under pressure is taken to touch
+CLOSE = 1e-3  # a cell under pressure touches up to this part of the gap that the largest traction closes
+FAINT = 1e-6  # least displacement that counts, relative to that of a cell under the largest attraction
+RESOLVED = (
+    1e-8  # accuracy of gaps at the usual tolerance, relative to the approach, since they are differences
 )
-FAINT = 1e-6  # of the displacement of a cell under the largest attraction: a displacement that matters
-RESOLVED = 1e-8  # of the approach: the accuracy of gaps at the usual tolerance, since they are differences
 
 
 class Start(NamedTuple):
@@ -367,7 +295,7 @@ def tools_of(problem: Problem) -> SearchTools:
     """Return the extended operator of a problem, its inverse and its grid, and the compliance of a cell."""
     operator = problem.operator
     assert isinstance(operator, InvertibleOperator)
-    return SearchTools(*operator.extended(problem.gap.shape), operator.cell_compliance())
+    return SearchTools(*operator.extended(problem.gap.shape), operator.cell_compliance(problem.gap.shape))
 
 
 def faces_of(problem: Problem, held: Array, padded: tuple[int, ...]) -> HeldCells:
@@ -409,7 +337,7 @@ def seen_on_grid(problem: Problem, tools: SearchTools, s: SearchState) -> StateO
 
 
 def stopping_error(problem: Problem, tools: SearchTools, s: SearchState, seen: StateOnGrid) -> Array:
-    """Return the stopping error of the docstring of ``contact.adhesive``."""
+    """Return the stopping error of the module."""
     nx, ny = problem.gap.shape
     left = seen.pressure.at[:nx, :ny].set(jnp.where(seen.contact, 0.0, seen.excess))
     unbalanced = jnp.max(jnp.abs(tools.operator(left)[:nx, :ny]))
@@ -472,25 +400,20 @@ def first_state(problem: Problem, tools: SearchTools, start: Start) -> SearchSta
     return s._replace(error=stopping_error(problem, tools, s, seen_on_grid(problem, tools, s)))
 
 
-ROUNDS = 4  # of minimisations of one model, each with the cells held that would have penetrated
+MOST_DIRECTIONS = 80  # most directions of conjugate gradients in one minimisation
+ROUNDS = 4  # minimisations of one model, each with the cells held that would have penetrated
 COARSEST = 0.1  # reduction of the residual by a minimisation far from the end
-FORCING = 10.0  # times the error: the square of the reduction by a minimisation near the end
-ENOUGH = 0.5  # of the tolerance, below which a minimisation need not go
-BOUND_ITERATIONS = 100  # after which it is only taken if it has lowered the energy
+FORCING = 10.0  # square of the reduction by a minimisation near the end, over the error
+ENOUGH = 0.5  # displacement under the residual at which a minimisation stops, over that of the tolerance
+BOUND_ITERATIONS = 100  # most iterations of the contact that bounds the energy, taken only if it lowers it
 BOUND = 1e-5  # error of the contact without adhesion that bounds the energy, over that of the state it starts from
-SHORTER, LEAST_PART = 0.3, 1e-6  # of a step
-SMALL_PART = 0.05  # below it the next model is the upper bound
-ROUNDING = 1e-14  # of the energies, up to which a rise is none
+SHORTER, LEAST_PART = 0.3, 1e-6  # factor by which a step is shortened, and its least part
+SMALL_PART = 0.05  # the next model is the upper bound if less of a step than this was usable
+ROUNDING = 1e-14  # relative rise of the energies that counts as none
 BESIDE = (
-    1e-6  # of the gap that the largest traction closes, up to which the extended operator is the operator
+    1e-6  # largest difference of the extended operator, relative to the gap that the largest traction closes
 )
 LOST = 3  # iterations without contact under a tensile load that make a separation
-
-
-def _iterate(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchState) -> SearchState:
-    """Return the state after one step of Newton's method, or of the bound from above after a step of little use."""
-    bounded, newton = partial(_bounded, problem, tools), partial(_newton, problem, tools, tolerance)
-    return jax.lax.cond(s.part < SMALL_PART, bounded, newton, s)
 
 
 def _bounded(problem: Problem, tools: SearchTools, s: SearchState) -> SearchState:
@@ -518,29 +441,101 @@ def _bounded(problem: Problem, tools: SearchTools, s: SearchState) -> SearchStat
 
 
 def _newton(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchState) -> SearchState:
-    """Return the state after one step of Newton's method."""
-    seen = seen_on_grid(problem, tools, s)
-    held, gap, approach = seen.contact, seen.gap, s.approach
-    lost = jnp.zeros((), int)
+    """Return the state after one step of the projected Newton method of the module."""
+    law, seen, (nx, ny) = problem.law, seen_on_grid(problem, tools, s), problem.gap.shape
+
+    # 1. Cells that touch under a positive p_c are held at the wall. Under a load without any, those of the least gap are,
+    # at the approach at which they touch: the indenter needs cells to push.
+    held, gap, approach, lost = seen.contact, seen.gap, s.approach, jnp.zeros((), int)
     if problem.load_controlled:
-        some = jnp.any(held)
-        closest = jnp.min(gap)
+        some, closest = jnp.any(held), jnp.min(gap)
         lost = jnp.where(some, 0, s.lost + 1)
         held = jnp.where(some, held, gap <= closest)
         rise = jnp.where(some, 0.0, closest)
         gap, approach = gap - rise, approach + rise
+
+    # 2. The quadratic model of the energy there. The smaller the error, the further it is minimised: for
+    # quadratic convergence at the end, without wasted directions in the beginning.
+    load = problem.target if problem.load_controlled else 0.0
+    attraction, stiffness = law.traction(jnp.maximum(gap, 0.0)), law.stiffness(jnp.maximum(gap, 0.0))
+    reach = law.law.work / law.law.largest_traction
     reduction = jnp.minimum(COARSEST, jnp.sqrt(FORCING * s.error))
-    nx, ny = gap.shape
     moved = moved_by(problem, tools.cell, s.pressure[:nx, :ny], s.displacement[:nx, :ny])
-    goal = Goal(reduction, ENOUGH * tolerance * moved, jnp.zeros(()))
-    move, count, bent = _newton_move(problem, tools, (seen.pressure, gap, held), goal)
-    part = _usable_part(problem, s, gap, move)
+    tiny = 1e-10 * tools.cell * law.law.largest_traction
+
+    def at_wall(held: Array, move: Move) -> Move:
+        wall = jnp.where(held, move.approach - gap - move.displacement[:nx, :ny], 0.0)
+        lifted = faces_of(problem, held, tools.shape).lift(pasted(wall, tools.shape))
+        displacement = move.displacement + lifted
+        return Move(displacement, tools.inverse(displacement), move.approach)
+
+    def minimise(state: tuple[Any, ...]) -> tuple[Any, ...]:
+        # 3. Conjugate gradients, preconditioned by K between projections. They end at a direction of negative curvature,
+        # which is followed as far as the attraction reaches.
+        held, move, _, rounds, count, bent, goal = state
+        model = Model(tools.inverse, law, stiffness, faces_of(problem, held, tools.shape))
+
+        def tangent(direction: Array) -> tuple[Array, Array]:
+            pressure = tools.inverse(direction)
+            return model.tractions(direction, pressure, model.faces.approach(direction)), pressure
+
+        unbalanced = model.balanced(seen.pressure, attraction, load) + model.tractions(*move)
+        inverse = lambda r: model.faces(tools.operator(r))
+        found = conjugate_gradients(
+            tangent,
+            inverse,
+            -unbalanced,
+            reduction,
+            MOST_DIRECTIONS,
+            goal=goal,
+            enough=ENOUGH * tolerance * moved,
+            reach=reach,
+        )
+        move = Move(
+            move.displacement + found.x,
+            move.pressure + found.image,
+            move.approach + model.faces.approach(found.x),
+        )
+        # 4. Cells that would penetrate are held as well, and the rest is minimised again, to the same residual. Beyond a
+        # direction of negative curvature more may be left than in the beginning: a repetition has a goal of its own.
+        crossing = (gap + move.displacement[:nx, :ny] - move.approach < -tiny) & ~held
+        again, held = jnp.any(crossing), held | crossing
+        move = jax.lax.cond(again, at_wall, lambda _, move: move, held, move)
+        goal = jnp.where(found.bent, 0.0, found.goal)
+        return held, move, again, rounds + 1, count + found.iterations, bent | found.bent, goal
+
+    zero, none = jnp.zeros(tools.shape), jnp.zeros((), int)
+    first = held, at_wall(held, Move(zero, zero, jnp.zeros(()))), jnp.asarray(True), none, none
+    going = lambda state: state[2] & (state[3] < ROUNDS)
+    found = jax.lax.while_loop(going, minimise, (*first, jnp.asarray(False), jnp.zeros(())))
+    _, move, _, _, count, bent, _ = found
+
+    # 5. The part of the step that does not raise the energy, one at most, zero if there is none: no farther than to the
+    # wall, and shortened while E rises. The elastic energy is a parabola along the step, so that this needs no convolution.
+    change = move.displacement[:nx, :ny] - move.approach
+    slope = jnp.sum(s.pressure * move.displacement) - load * move.approach
+    bend = jnp.sum(move.pressure * move.displacement)
+    before = law.energy(gap)
+    scale = jnp.abs(before) + jnp.abs(slope) + jnp.abs(bend) + jnp.abs(jnp.sum(s.pressure * s.displacement))
+    shrinking = change < 0.0
+    room = jnp.where(shrinking, jnp.maximum(gap, 0.0) / jnp.where(shrinking, -change, 1.0), jnp.inf)
+    tight = shrinking & (gap + change < -1e-9 * jnp.max(jnp.abs(change)))
+
+    def rises(part: Array) -> Array:
+        attracted = law.energy(jnp.maximum(gap + part * change, 0.0)) - before
+        return part * slope + 0.5 * part**2 * bend - attracted > ROUNDING * scale
+
+    shorter = lambda part: rises(part) & (part > LEAST_PART)
+    longest = jnp.minimum(1.0, jnp.min(jnp.where(tight, room, jnp.inf)))
+    part = jax.lax.while_loop(shorter, lambda part: SHORTER * part, longest)
+    part = jnp.where(part > LEAST_PART, part, 0.0)
+
+    # 6. The pressure anew from the displacement: a sum of changes would have the rounding of the largest of them, and the
+    # surfaces may have separated since.
     displacement = s.displacement + part * move.displacement
-    # not a sum of changes, which has the rounding of the largest: the surfaces may have separated
-    pressure = tools.inverse(displacement)
     new = SearchState(
         displacement,
-        pressure,
+        tools.inverse(displacement),
         approach + part * move.approach,
         s.error,
         part,
@@ -551,125 +546,43 @@ def _newton(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchSta
     return new._replace(error=stopping_error(problem, tools, new, seen_on_grid(problem, tools, new)))
 
 
-def _newton_move(
-    problem: Problem, tools: SearchTools, at: tuple[Array, Array, Array], goal: Goal
-) -> tuple[Move, Array, Array]:
-    """Return a step that penetrates nowhere and lowers the model, the directions that it took, and whether one was bent.
-
-    at: pressure (mx, my), gap and held cells (nx, ny).
-    """
-    pressure, gap, held = at
-    nx, ny = gap.shape
-    attraction = problem.law.traction(jnp.maximum(gap, 0.0))
-    stiffness = problem.law.stiffness(jnp.maximum(gap, 0.0))
-    tiny = 1e-10 * tools.cell * problem.law.law.largest_traction
-    reach = problem.law.law.work / problem.law.law.largest_traction
-    at_wall = partial(_at_wall, problem, tools, gap)
-
-    def minimise(held: Array, move: Move, goal: Goal) -> tuple[Move, Array, Array, Goal]:
-        model = Model(tools.inverse, problem.law, stiffness, faces_of(problem, held, pressure.shape))
-        load = problem.target if problem.load_controlled else 0.0
-        unbalanced = model.balanced(pressure, attraction, load) + model.tractions(*move)
-        return minimised(model, tools.operator, move, -unbalanced, goal, reach)
-
-    def around(state: tuple[Any, ...]) -> tuple[Any, ...]:
-        held, move, _, rounds, count, bent, goal = state
-        move, taken, bends, goal = minimise(held, move, goal)
-        crossing = (gap + move.displacement[:nx, :ny] - move.approach < -tiny) & ~held
-        again = jnp.any(crossing)
-        held = held | crossing
-        move = jax.lax.cond(again, at_wall, lambda _, move: move, held, move)
-        return held, move, again, rounds + 1, count + taken, bent | bends, goal
-
-    zero = jnp.zeros_like(pressure)
-    first = at_wall(held, Move(zero, zero, jnp.zeros(())))
-    none = jnp.zeros((), int)
-    state = (held, first, jnp.asarray(True), none, none, jnp.asarray(False), goal)
-    _, move, _, _, count, bent, _ = jax.lax.while_loop(lambda s: s[2] & (s[3] < ROUNDS), around, state)
-    return move, count, bent
-
-
-def _at_wall(problem: Problem, tools: SearchTools, gap: Array, held: Array, move: Move) -> Move:
-    """Return a move (mx, my) with the held cells (nx, ny) at a gap of zero."""
-    (nx, ny), padded = gap.shape, move.displacement.shape
-    wall = jnp.where(held, move.approach - gap - move.displacement[:nx, :ny], 0.0)
-    displacement = move.displacement + faces_of(problem, held, padded).lift(pasted(wall, padded))
-    return Move(displacement, tools.inverse(displacement), move.approach)
-
-
-def _usable_part(problem: Problem, s: SearchState, gap: Array, move: Move) -> Array:
-    """Return the part of a step that does not raise the energy, one or less; zero if there is none.
-
-    The elastic energy is a parabola along the step, so that no convolution is needed.
-    """
-    nx, ny = gap.shape
-    change = move.displacement[:nx, :ny] - move.approach
-    slope, bend = jnp.sum(s.pressure * move.displacement), jnp.sum(move.pressure * move.displacement)
-    slope = slope - (problem.target * move.approach if problem.load_controlled else 0.0)
-    before = problem.law.energy(gap)
-    scale = jnp.abs(before) + jnp.abs(slope) + jnp.abs(bend) + jnp.abs(jnp.sum(s.pressure * s.displacement))
-    shrinking = change < 0.0
-    room = jnp.where(shrinking, jnp.maximum(gap, 0.0) / jnp.where(shrinking, -change, 1.0), jnp.inf)
-    tight = shrinking & (gap + change < -1e-9 * jnp.max(jnp.abs(change)))
-    longest = jnp.minimum(1.0, jnp.min(jnp.where(tight, room, jnp.inf)))
-
-    def rise(part: Array) -> Array:
-        left = jnp.maximum(gap + part * change, 0.0)
-        return part * slope + 0.5 * part**2 * bend - (problem.law.energy(left) - before)
-
-    shorter = lambda part: (rise(part) > ROUNDING * scale) & (part > LEAST_PART)
-    part = jax.lax.while_loop(shorter, lambda part: SHORTER * part, longest)
-    return jnp.where(part > LEAST_PART, part, 0.0)
-
-
-def _search(
-    problem: Problem, tools: SearchTools, start: Start, tolerance: Array, max_iterations: Array
-) -> SearchState:
-    first = first_state(problem, tools, start)
-    gone = lambda s: jnp.asarray(problem.load_controlled) & (s.lost >= LOST) & (problem.target <= 0.0)
-    going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations) & ~gone(s)
-    return jax.lax.while_loop(going, lambda s: _iterate(problem, tools, tolerance, s), first)
-
-
 def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Array) -> Solution:
     """Solve from a start; the iterations (directions of conjugate gradients) stop at the tolerance or the maximum.
 
     Under a load that no contact can carry, and under a tensile or no load if the start has no contact, there is no
     pressure, ``separated`` is true, and the approach is that of first touch.
     """
-    tools = tools_of(problem)
-    load = problem.load_controlled
+    tools, load, (nx, ny) = tools_of(problem), problem.load_controlled, problem.gap.shape
     apart = load and ((problem.target <= 0.0) & ~(start.none | jnp.any(start.contact)))
-    s = _search(problem, tools, start, tolerance, jnp.where(apart, 0, max_iterations))
+    limit = jnp.where(apart, 0, max_iterations)
+
+    def going(s: SearchState) -> Array:
+        gone = jnp.asarray(load) & (s.lost >= LOST) & (problem.target <= 0.0)
+        return (s.error > tolerance) & (s.iterations < limit) & ~gone
+
+    # a step of Newton's method, or of the bound from above after a step of little use
+    bounded = lambda s: _bounded(problem, tools, s)
+    newton = lambda s: _newton(problem, tools, tolerance, s)
+    step = lambda s: jax.lax.cond(s.part < SMALL_PART, bounded, newton, s)
+    s = jax.lax.while_loop(going, step, first_state(problem, tools, start))
+
     seen = seen_on_grid(problem, tools, s)
-    nx, ny = problem.gap.shape
     displacement, approach = s.displacement[:nx, :ny], s.approach
-    if all(problem.operator.periodic):
+    if all(problem.operator.periodic):  # displacements are relative to their mean
         mean = jnp.mean(displacement)
         displacement, approach = displacement - mean, approach - mean
     pressure = seen.pressure[:nx, :ny]
-    strength = problem.law.law.largest_traction
+    # the error by which the operator on the padded grid differs from that of the problem, if it is not small
     padding = tools.operator(seen.pressure.at[:nx, :ny].set(0.0))[:nx, :ny]
     differing = problem.operator(pressure) + padding - displacement
-    beside = jnp.max(jnp.abs(differing)) / (tools.cell * strength)
+    beside = jnp.max(jnp.abs(differing)) / (tools.cell * problem.law.law.largest_traction)
     error = jnp.maximum(stopping_error(problem, tools, s, seen), jnp.where(beside > BESIDE, beside, 0.0))
-    separated = jnp.asarray(False)
-    if load:
-        separated = apart | (problem.target <= 0.0) & (s.lost >= LOST)
-    found = Solution(
-        pressure,
-        displacement,
-        approach,
-        error,
-        s.iterations,
-        jnp.where(seen.contact, seen.excess, 0.0),
-        separated,
-        s.bent,
-    )
+    separated = apart | (problem.target <= 0.0) & (s.lost >= LOST) if load else jnp.asarray(False)
+    carried = jnp.where(seen.contact, seen.excess, 0.0)
+    found = Solution(pressure, displacement, approach, error, s.iterations, carried, separated, s.bent)
     if not load:
         return found
-    zero = jnp.zeros_like(pressure)
-    first_touch = jnp.min(problem.gap) - problem.lowest
+    zero, first_touch = jnp.zeros_like(pressure), jnp.min(problem.gap) - problem.lowest
     nothing = Solution(zero, zero, first_touch, jnp.zeros(()), s.iterations, zero, separated, s.bent)
     return jax.tree.map(lambda a, b: jnp.where(separated, a, b), nothing, found)
 
@@ -681,7 +594,7 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
 #
 #     p -> the contact with adhesion of the operator K_e and the gap  gap + K_o p
 #
-# has one (``contact.adhesive``), and its fixed point is the contact sought. The matrix K_e^-1 K_o has imaginary
+# has one, and its fixed point is the contact sought. The matrix K_e^-1 K_o has imaginary
 # eigenvalues, of up to 1.4 for E0/Einf = 10 where much of the creep happens within a step, so that the map alone need
 # not contract. The next p is therefore the combination of the last ``DEPTH`` results of the map, of weights whose sum
 # is one, for which the same combination of their changes is smallest (D. G. Anderson, J. ACM 12 (1965) 547). For a
@@ -689,9 +602,9 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
 # within ``max_iterations`` the error says so.
 
 
-PART = 0.1  # of the error of the last repetition, to which a contact is solved
-DEPTH = 10  # of the combination; with 6 it does not converge where the eigenvalues reach 2
-SINGULAR = 1e-12  # of the largest square of a change: what two combinations may differ by
+PART = 0.1  # error to which a contact is solved, over that of the last repetition
+DEPTH = 10  # results that are combined; with 6 it does not converge where the eigenvalues reach 2
+SINGULAR = 1e-12  # two combinations may differ by this part of the largest square of a change
 
 
 class _Repeated(NamedTuple):
@@ -720,9 +633,10 @@ def solve_sliding(problem: Problem, start: Start, tolerance: Array, max_iteratio
     """Solve from a start; the displacement of the solution is that of the even part of the operator."""
     operator = problem.operator
     assert isinstance(operator, SplitOperator)
-    odd, cell = operator.odd(), operator.even().cell_compliance()
+    odd, cell = operator.odd(), operator.even().cell_compliance(problem.gap.shape)
 
     def repeat(s: _Repeated) -> _Repeated:
+        # the contact under the displacement K_o p of the last combination, solved to a part of the error before
         begun = s.repetitions > 0
         contact = jnp.where(begun, s.found.carried > 0.0, start.contact)
         own = Start(s.found.pressure, contact, start.none & ~begun)
@@ -732,13 +646,19 @@ def solve_sliding(problem: Problem, start: Start, tolerance: Array, max_iteratio
         moved = moved_by(problem, cell, found.pressure, found.displacement)
         error = jnp.maximum(found.error, jnp.max(jnp.abs(odd(change))) / moved)
         assert found.unstable is not None and s.found.unstable is not None
+        # Anderson's combination: of weights w with sum 1, |sum_j w_j change_j|^2 is least for (C^T C) w ~ 1
         place = s.repetitions % DEPTH
         results, changes = s.results.at[place].set(found.pressure), s.changes.at[place].set(change)
+        known = jnp.arange(DEPTH) < s.repetitions + 1
+        products = jnp.einsum("ixy,jxy->ij", changes, changes)
+        least = SINGULAR * jnp.max(jnp.diag(products)) + jnp.finfo(float).tiny
+        matrix = products + jnp.diag(jnp.where(known, least, 1.0))
+        weights = jnp.linalg.solve(matrix, known.astype(float))
         return _Repeated(
             replace(found, unstable=found.unstable | s.found.unstable),
             error,
             s.iterations + jnp.maximum(found.iterations, 1),
-            jnp.tensordot(_sliding_weights(changes, s.repetitions + 1), results, 1),
+            jnp.tensordot(weights / jnp.sum(weights), results, 1),
             results,
             changes,
             s.repetitions + 1,
@@ -748,30 +668,15 @@ def solve_sliding(problem: Problem, start: Start, tolerance: Array, max_iteratio
         assert s.found.separated is not None
         return (s.error > tolerance) & (s.iterations < max_iterations) & ~s.found.separated
 
-    last = jax.lax.while_loop(going, repeat, _before_the_first(start))
-    # without the displacement by the pressure that was given
+    zero, none, no = jnp.zeros_like(start.pressure), jnp.zeros((), int), jnp.asarray(False)
+    nothing = Solution(start.pressure, zero, jnp.zeros(()), jnp.zeros(()), none, zero, no, no)
+    empty = jnp.zeros((DEPTH, *zero.shape))
+    first = _Repeated(nothing, jnp.asarray(jnp.inf), none, start.pressure, empty, empty, none)
+    last = jax.lax.while_loop(going, repeat, first)
+    # of separated surfaces that of first touch, without the displacement by the pressure that was given
     first_touch = jnp.min(problem.gap) - problem.lowest
     approach = jnp.where(last.found.separated, first_touch, last.found.approach)
     return replace(last.found, approach=approach, error=last.error, iterations=last.iterations)
-
-
-def _before_the_first(start: Start) -> _Repeated:
-    """Return the state before the first repetition."""
-    zero, none = jnp.zeros_like(start.pressure), jnp.zeros((), int)
-    no, number = jnp.asarray(False), jnp.zeros(())
-    nothing = Solution(start.pressure, zero, number, number, none, zero, no, no)
-    empty = jnp.zeros((DEPTH, *zero.shape))
-    return _Repeated(nothing, jnp.asarray(jnp.inf), none, start.pressure, empty, empty, none)
-
-
-def _sliding_weights(changes: Array, count: Array) -> Array:
-    """Return the weights of sum one (DEPTH,) of the least combination of the first ``count`` changes (DEPTH, nx, ny)."""
-    known = jnp.arange(DEPTH) < count
-    products = jnp.einsum("ixy,jxy->ij", changes, changes)
-    least = SINGULAR * jnp.max(jnp.diag(products)) + jnp.finfo(float).tiny
-    matrix = products + jnp.diag(jnp.where(known, least, 1.0))
-    weights = jnp.linalg.solve(matrix, known.astype(float))
-    return weights / jnp.sum(weights)
 
 
 # An adhesive contact linearised at a solution, for its derivatives (``contact.implicit``).
@@ -786,7 +691,7 @@ class AdhesiveTangent:
     gap: Array
 
     @classmethod
-    def of(cls, problem: Problem, found: Solution) -> AdhesiveTangent:
+    def at_solution(cls, problem: Problem, found: Solution) -> AdhesiveTangent:
         """Linearise at a solution."""
         tools = tools_of(problem)
         gap = jnp.where(found.carried > 0.0, 0.0, found.displacement + problem.gap - found.approach)

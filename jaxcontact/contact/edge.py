@@ -58,7 +58,7 @@ from jax import Array
 
 from jaxcontact._support.reductions import total
 
-# Coefficients of polynomials of ``_aligned``, which is 1 for edges along an axis of the grid and 0 for those at 45 degrees.
+# Coefficients of polynomials of a number that is 1 for edges along an axis of the grid and 0 for edges at 45 degrees.
 LEG = (
     (0.5572, 0.3881, -0.4618),
     (-0.0769, 0.8159, -0.3368),
@@ -103,22 +103,37 @@ def contact_cells(
     """
     if pressure.shape[1] == 1:  # plane strain
         compliance, periodic = compliance / ROW, (periodic[0], True)
+
+    # The function v, no lower outside than it may count at an edge, on the corners of squares between cells' centres;
+    # with the squares of all tiles along each axis, and one more square before and after them.
     own, stretch = compliance * pressure, jnp.log(cell_ratio)
     largest = jnp.max(own) * _long_cell(stretch) * jnp.exp(0.5 * jnp.abs(stretch))
     level = jnp.where(pressure > 0.0, own, -jnp.minimum(gap, largest))
     along_x, along_y = (_widths(n, wraps) for n, wraps in zip(pressure.shape, periodic, strict=True))
     for axis, (widths, wraps) in enumerate(zip((along_x, along_y), periodic, strict=True)):
-        level = _extended(level, axis, widths.size + 3, wraps)
+        before, n = 1 if wraps else 2, level.shape[axis]
+        pads = [(before, widths.size + 3 - before - n) if k == axis else (0, 0) for k in range(2)]
+        level = jnp.pad(level, pads, mode="wrap" if wraps else "edge")
+
+    # The area of the squares whose first corner is pressed; only tiles that the edge crosses differ from that.
     positive = level[1:-1, 1:-1] > 0.0
-    inside = total(jnp.outer(along_x.ravel(), along_y.ravel()) * positive[:-1, :-1])
-    order, number = _first_those(_crossed(positive, along_x.shape, along_y.shape))
+    one = positive[:-1, :-1]
+    inside = total(jnp.outer(along_x.ravel(), along_y.ravel()) * one)
+    cut = (one != positive[1:, :-1]) | (one != positive[1:, 1:]) | (one != positive[:-1, 1:])
+    crossed = jnp.any(cut.reshape(*along_x.shape, *along_y.shape), (1, 3)).ravel()
+
+    # The numbers of the tiles, those with an edge first; the number zero fills up the last batch.
+    number, count = jnp.sum(crossed), len(crossed)
+    place = jnp.where(crossed, jnp.cumsum(crossed), number + jnp.cumsum(~crossed)) - 1
+    order = jnp.zeros(count + -count % min(BATCH, count), int).at[place].set(jnp.arange(count))
     i, j = order // len(along_y), order % len(along_y)
     (_, height), (_, width) = along_x.shape, along_y.shape
     tile = lambda i, j: jax.lax.dynamic_slice(level, (i * height, j * width), (height + 3, width + 3))
-    once = jnp.arange(len(order)) < along_x.shape[0] * along_y.shape[0]
+    once = jnp.arange(len(order)) < count
     given = jax.vmap(tile)(i, j), once[:, None] * along_x[i], along_y[j]
     batches = jax.tree.map(lambda a: a.reshape(-1, min(BATCH, len(a)), *a.shape[1:]), given)
 
+    # What the triangles of the tiles with an edge add, batch by batch.
     @partial(jax.checkpoint, prevent_cse=False)
     def add(sum_: Array, batch: tuple[Array, tuple[Array, Array, Array]]) -> tuple[Array, None]:
         first, tiles = batch
@@ -139,30 +154,6 @@ def _widths(n: int, wraps: bool) -> Array:
     count = -(-squares // size)
     widths = jnp.ones(n) if wraps else jnp.ones(n + 1).at[jnp.array([0, n])].set(0.5)
     return jnp.pad(widths, (0, count * size - squares)).reshape(count, size)
-
-
-def _extended(field: Array, axis: int, length: int, wraps: bool) -> Array:
-    """Return a field with the cells of all tiles along an axis, and with one more square before and after them."""
-    before = 1 if wraps else 2
-    widths = [(before, length - before - n) if k == axis else (0, 0) for k, n in enumerate(field.shape)]
-    return jnp.pad(field, widths, mode="wrap" if wraps else "edge")
-
-
-def _crossed(positive: Array, along_x: tuple[int, int], along_y: tuple[int, int]) -> Array:
-    """Return the tiles that the edge crosses, (tiles,) bool, from the signs at the corners of all squares."""
-    one = positive[:-1, :-1]
-    cut = (one != positive[1:, :-1]) | (one != positive[1:, 1:]) | (one != positive[:-1, 1:])
-    return jnp.any(cut.reshape(*along_x, *along_y), (1, 3)).ravel()
-
-
-def _first_those(chosen: Array) -> tuple[Array, Array]:
-    """Return the indices of all elements of a mask, those that it holds first, and the number of these.
-
-    After these the index zero fills up the last batch.
-    """
-    number, count = jnp.sum(chosen), len(chosen)
-    place = jnp.where(chosen, jnp.cumsum(chosen), number + jnp.cumsum(~chosen)) - 1
-    return jnp.zeros(count + -count % min(BATCH, count), int).at[place].set(jnp.arange(count)), number
 
 
 def _near_edge(level: Array, along_x: Array, along_y: Array, stretch: Array) -> Array:
@@ -187,15 +178,65 @@ def _near_edge(level: Array, along_x: Array, along_y: Array, stretch: Array) -> 
 
 @partial(jax.checkpoint, prevent_cse=False)
 def _shares_rims_lengths(corners: Array, stretch: Array) -> tuple[Array, ...]:
-    """Return ``_share_rim_length`` of whole squares (tiles, m, n), from the values at their corners (4, tiles, m, n).
+    """Return of whole squares (tiles, m, n), from the values at their corners (4, tiles, m, n), the share of their area with
+    values above zero, and the length of the edge in it, with the factors OUTSIDE and STRETCHED.
 
     All triangles at once, chosen and summed by products: these are not fused with other operations, so that the gradient
     computes each once. It computes them anew, since to store them all takes longer.
     """
     chosen = jnp.eye(len(CORNERS))[jnp.array(TRIANGLES).T]
-    right, along_x, along_y = jnp.einsum("stc,cijk->stijk", chosen, corners)
-    right, along_x, along_y, turned = _levelled(right, along_x, along_y, stretch)
-    share, rim, length = _share_rim_length(right, along_x, along_y)
+    values = tuple(
+        jnp.einsum("stc,cijk->stijk", chosen, corners)
+    )  # at the right angle, beside it along x, along y
+
+    # 1. Pressed values times g of the module. The normal follows from the differences of the level along both legs, which
+    # depend on g: a fixed point, found by repetition. (g/m)^2 is 1 for stretch = 0.
+    wide = _long_cell(stretch)
+    factor = wide * jnp.ones_like(values[0])
+    for _ in range(DIRECTIONS):
+        corner, one, other = (jnp.where(value > 0.0, factor * value, value) for value in values)
+        x, y = (one - corner) ** 2, (other - corner) ** 2
+        weighted = x * jnp.exp(stretch) + y * jnp.exp(-stretch)
+        sloping = weighted > 0.0
+        turned = jnp.where(sloping, (x + y) / jnp.where(sloping, weighted, 1.0), 1.0)
+        factor = wide * jnp.sqrt(turned)
+    right, one, other = (jnp.where(value > 0.0, factor * value, value) for value in values)
+
+    # 2. The corner that is alone on its side of the edge, counted in numbers: maxima and logical operations take several
+    # times as long on a CPU.
+    signs = [jnp.where(value > 0.0, 1.0, 0.0) for value in (right, one, other)]
+    pressed = signs[0] + signs[1] + signs[2]
+    most = pressed > 1.5
+    cut = jnp.abs(pressed - 1.5) < 1.0
+    at_right, at_one = ((sign > 0.5) != most for sign in signs[:2])
+    lone = jnp.where(at_right, right, jnp.where(at_one, one, other))
+
+    # 3. Where the sides from it cross the edge, with the correction of the module: coefficients are polynomials of 1 for
+    # edges along an axis of the grid to 0 for edges at 45 degrees.
+    along, across = jnp.abs(one - right), jnp.abs(other - right)
+    steep, gentle = jnp.maximum(along, across), jnp.minimum(along, across)
+    aligned = (1.0 - gentle / jnp.where(steep > 0.0, steep, 1.0)) ** 2
+    sign = jnp.where(most, -1.0, 1.0)
+    leg, hypotenuse = ([_polynomial(row, aligned) for row in side] for side in (LEG, HYPOTENUSE))
+    either = [jnp.where(at_right, *pair) for pair in zip(leg, hypotenuse, strict=True)]
+
+    def crossing(value: Array, moved: list[Array]) -> Array:
+        bend, quartic, skew, cubic = moved
+        t = lone / jnp.where(cut, lone - value, 1.0)
+        y = 1.0 - 2.0 * t
+        return t + t * (1.0 - t) * (sign * (bend + quartic * y**2) + (skew + cubic * y**2) * y)
+
+    first = crossing(jnp.where(at_right, one, right), leg)
+    second = crossing(jnp.where(at_right | at_one, other, one), either)
+
+    # 4. The triangle that the edge cuts off, and the length of the edge in it.
+    share = first * second
+    share = jnp.where(cut, jnp.where(most, 1.0 - share, share), jnp.where(most, 1.0, 0.0))
+    square = jnp.where(at_right, first**2 + second**2, (first - second) ** 2 + second**2)
+    runs = cut & (square > 0.0)
+    length = jnp.where(runs, jnp.sqrt(jnp.where(runs, square, 1.0)), 0.0)
+    rim = _polynomial(OUTSIDE, aligned) * length
+
     parts = share, rim, length * (1.0 + STRETCHED * (turned**2 - 1.0))
     weights = jnp.array([0.25, 0.5, 0.5])[:, None] * jnp.ones(len(TRIANGLES))
     return tuple(jnp.einsum("t,tijk->ijk", w, part) for w, part in zip(weights, parts, strict=True))
@@ -208,14 +249,12 @@ def memory_factor(earlier: Array, displacement: Array, periodic: tuple[bool, boo
     their Laplacians, which are local, by least squares over 3 x 3 cells. On a half-space it is exact for a contact that
     stays as it is, whatever the history of its load.
     """
-    left, present = (_laplacian(field, periodic) for field in (earlier, displacement))
+    x, y = periodic
+    laplacian = lambda field: _beside(field, 0, x) + _beside(field, 1, y) - 4.0 * field
+    left, present = laplacian(earlier), laplacian(displacement)
     common, square = _box_sum(left * present, periodic), _box_sum(present**2, periodic)
     some = square > 0.0
     return 1.0 + jnp.where(some, jnp.maximum(common, 0.0) / jnp.where(some, square, 1.0), 0.0)
-
-
-def _laplacian(field: Array, periodic: tuple[bool, bool]) -> Array:
-    return _beside(field, 0, periodic[0]) + _beside(field, 1, periodic[1]) - 4.0 * field
 
 
 def _box_sum(field: Array, periodic: tuple[bool, bool]) -> Array:
@@ -241,65 +280,6 @@ def _beside(field: Array, axis: int, wraps: bool) -> Array:
 def _long_cell(stretch: Array) -> Array:
     """Return m of the module, from log e."""
     return jnp.exp(LONG_CELL[0] * stretch**2 / (1.0 + LONG_CELL[1] * stretch**2))
-
-
-def _levelled(right: Array, along_x: Array, along_y: Array, stretch: Array) -> tuple[Array, ...]:
-    """Return the values at the corners of triangles with the pressed ones times g of the module, and (g/m)^2, which is
-    1 for stretch = 0.
-
-    The normal follows from the differences of the level along both legs; these depend on g.
-    """
-    values = right, along_x, along_y
-    wide = _long_cell(stretch)
-    factor = wide * jnp.ones_like(right)
-    for _ in range(DIRECTIONS):
-        corner, one, other = (jnp.where(value > 0.0, factor * value, value) for value in values)
-        x, y = (one - corner) ** 2, (other - corner) ** 2
-        weighted = x * jnp.exp(stretch) + y * jnp.exp(-stretch)
-        sloping = weighted > 0.0
-        square = jnp.where(sloping, (x + y) / jnp.where(sloping, weighted, 1.0), 1.0)
-        factor = wide * jnp.sqrt(square)
-    return *(jnp.where(value > 0.0, factor * value, value) for value in values), square
-
-
-def _share_rim_length(right: Array, one: Array, other: Array) -> tuple[Array, Array, Array]:
-    """Return the share of each triangle's area with values above zero, and the length of the edge in it, with the factor
-    OUTSIDE and without it."""
-    # counted in numbers: maxima and logical operations take several times as long on a CPU
-    signs = [jnp.where(value > 0.0, 1.0, 0.0) for value in (right, one, other)]
-    pressed = signs[0] + signs[1] + signs[2]
-    most = pressed > 1.5
-    cut = jnp.abs(pressed - 1.5) < 1.0
-    # the corner that is alone on its side of the edge
-    at_right, at_one = ((sign > 0.5) != most for sign in signs[:2])
-    lone = jnp.where(at_right, right, jnp.where(at_one, one, other))
-    aligned = _aligned(one - right, other - right)
-    sign = jnp.where(most, -1.0, 1.0)
-    leg, hypotenuse = ([_polynomial(row, aligned) for row in side] for side in (LEG, HYPOTENUSE))
-    either = [jnp.where(at_right, *pair) for pair in zip(leg, hypotenuse, strict=True)]
-
-    def crossing(value: Array, moved: list[Array]) -> Array:
-        bend, quartic, skew, cubic = moved
-        t = lone / jnp.where(cut, lone - value, 1.0)
-        y = 1.0 - 2.0 * t
-        return t + t * (1.0 - t) * (sign * (bend + quartic * y**2) + (skew + cubic * y**2) * y)
-
-    first = crossing(jnp.where(at_right, one, right), leg)
-    second = crossing(jnp.where(at_right | at_one, other, one), either)
-    share = first * second
-    area = jnp.where(cut, jnp.where(most, 1.0 - share, share), jnp.where(most, 1.0, 0.0))
-    square = jnp.where(at_right, first**2 + second**2, (first - second) ** 2 + second**2)
-    runs = cut & (square > 0.0)
-    length = jnp.where(runs, jnp.sqrt(jnp.where(runs, square, 1.0)), 0.0)
-    return area, _polynomial(OUTSIDE, aligned) * length, length
-
-
-def _aligned(along: Array, across: Array) -> Array:
-    """Return 1 for edges along an axis of the grid to 0 for edges at 45 degrees, from the differences of the level along
-    both legs of a triangle."""
-    along, across = jnp.abs(along), jnp.abs(across)
-    steep, gentle = jnp.maximum(along, across), jnp.minimum(along, across)
-    return (1.0 - gentle / jnp.where(steep > 0.0, steep, 1.0)) ** 2
 
 
 def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:

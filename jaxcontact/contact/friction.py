@@ -39,7 +39,6 @@ q -> clip(q - s/c), and the error is sum(b c |q - clip(q - s/c)|)/sum(b (|K_tt q
 stick, and of cells that slip the mean error of the traction times c, over a mean displacement.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import jax
@@ -48,29 +47,29 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact import normal
-from jaxcontact.contact.krylov import Corner, cut, paste, place
+from jaxcontact.contact.krylov import cut, paste, place
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.operators.base import Linear, TractionOperator
 
-NEAR_RIM = 0.9  # of the bound: a smaller traction is not on the rim
-LEAST = 1e-12  # free directions, in parts of their number: fewer are none
-LENGTH = 0.5  # of the first step that is tried, in parts of the preconditioned slip
-NEARLY = 0.8  # of a step: if E is least beyond this part, the whole step is taken, so that cells arrive on their rims
-LENGTHENED = 0.3, 3.0  # change of the length from step to step, at most,
-LENGTHS = 0.05, 5.0  # and its range
+NEAR_RIM = 0.9  # a traction below this part of the bound is not on the rim
+LEAST = 1e-12  # fewer free directions than this part of the cells count as none
+LENGTH = 0.5  # length of the first trial step, relative to the preconditioned slip
+NEARLY = 0.8  # if E is least beyond this part of a step, the whole step is taken, so that cells arrive on their rims
+LENGTHENED = 0.3, 3.0  # bounds of the change of the length from step to step
+LENGTHS = 0.05, 5.0  # bounds of the length
 STRONG, STRONG_SHARE = 8.0, 0.05  # k' over the mean eigenvalue of K_tt, or over the largest if that is more
 WEAK = 0.3  # k over the mean eigenvalue of K_tt from which the weights begin to change
-ROUNDING = 1e-14  # in parts of the work of friction: a smaller change of E is rounding
-MET = 1e-12  # of the bound, or of the sum of all bounds: a smaller excess is rounding
-SMALL = 1e-6  # share of what friction holds below which tractions need not be accurate in parts of themselves
+ROUNDING = 1e-14  # a change of E below this part of the work of friction is rounding
+MET = 1e-12  # an excess below this part of the bound, or of the sum of all bounds, is rounding
+SMALL = 1e-6  # share of what friction holds below which tractions need not be accurate relative to themselves
 LEVELS, LEVELLED = (
     60,
     1e-14,
-)  # most evaluations for a level; error of the sum, in parts of the sum of all bounds
+)  # most evaluations for a level; error of the sum relative to the sum of all bounds
 OVERSHOOT, SHORTER_STEP = (
     0.5,
     0.3,
-)  # of the slope: a step for a level that leaves more of it is made shorter by this factor
+)  # a step that leaves more than this part of the slope is shortened by the factor
 
 
 @pytree
@@ -124,7 +123,7 @@ class FreeDirections(NamedTuple):
         return _solved(cells - jnp.sum(x**2), cells - jnp.sum(y**2), -jnp.sum(x * y), total)
 
     def uniform(self, total: Array) -> Array:
-        """Those tractions."""
+        """Return free tractions that are equal on all cells and of this sum."""
         return self.along(jnp.broadcast_to(self.push(total)[:, None, None], self.normal.shape))
 
     def __call__(self, v: Array) -> Array:
@@ -157,32 +156,6 @@ def free_directions(problem: TangentialProblem, q: Array, slip: Array) -> FreeDi
     return FreeDirections(contact, slips, jnp.where(slips, normal, 0.0), curvature, problem.load_controlled)
 
 
-class _Level(NamedTuple):
-    """A level (2,), what its sum is in excess, the Newton step from it, the share of that to be tried, evaluations."""
-
-    level: Array
-    excess: Array
-    step: Array
-    share: Array
-    evaluations: Array
-
-
-def _excess(bound: Array, y: Array, total: Array, level: Array) -> tuple[Array, Array]:
-    """sum clip(y + level) - total, (2,), and the Newton step of the level towards zero."""
-    z = y + level[:, None, None]
-    size = length(z)
-    outside, some = size > bound, jnp.where(size > 0.0, size, 1.0)
-    weight = jnp.where(outside, bound / some, 1.0 * (bound > 0.0))
-    excess = jnp.sum(weight * z, (1, 2)) - total
-    x, y = jnp.where(outside, z / some, 0.0)
-    cells = (1.0 + LEAST) * jnp.sum(weight)
-    step = -_solved(
-        cells - jnp.sum(weight * x**2), cells - jnp.sum(weight * y**2), -jnp.sum(weight * x * y), excess
-    )
-    farthest, far = jnp.max(jnp.where(bound > 0.0, size + bound, 0.0)), jnp.sqrt(jnp.sum(step**2))
-    return excess, step * jnp.minimum(1.0, farthest / jnp.where(far > 0.0, far, 1.0))
-
-
 def _solved(xx: Array, yy: Array, xy: Array, right: Array) -> Array:
     """The solution (2,) of a symmetric system; zero if it is singular."""
     det = xx * yy - xy**2
@@ -197,18 +170,33 @@ def level_of(bound: Array, y: Array, total: Array, start: Array) -> Array:
     """
     room = jnp.sum(bound)
 
-    def improve(s: _Level) -> _Level:
-        tried = s.level + s.share * s.step
-        excess, step = _excess(bound, y, total, tried)
-        short_enough = jnp.sum(excess * s.step) <= -OVERSHOOT * jnp.sum(s.excess * s.step)
-        short_enough = short_enough | (s.evaluations == 0)
-        new = _Level(tried, excess, step, jnp.ones(()), s.evaluations + 1)
-        old = s._replace(share=SHORTER_STEP * s.share, evaluations=s.evaluations + 1)
-        return jax.tree.map(lambda a, b: jnp.where(short_enough, a, b), new, old)
+    def improve(state: tuple[Array, ...]) -> tuple[Array, ...]:
+        level, excess, step, share, evaluations = state
+        tried = level + share * step
 
-    going = lambda s: (jnp.max(jnp.abs(s.excess)) > LEVELLED * room) & (s.evaluations < LEVELS)
-    first = _Level(start, jnp.full(2, 1.0 + room), jnp.zeros(2), jnp.ones(()), jnp.zeros((), int))
-    return jax.lax.while_loop(going, improve, first).level
+        # the excess of the sum, and Newton's step from its derivative: w (1 - n n^T) with n the direction of a traction
+        # outside its disc, w = b/|z| there, and 1 inside; no farther than to where all tractions are on their rims
+        z = y + tried[:, None, None]
+        size = length(z)
+        outside, some = size > bound, jnp.where(size > 0.0, size, 1.0)
+        weight = jnp.where(outside, bound / some, 1.0 * (bound > 0.0))
+        left = jnp.sum(weight * z, (1, 2)) - total
+        nx, ny = jnp.where(outside, z / some, 0.0)
+        cells = (1.0 + LEAST) * jnp.sum(weight)
+        xx, yy = cells - jnp.sum(weight * nx**2), cells - jnp.sum(weight * ny**2)
+        newton = -_solved(xx, yy, -jnp.sum(weight * nx * ny), left)
+        farthest, far = jnp.max(jnp.where(bound > 0.0, size + bound, 0.0)), jnp.sqrt(jnp.sum(newton**2))
+        newton = newton * jnp.minimum(1.0, farthest / jnp.where(far > 0.0, far, 1.0))
+
+        # a step that overshoots is taken back, and a part of it is tried
+        accepted = jnp.sum(left * step) <= -OVERSHOOT * jnp.sum(excess * step)
+        accepted = accepted | (evaluations == 0)
+        new, old = (tried, left, newton, jnp.ones(())), (level, excess, step, SHORTER_STEP * share)
+        return *(jnp.where(accepted, a, b) for a, b in zip(new, old, strict=True)), evaluations + 1
+
+    going = lambda state: (jnp.max(jnp.abs(state[1])) > LEVELLED * room) & (state[4] < LEVELS)
+    first = start, jnp.full(2, 1.0 + room), jnp.zeros(2), jnp.ones(()), jnp.zeros((), int)
+    return jax.lax.while_loop(going, improve, first)[0]
 
 
 def admissible(problem: TangentialProblem, y: Array) -> Array:
@@ -275,59 +263,6 @@ def _error(problem: TangentialProblem, q: Array, u: Array, slip: Array) -> Array
     return jnp.where(wrong > 0.0, wrong / jnp.where(size > 0.0, size, 1.0), 0.0)
 
 
-class _SlipTrial(NamedTuple):
-    """Admissible tractions to go to; the free directions; the conjugate direction and its descent."""
-
-    traction: Array
-    free: FreeDirections
-    direction: Array
-    descent: Array
-
-
-def _trial(problem: TangentialProblem, s: _Iterate, sliding: Array, possible: Array) -> _SlipTrial:
-    """Return what is tried next; the tractions of sliding where the sum cannot be held."""
-    q, slip = s.traction, s.slip
-    free = free_directions(problem, q, slip)
-    z = preconditioner(problem.operator, free)(slip)
-    descent = jnp.sum(z * slip)
-    some = s.descent > 0.0
-    beta = (descent - jnp.sum(z * s.earlier)) / jnp.where(some, s.descent, 1.0)
-    direction = free(z + jnp.where(some, jnp.maximum(beta, 0.0), 0.0) * s.direction)
-    to_rim = jnp.where(free.slips, problem.bound - length(q), 0.0) * free.normal
-    outwards = 1.0 + free.curvature / problem.operator.local()
-    y = jnp.where(s.steepest, q - s.steepest_length * slip, (q - s.length * direction + to_rim) * outwards)
-    return _SlipTrial(admissible(problem, jnp.where(possible, y, sliding)), free, direction, descent)
-
-
-def _towards(problem: TangentialProblem, s: _Iterate, trial: _SlipTrial) -> _Iterate:
-    """Go to the trial as far as the energy falls, and all the way from tractions that are not admissible."""
-    step = trial.traction - s.traction
-    lifted = problem.operator.tangential_from_tangential(step)
-    slope, curvature = jnp.sum(step * s.slip), jnp.sum(step * lifted)
-    turning = jnp.where(s.steepest, 0.0, jnp.sum(trial.free.curvature * jnp.sum(step**2, 0)))
-    stiff, rounding = curvature > 0.0, ROUNDING * jnp.sum(problem.bound * length(s.slip))
-    straight = jnp.where(stiff, -slope / jnp.where(stiff, curvature, 1.0), 1.0)
-    bent = (turning / 2.0 - slope) / jnp.where(stiff, curvature + turning, 1.0)  # along the rim
-    bent = jnp.where(stiff, bent, 1.0)
-    lower = (slope + curvature / 2.0 <= rounding) & ((bent > NEARLY) | (jnp.abs(slope) <= rounding))
-    whole = jnp.isinf(s.error) | lower | (straight > NEARLY)
-    share = jnp.where(whole, 1.0, jnp.maximum(straight, 0.0))
-    q = jnp.where(whole, trial.traction, s.traction + share * step)
-    u = s.displacement + share * lifted
-    moved = u + problem.drift
-    shift = _shift(problem, q, moved, s.shift)
-    slip = moved - shift[:, None, None]
-    conjugate = ~s.steepest & (share > 0.0)
-    longer = jnp.clip(s.length * jnp.clip(bent, *LENGTHENED), *LENGTHS)
-    steepest_length = jnp.sum(step**2) / jnp.where(stiff, curvature, jnp.inf)
-    return _Iterate(
-        q, u, shift, slip, _error(problem, q, u, slip), s.iterations + 1,
-        direction=trial.direction, earlier=s.slip, descent=jnp.where(conjugate, trial.descent, 0.0),
-        length=jnp.where(s.steepest, s.length, longer), steepest=~s.steepest & (share == 0.0),
-        steepest_length=jnp.where(s.steepest & stiff, steepest_length, s.steepest_length),
-    )  # fmt: skip
-
-
 def held(problem: TangentialProblem) -> Array:
     """Return whether friction can sustain the given sum of tractions, () bool."""
     if not problem.load_controlled:
@@ -343,12 +278,65 @@ def solve(
     Each iteration applies K_tt once; the first leads to admissible tractions. Where friction cannot hold a given sum, all
     cells slip along it, and the error is one. The caller finds in ``error`` whether the tolerance was met.
     """
-    asked, possible, bound = problem.target, held(problem), problem.bound
-    sliding = start
-    if problem.load_controlled:
+    operator, bound = problem.operator, problem.bound
+    asked, possible, sliding = problem.target, held(problem), start
+    if problem.load_controlled:  # all cells slip along a sum that cannot be held
         size = jnp.sqrt(jnp.sum(asked**2))
         sliding = bound * (asked / jnp.where(size > 0.0, size, 1.0))[:, None, None]
         problem = replace(problem, target=jnp.where(possible, asked, jnp.sum(sliding, (1, 2))))
+
+    def improve(s: _Iterate) -> _Iterate:
+        q, slip = s.traction, s.slip
+
+        # 1. The conjugate direction of Polak and Ribiere in the free directions, from the preconditioned slip.
+        free = free_directions(problem, q, slip)
+        z = preconditioner(operator, free)(slip)
+        descent = jnp.sum(z * slip)
+        some = s.descent > 0.0
+        beta = (descent - jnp.sum(z * s.earlier)) / jnp.where(some, s.descent, 1.0)
+        direction = free(z + jnp.where(some, jnp.maximum(beta, 0.0), 0.0) * s.direction)
+
+        # 2. The traction that is tried: the admissible one nearest to a step along it, with slipping cells moved outwards;
+        # after a direction in which E does not decrease, to one along the slip; sliding where the sum cannot be held.
+        to_rim = jnp.where(free.slips, bound - length(q), 0.0) * free.normal
+        outwards = 1.0 + free.curvature / operator.local()
+        y = jnp.where(
+            s.steepest, q - s.steepest_length * slip, (q - s.length * direction + to_rim) * outwards
+        )
+        tried = admissible(problem, jnp.where(possible, y, sliding))
+
+        # 3. The part of the step at which E is least: dE/dx = <step, s> + x <step, K_tt step>. All of it from tractions
+        # that are not admissible, or if it is nearly the whole. ``bent`` is that part along the curved rim, where
+        # slipping cells turn: it decides on the length of the next step.
+        step = tried - q
+        lifted = operator.tangential_from_tangential(step)  # the product of the iteration
+        slope, curvature = jnp.sum(step * slip), jnp.sum(step * lifted)
+        turning = jnp.where(s.steepest, 0.0, jnp.sum(free.curvature * jnp.sum(step**2, 0)))
+        stiff, rounding = curvature > 0.0, ROUNDING * jnp.sum(bound * length(slip))
+        straight = jnp.where(stiff, -slope / jnp.where(stiff, curvature, 1.0), 1.0)
+        bent = (turning / 2.0 - slope) / jnp.where(stiff, curvature + turning, 1.0)
+        bent = jnp.where(stiff, bent, 1.0)
+        lower = (slope + curvature / 2.0 <= rounding) & ((bent > NEARLY) | (jnp.abs(slope) <= rounding))
+        whole = jnp.isinf(s.error) | lower | (straight > NEARLY)
+        share = jnp.where(whole, 1.0, jnp.maximum(straight, 0.0))
+
+        # 4. The slip there, with the shift as given or as the multiplier of the sum. The steepest step has the length of
+        # Barzilai and Borwein, <step, step>/<step, K_tt step>.
+        q = jnp.where(whole, tried, q + share * step)
+        u = s.displacement + share * lifted
+        moved = u + problem.drift
+        shift = _shift(problem, q, moved, s.shift)
+        new = moved - shift[:, None, None]
+        conjugate = ~s.steepest & (share > 0.0)
+        longer = jnp.clip(s.length * jnp.clip(bent, *LENGTHENED), *LENGTHS)
+        steepest_length = jnp.sum(step**2) / jnp.where(stiff, curvature, jnp.inf)
+        return _Iterate(
+            q, u, shift, new, _error(problem, q, u, new), s.iterations + 1,
+            direction=direction, earlier=slip, descent=jnp.where(conjugate, descent, 0.0),
+            length=jnp.where(s.steepest, s.length, longer), steepest=~s.steepest & (share == 0.0),
+            steepest_length=jnp.where(s.steepest & stiff, steepest_length, s.steepest_length),
+        )  # fmt: skip
+
     moved, nothing = displacement + problem.drift, jnp.zeros_like(start)
     shift = _shift(problem, start, moved, jnp.zeros(2))
     slip = moved - shift[:, None, None]
@@ -356,19 +344,13 @@ def solve(
     first = _Iterate(
         start, displacement, shift, slip, error, jnp.zeros((), int),
         direction=nothing, earlier=nothing, descent=jnp.zeros(()), length=jnp.asarray(LENGTH),
-        steepest=jnp.zeros((), bool), steepest_length=1.0 / problem.operator.local(),
+        steepest=jnp.zeros((), bool), steepest_length=1.0 / operator.local(),
     )  # fmt: skip
     further = lambda s: (s.error > tolerance) & (s.iterations < max_iterations) & possible
-    going = lambda s: jnp.isinf(s.error) | further(s)
-    improve = lambda s: _towards(problem, s, _trial(problem, s, sliding, possible))
-    s = jax.lax.while_loop(going, improve, first)
-    return _solution(problem, s, asked, possible)
+    s = jax.lax.while_loop(lambda s: jnp.isinf(s.error) | further(s), improve, first)
 
-
-def _solution(problem: TangentialProblem, s: _Iterate, asked: Array, possible: Array) -> TangentialSolution:
-    """The result; where a sum is not held, the shift, which nothing determines, is the mean movement of the surface."""
-    bound, contact = problem.bound, problem.bound > 0.0
-    moved, room = s.displacement + problem.drift, jnp.sum(bound)
+    # Where a sum is not held nothing determines the shift: it is the mean movement of the surface.
+    contact, moved, room = bound > 0.0, s.displacement + problem.drift, jnp.sum(bound)
     mean = jnp.sum(bound * moved, (1, 2)) / jnp.where(room > 0.0, room, 1.0)
     shift = jnp.where(possible, s.shift, mean)
     slip = jnp.where(contact, moved - shift[:, None, None], 0.0)
@@ -381,7 +363,7 @@ def _solution(problem: TangentialProblem, s: _Iterate, asked: Array, possible: A
 # Normal and tangential contact together: pressure bounds the traction, traction moves the pressure.
 #
 #     g = gap + K_zz p + K_zt q - approach >= 0,  p >= 0,  p g = 0      (``contact.normal``)
-#     s = K_tt q + K_tz p + drift - shift,  |q| <= mu p, ...            (``contact.friction``)
+#     s = K_tt q + K_tz p + drift - shift,  |q| <= mu p, ...            (``solve``)
 #
 # In each round the normal problem is solved under a normal displacement y that stands for K_zt q, and then the
 # tangential problem under its pressure (P. D. Panagiotopoulos, Ing. Arch. 44 (1975) 421). The solution is a fixed
@@ -401,10 +383,10 @@ def _solution(problem: TangentialProblem, s: _Iterate, asked: Array, possible: A
 
 LOOSE = 1e-2  # largest tolerance of a round
 TIGHTER = 0.1  # tolerance of a round over the error of coupling before it and the share of the step
-FINAL = 0.3  # of the tolerance: both problems are not solved to less, and in the first round not to less than all of it
+FINAL = 0.3  # least tolerance of both problems over that of the whole; in the first round it is the whole
 ROUNDS = 60
 KEPT = 5  # rounds that the next y is extrapolated from
-PARALLEL = 1e-12  # of the squared sine below which the changes of two rounds are taken for one
+PARALLEL = 1e-12  # changes of two rounds whose squared sine is below this count as parallel
 SLOW = 0.9  # an error that falls to more than this share of the one before shortens the next step
 SHORTER, LONGER, SHORTEST = 0.5, 2.0, 0.1
 
@@ -483,26 +465,20 @@ def solve_partial_slip(
     pressure = normal.usable_start(problem.under(0.0), pressure)
     corner, fits = place(pressure > 0.0, shape)
     part = lambda field: cut(field, corner, shape)
-    inside = _rounds(
-        _in_window(problem, part, corner), part(pressure), part(traction), tolerance, max_iterations, fits
-    )
-    on_grid = lambda found, start: jnp.where(fits, paste(found, corner, start.shape), start)
-    pressure = on_grid(inside.normal.pressure, pressure)
-    traction = on_grid(inside.tangential.traction, traction)
-    taken = inside.taken
-    found = _rounds(problem, pressure, traction, tolerance, max_iterations - taken, jnp.ones((), bool))
-    return found._replace(taken=taken + found.taken, rounds=inside.rounds + found.rounds)
-
-
-def _in_window(problem: SlipProblem, part: Callable[[Array], Array], corner: Corner) -> SlipProblem:
-    """Return the problem without the cells outside the window at a corner; part: what of a field lies inside."""
-    return replace(
+    within = replace(
         problem,
         operator=problem.operator.restricted(corner),
         gap=part(problem.gap),
         drift=part(problem.drift),
         coefficient=part(problem.coefficient),
     )
+    inside = _rounds(within, part(pressure), part(traction), tolerance, max_iterations, fits)
+    on_grid = lambda found, start: jnp.where(fits, paste(found, corner, start.shape), start)
+    pressure = on_grid(inside.normal.pressure, pressure)
+    traction = on_grid(inside.tangential.traction, traction)
+    taken = inside.taken
+    found = _rounds(problem, pressure, traction, tolerance, max_iterations - taken, jnp.ones((), bool))
+    return found._replace(taken=taken + found.taken, rounds=inside.rounds + found.rounds)
 
 
 def _rounds(
@@ -514,114 +490,87 @@ def _rounds(
     needed: Array,
 ) -> Round:
     """Solve on the grid of the problem; without a round if it is not ``needed``, otherwise by at least one."""
-    if not problem.coupled:
+    operator = problem.operator
+    zero, field, one = jnp.zeros((), int), jnp.zeros_like(pressure), jnp.ones(())
+    pair, no = jnp.zeros_like(traction), jnp.zeros((), bool)
+
+    # Before the first round: the start, whose displacements are not known except for those under its traction.
+    if problem.coupled:
+        displacement, normal_shift = operator.displaced(traction)
+    else:
+        displacement, normal_shift = operator.tangential_from_tangential(traction), field
+    pressed = Solution(pressure, field, jnp.zeros(()), one, zero)
+    sheared = TangentialSolution(traction, displacement, pair, pressure > 0.0, jnp.zeros(2), one, zero)
+
+    if not problem.coupled:  # both problems once
         limit = jnp.where(needed, max_iterations, 0)
-        return _uncoupled(problem, pressure, traction, tolerance, limit)
+        pressed = normal.solve_further(problem.under(0.0), pressed, no, tolerance, limit)
+        tangential, left = problem.sheared(pressed.pressure, 0.0), limit - pressed.iterations
+        sheared = solve(tangential, traction, displacement, tolerance, left)
+        taken = pressed.iterations + sheared.iterations
+        return Round(pressed, sheared, pair, field, taken, jnp.ones((), int), jnp.ones((), bool))
+
+    newest_first = lambda kept, newest: jnp.concatenate([newest[None], kept[:-1]])
+
+    def further(s: _RoundSearch) -> _RoundSearch:
+        left, before, again = max_iterations - s.round.taken, s.round, s.round.rounds > 0
+
+        # 1. y: of all mixtures, of weights of sum one, of the kept rounds that whose change is least in the mean over the
+        # cells in contact (Anderson), and a share of that change.
+        change = jnp.where(before.normal.pressure > 0.0, s.change, 0.0).reshape(KEPT, -1)
+        size = jnp.sqrt(jnp.sum(change**2, 1))
+        used = size > 0.0
+        unit = change / jnp.where(used, size, 1.0)[:, None]
+        weight = jnp.where(used, size[0] / jnp.where(used, size, 1.0), 0.0)
+        gram = unit @ unit.T + jnp.diag(jnp.where(used, PARALLEL, 1.0))
+        mixture = weight * jnp.linalg.solve(gram, weight)
+        total = jnp.sum(mixture)
+        newest = jnp.zeros(KEPT).at[0].set(1.0)
+        mixture = jnp.where(total > 0.0, mixture / jnp.where(total > 0.0, total, 1.0), newest)
+        y = jnp.tensordot(mixture, s.given + s.share * s.change, 1)
+
+        # 2. The normal problem under y, then the tangential one under its pressure, to a share of the error of coupling.
+        # Products of a pressure or traction that has not changed are those of the round before.
+        least = jnp.where(again, FINAL, 1.0) * tolerance
+        goal = jnp.maximum(jnp.minimum(TIGHTER * s.share * s.unsettled, LOOSE), least)
+        pressed = normal.solve_further(problem.under(y), before.normal, again, goal, left)
+        p, u = pressed.pressure, pressed.displacement
+        tangential_shift = jax.lax.cond(
+            again & jnp.all(p == before.normal.pressure),
+            lambda: before.tangential_shift,
+            lambda: operator.tangential_from_normal(p),
+        )
+        tangential, start = problem.sheared(p, tangential_shift), before.tangential
+        sheared = solve(tangential, start.traction, start.displacement, goal, left - pressed.iterations)
+        normal_shift = jax.lax.cond(
+            jnp.all(sheared.traction == start.traction),
+            lambda: before.normal_shift,
+            lambda: operator.normal_from_tangential(sheared.traction),
+        )
+
+        # 3. The error of both at once: that of the pressure under the new traction, and that of the traction.
+        now = problem.under(normal_shift)
+        approach = normal.approach_of(now, p, u)
+        unsettled = normal.stopping_error(now, p, u, u + now.gap - approach, approach)
+        if problem.load_controlled:
+            unsettled = jnp.where(problem.target > 0.0, unsettled, 0.0)
+        pressed = replace(pressed, approach=approach, error=unsettled)
+        error = jnp.maximum(unsettled, jnp.where(held(tangential), sheared.error, 0.0))
+
+        # 4. The next step is shorter while the error does not fall.
+        share = jnp.where((error > SLOW * s.error) & again, SHORTER, LONGER) * s.share
+        taken = before.taken + pressed.iterations + sheared.iterations
+        settled = error <= tolerance
+        found = Round(pressed, sheared, tangential_shift, normal_shift, taken, before.rounds + 1, settled)
+        given, changes = newest_first(s.given, y), newest_first(s.change, normal_shift - y)
+        return _RoundSearch(found, given, changes, jnp.clip(share, SHORTEST, 1.0), error, unsettled)
 
     def going(s: _RoundSearch) -> Array:
         more = ~s.round.settled & (s.round.taken < max_iterations) & (s.round.rounds < ROUNDS)
         return needed & (more | (s.round.rounds == 0))
 
-    further = lambda s: _further_round(problem, s, tolerance, max_iterations)
-    return jax.lax.while_loop(going, further, _begin(problem, pressure, traction)).round
-
-
-def _further_round(
-    problem: SlipProblem, s: _RoundSearch, tolerance: Array, max_iterations: Array
-) -> _RoundSearch:
-    """Solve the normal problem under the extrapolated normal displacement, then the tangential one under its pressure."""
-    left, before, again = max_iterations - s.round.taken, s.round, s.round.rounds > 0
-    least = jnp.where(again, FINAL, 1.0) * tolerance
-    y, goal = _next(s), jnp.maximum(jnp.minimum(TIGHTER * s.share * s.unsettled, LOOSE), least)
-    pressed = normal.solve_further(problem.under(y), before.normal, again, goal, left)
-    tangential_shift = jax.lax.cond(
-        again & jnp.all(pressed.pressure == before.normal.pressure),
-        lambda: before.tangential_shift,
-        lambda: problem.operator.tangential_from_normal(pressed.pressure),
-    )
-    tangential, start = problem.sheared(pressed.pressure, tangential_shift), before.tangential
-    left = left - pressed.iterations
-    sheared = solve(tangential, start.traction, start.displacement, goal, left)
-    normal_shift = jax.lax.cond(
-        jnp.all(sheared.traction == start.traction),
-        lambda: before.normal_shift,
-        lambda: problem.operator.normal_from_tangential(sheared.traction),
-    )
-    pressed = _under_new_traction(problem, pressed, normal_shift)
-    error = jnp.maximum(pressed.error, jnp.where(held(tangential), sheared.error, 0.0))
-    taken = before.taken + pressed.iterations + sheared.iterations
-    settled = error <= tolerance
-    found = Round(pressed, sheared, tangential_shift, normal_shift, taken, before.rounds + 1, settled)
-    slow = (error > SLOW * s.error) & again
-    share = jnp.clip(jnp.where(slow, SHORTER, LONGER) * s.share, SHORTEST, 1.0)
-    given, changes = _pushed(s.given, y), _pushed(s.change, normal_shift - y)
-    return _RoundSearch(found, given, changes, share, error, pressed.error)
-
-
-def _uncoupled(
-    problem: SlipProblem, pressure: Array, traction: Array, tolerance: Array, max_iterations: Array
-) -> Round:
-    """Solve both problems once."""
-    first = _begin(problem, pressure, traction).round
-    unknown = jnp.zeros((), bool)
-    pressed = normal.solve_further(problem.under(0.0), first.normal, unknown, tolerance, max_iterations)
-    tangential, start = problem.sheared(pressed.pressure, 0.0), first.tangential
-    left = max_iterations - pressed.iterations
-    sheared = solve(tangential, traction, start.displacement, tolerance, left)
-    taken = pressed.iterations + sheared.iterations
-    return Round(
-        pressed,
-        sheared,
-        first.tangential_shift,
-        first.normal_shift,
-        taken,
-        jnp.ones((), int),
-        jnp.ones((), bool),
-    )
-
-
-def _begin(problem: SlipProblem, pressure: Array, traction: Array) -> _RoundSearch:
-    """Before the first round: y is that of the start."""
-    zero, none, one = jnp.zeros((), int), jnp.zeros_like(pressure), jnp.ones(())
-    pair = jnp.zeros_like(traction)
-    operator = problem.operator
-    along = (
-        operator.displaced if problem.coupled else lambda q: (operator.tangential_from_tangential(q), none)
-    )
-    displacement, normal_shift = along(traction)
-    pressed = Solution(pressure, none, jnp.zeros(()), one, zero)
-    sheared = TangentialSolution(traction, displacement, pair, pressure > 0.0, jnp.zeros(2), one, zero)
-    first = Round(pressed, sheared, pair, normal_shift, zero, zero, jnp.zeros((), bool))
+    begun = Round(pressed, sheared, pair, normal_shift, zero, zero, no)
     blank = jnp.zeros((KEPT, *pressure.shape))
     unsettled = jnp.max(problem.coefficient) * operator.coupling()
-    return _RoundSearch(first, _pushed(blank, normal_shift), blank, one, one, unsettled)
-
-
-def _pushed(kept: Array, newest: Array) -> Array:
-    """The newest field in front of those kept, the last of which goes."""
-    return jnp.concatenate([newest[None], kept[:-1]])
-
-
-def _next(s: _RoundSearch) -> Array:
-    """y of the next round: of all mixtures of the kept ones, that whose change is least in the mean, and a share of it."""
-    change = jnp.where(s.round.normal.pressure > 0.0, s.change, 0.0).reshape(KEPT, -1)
-    size = jnp.sqrt(jnp.sum(change**2, 1))
-    used = size > 0.0
-    unit = change / jnp.where(used, size, 1.0)[:, None]
-    weight = jnp.where(used, size[0] / jnp.where(used, size, 1.0), 0.0)
-    gram = unit @ unit.T + jnp.diag(jnp.where(used, PARALLEL, 1.0))
-    mixture = weight * jnp.linalg.solve(gram, weight)
-    total = jnp.sum(mixture)
-    newest = jnp.zeros(KEPT).at[0].set(1.0)
-    mixture = jnp.where(total > 0.0, mixture / jnp.where(total > 0.0, total, 1.0), newest)
-    return jnp.tensordot(mixture, s.given + s.share * s.change, 1)
-
-
-def _under_new_traction(problem: SlipProblem, pressed: Solution, normal_shift: Array) -> Solution:
-    """A solution of the normal problem with the approach and the error that it has under another traction."""
-    now, p, u = problem.under(normal_shift), pressed.pressure, pressed.displacement
-    approach = normal.approach_of(now, p, u)
-    error = normal.stopping_error(now, p, u, u + now.gap - approach, approach)
-    if problem.load_controlled:
-        error = jnp.where(problem.target > 0.0, error, 0.0)
-    return replace(pressed, approach=approach, error=error)
+    first = _RoundSearch(begun, newest_first(blank, normal_shift), blank, one, one, unsettled)
+    return jax.lax.while_loop(going, further, first).round

@@ -47,7 +47,7 @@ from jax.scipy.sparse.linalg import gmres
 
 from jaxcontact._support.pytree import replace
 from jaxcontact.contact import adhesive, friction, nonsymmetric
-from jaxcontact.contact.adhesive import AdhesiveTangent, Model, Start
+from jaxcontact.contact.adhesive import AdhesiveTangent, Start
 from jaxcontact.contact.friction import (
     FreeDirections,
     Round,
@@ -56,11 +56,11 @@ from jaxcontact.contact.friction import (
     free_directions,
     preconditioner,
 )
-from jaxcontact.contact.krylov import conjugate_gradients, cut, paste, place
+from jaxcontact.contact.krylov import bicgstab, conjugate_gradients, cut, paste, place
 from jaxcontact.contact.normal import Problem, Solution, masked_mean, projected, solve
 from jaxcontact.operators.base import Linear, OnContact, Operator, TractionOperator, unchanged
 
-# Solutions of the linear systems of derivatives; ``contact.implicit`` states the systems and the derivative rules.
+# Solutions of the linear systems of derivatives.
 #
 # Each is nan where it fails. Searches stop at a residual of ``TANGENT_TOLERANCE`` of the right side.
 
@@ -68,7 +68,7 @@ from jaxcontact.operators.base import Linear, OnContact, Operator, TractionOpera
 TANGENT_TOLERANCE = 1e-10
 TANGENT_ITERATIONS = 400
 DIRECTIONS, RESTARTS = 80, 10  # of GMRES, for systems that neither conjugate gradients nor BiCGSTAB solves
-ROUNDING = 1e-14  # of a right side: what is left of it in the subspace may be an error of rounding
+ROUNDING = 1e-14  # a part of a right side in the subspace that is smaller, relative to all of it, is rounding
 LEFT = 1e-7  # largest relative residual of GMRES (measured: 3e-9 for a system whose operator itself contains a solve)
 
 
@@ -115,25 +115,14 @@ def _on_grid(
     From zero: the tangent of the step before, extrapolated or not, leaves 0.2 to 0.9 of the right side
     where cells have entered contact, saves no iteration, and costs a convolution.
     """
-    there, back = lambda x: inside(operator(x)), lambda r: inside(inverse(r, inside.mask))
-    x, _, met = conjugate_gradients(there, back, inside.right_side(right), TANGENT_TOLERANCE, limit)
-    return jnp.where(met | (limit == 0), x, jnp.nan)
+    there, back = lambda x: (inside(operator(x)), None), lambda r: inside(inverse(r, inside.mask))
+    found = conjugate_gradients(there, back, inside.right_side(right), TANGENT_TOLERANCE, limit)
+    return jnp.where(found.met | (limit == 0), found.x, jnp.nan)
 
 
-def bicgstab(inside: Subspace, preconditioned: Operator, operator: Linear, right: Array) -> Array:
+def bicgstab_solution(operator: Linear, inverse: Linear, b: Array) -> Array:
     """Solve with an operator that is not symmetric; nan if it fails."""
-    inverse = preconditioned.preconditioner()
-    b = inside.right_side(right)
-    x, _, met = nonsymmetric.bicgstab(
-        operator, lambda x: inside(inverse(x)), b, TANGENT_TOLERANCE, TANGENT_ITERATIONS
-    )
-    return jnp.where(met, x, jnp.nan)
-
-
-def positive_definite_solution(model: Model, operator: Linear, right: Array) -> Array:
-    """Return the solution of a system of the tangent by conjugate gradients; nan if it is not positive, or they fail."""
-    inverse = lambda r: model.faces(operator(r))
-    x, _, met = conjugate_gradients(model, inverse, model.faces(right), TANGENT_TOLERANCE, TANGENT_ITERATIONS)
+    x, _, met = bicgstab(operator, inverse, b, TANGENT_TOLERANCE, TANGENT_ITERATIONS)
     return jnp.where(met, x, jnp.nan)
 
 
@@ -149,7 +138,7 @@ def gmres_solution(operator: Linear, b: Array) -> Array:
 # The linear system of the derivatives of a contact with friction: its space, its matrix and its right sides.
 #
 # Where a cell sticks its slip stays; where it slips its traction stays on the rim of the friction disc, which grows
-# with pressure and coefficient of friction, and turns with the slip. ``contact.implicit`` has the derivative rule.
+# with pressure and coefficient of friction, and turns with the slip.
 
 
 SLIP_ROUNDING = 1e-12  # relative size of what a projection leaves of a right side outside its space
@@ -212,41 +201,8 @@ class SlipSpace(NamedTuple):
         normal = self.problem.operator.normal.preconditioner()
         inverse = lambda r: self(jnp.concatenate([tangential(r[:2]), normal(self.active(r[2]))[None]]))
         b = self(right)
-        x, _, met = nonsymmetric.bicgstab(operator, inverse, b, TANGENT_TOLERANCE, TANGENT_ITERATIONS)
         nothing = jnp.sum(b**2) <= SLIP_ROUNDING**2 * jnp.sum(right**2)
-        return jnp.where(nothing, 0.0, jnp.where(met, x, jnp.nan))
-
-
-def given_changes(space: SlipSpace, change: SlipProblem, p: Array) -> tuple[Array, Array]:
-    """Return the changes (dq, dp) that follow directly from those of load, coefficient of friction and tangential load."""
-    problem, total = space.problem, jnp.sum(p)
-    dp = jnp.zeros_like(p)
-    if problem.load_controlled:
-        dp = p * jnp.where(total > 0.0, change.target / jnp.where(total > 0.0, total, 1.0), 0.0)
-    dq = space.traction(jnp.zeros((2, *p.shape)), problem.coefficient * dp + change.coefficient * p)
-    if problem.tangential_load_controlled:
-        dq = dq + space.free.uniform(change.tangential_target)
-    return dq, dp
-
-
-def prescribed_shifts(change: SlipProblem) -> Array:
-    """Return the changes of shift and approach where they are prescribed, (3, 1, 1), and zero elsewhere."""
-    shift = 0.0 * change.tangential_target if change.tangential_load_controlled else change.tangential_target
-    approach = 0.0 * change.target if change.load_controlled else change.target
-    return jnp.append(shift, approach)[:, None, None]
-
-
-def multipliers(
-    space: SlipSpace, change: SlipProblem, p: Array, moved: Array, without: Array
-) -> tuple[Array, Array]:
-    """Return the changes of shift and approach: prescribed ones, or those with which cells that stick and cells in contact
-    move; without: the change of the approach where there is no contact."""
-    shift, approach = change.tangential_target, change.target
-    if space.problem.tangential_load_controlled:
-        shift = space.free.push(jnp.sum(space.free.along(moved[:2]), (1, 2)))
-    if space.problem.load_controlled:
-        approach = jnp.where(jnp.any(p > 0.0), masked_mean(moved[2], p > 0.0), without)
-    return shift, approach
+        return jnp.where(nothing, 0.0, bicgstab_solution(operator, inverse, b))
 
 
 KEPT = "pressure"  # what reverse mode keeps of a step, as far as it is needed, so that no contact is solved again: the
@@ -261,7 +217,12 @@ def solve_in_contact(problem: Problem, mask: Array, right: Array) -> Array:
         # closes over nothing whose derivative it does not want: jax 0.10 fails on what is left of such a one
         search = lambda _, b: conjugate_gradients_in_window(operator, inside, b)
         return jax.lax.custom_linear_solve(on_mask, right, search, symmetric=True)
-    there, back = (partial(bicgstab, inside, k) for k in (operator, operator.transpose()))
+
+    def by(preconditioned: Operator, matrix: Linear, b: Array) -> Array:
+        inverse = preconditioned.preconditioner()
+        return bicgstab_solution(matrix, lambda x: inside(inverse(x)), inside.right_side(b))
+
+    there, back = (partial(by, k) for k in (operator, operator.transpose()))
     return jax.lax.custom_linear_solve(on_mask, right, there, transpose_solve=back)
 
 
@@ -292,45 +253,40 @@ def _moved_contact(problem: Problem, solution: Solution, change: Problem) -> tup
     """Return a solution, which reverse mode keeps, and its change; linear in the change of the problem."""
     kept = solution.pressure, solution.displacement, solution.approach
     p, u, approach = (checkpoint_name(a, KEPT) for a in kept)
-    law = problem.law
+    law, operator = problem.law, problem.operator
     mask = law.free(p)
-    forcing, target = problem.operator.tangent(change.operator, p) + change.gap, change.target
+
+    # The right side dK p + dgap; pressures that the law prescribes change by themselves and lift the surface.
+    forcing, target = operator.tangent(change.operator, p) + change.gap, change.target
     prescribed = jnp.zeros_like(p)
     if law.prescribes:
         prescribed = law.prescribed_change(change.law, p)
-        forcing = forcing + problem.operator(prescribed)
+        forcing = forcing + operator(prescribed)
         target = target - jnp.sum(prescribed) if problem.load_controlled else target
-    if problem.load_controlled:
-        dp, d_approach = _under_load(problem, change, p, mask, forcing, target)
-    else:
+
+    if not problem.load_controlled:
         dp, d_approach = solve_in_contact(problem, mask, target - forcing), target
-    du = forcing - change.gap + problem.operator(dp)
+    else:
+        # The change of the sum scales the free pressures; the rest of the change has zero mean. (The pressure itself where
+        # that is the same, so that it is transformed once for all convolutions.)
+        free = jnp.where(mask, p, 0.0) if law.prescribes else p
+        total = jnp.sum(free)
+        over_total = jnp.where(total > 0.0, 1.0 / jnp.where(total > 0.0, total, 1.0), 0.0)
+        share = target * over_total
+        dp = share * free + solve_in_contact(problem, mask, -(forcing + share * operator(free)))
+        # <free, K dp + forcing> = d approach sum free, with K^T free in place of the convolution of dp
+        d_approach = jnp.sum(operator.transpose()(free) * dp + free * forcing) * over_total
+        # Without contact the approach is that of first touch; where the law prescribes the pressure of every cell in
+        # contact it is not determined, and its derivative is nan.
+        without = _first_touch(problem, change)
+        if law.prescribes:
+            without = jnp.where(jnp.any(law.touching(p)), jnp.nan, without)
+        d_approach = jnp.where(total > 0.0, d_approach, without)
+
+    du = forcing - change.gap + operator(dp)
     zero_iterations = jnp.zeros((), dtype=jax.dtypes.float0)
     tangent = Solution(dp + prescribed, du, d_approach, jnp.zeros_like(solution.error), zero_iterations)
     return replace(solution, pressure=p, displacement=u, approach=approach), tangent
-
-
-def _under_load(
-    problem: Problem, change: Problem, p: Array, mask: Array, forcing: Array, target: Array
-) -> tuple[Array, Array]:
-    """Return the tangents of the free pressures, whose sum changes by ``target``, and of the approach.
-
-    The change of the sum scales the free pressures. Without contact the approach is that of first touch;
-    where the law prescribes the pressure of every cell in contact it is not determined, and its tangent is nan.
-    """
-    # the pressure itself where that is the same, so that it is transformed once for all convolutions
-    free = jnp.where(mask, p, 0.0) if problem.law.prescribes else p
-    total = jnp.sum(free)
-    over_total = jnp.where(total > 0.0, 1.0 / jnp.where(total > 0.0, total, 1.0), 0.0)
-    share = target * over_total
-    dp = share * free + solve_in_contact(problem, mask, -(forcing + share * problem.operator(free)))
-    # <free, K dp + forcing> = d approach sum free, with K^T free in place of the convolution of dp
-    back = problem.operator.transpose()(free)
-    d_approach = jnp.sum(back * dp + free * forcing) * over_total
-    without = _first_touch(problem, change)
-    if problem.law.prescribes:
-        without = jnp.where(jnp.any(problem.law.touching(p)), jnp.nan, without)
-    return dp, jnp.where(total > 0.0, d_approach, without)
 
 
 def _first_touch(problem: Problem | SlipProblem, change: Problem | SlipProblem) -> Array:
@@ -342,7 +298,7 @@ def _first_touch(problem: Problem | SlipProblem, change: Problem | SlipProblem) 
 def solve_partial_slip(
     problem: SlipProblem, pressure: Array, traction: Array, tolerance: Array, max_iterations: Array
 ) -> Round:
-    """``contact.partial_slip.solve``, differentiable in everything in ``problem``."""
+    """``contact.friction.solve_partial_slip``, differentiable in everything in ``problem``."""
     return friction.solve_partial_slip(problem, pressure, traction, tolerance, max_iterations)
 
 
@@ -361,7 +317,8 @@ def _solve_adhesive_jvp(primals, tangents):
 
 def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solution:
     """Return the change of the solution of a contact with adhesion; linear in the change of the problem."""
-    tangent = AdhesiveTangent.of(problem, found)
+    tangent = AdhesiveTangent.at_solution(problem, found)
+    model = tangent.model
     held, nowhere = found.carried > 0.0, jnp.zeros_like(found.pressure)
     assert found.separated is not None
     forcing = problem.operator.tangent(change.operator, found.pressure) + change.gap
@@ -370,8 +327,14 @@ def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solut
     start = tangent.moved(jnp.where(held, given - forcing, 0.0), given)
     right = tangent.unbalanced(start, forcing, explicit, change.target)
     right = jnp.where(found.separated, 0.0, right)
-    search = lambda _, b: positive_definite_solution(tangent.model, tangent.operator, b)
-    rest = jax.lax.custom_linear_solve(tangent.model, -right, search, symmetric=True)
+
+    def search(_: Linear, b: Array) -> Array:
+        """Solve by conjugate gradients; nan if the tangent is not positive, or they fail."""
+        there, back = lambda x: (model(x), None), lambda r: model.faces(tangent.operator(r))
+        found = conjugate_gradients(there, back, model.faces(b), TANGENT_TOLERANCE, TANGENT_ITERATIONS)
+        return jnp.where(found.met, found.x, jnp.nan)
+
+    rest = jax.lax.custom_linear_solve(model, -right, search, symmetric=True)
     dp, du, d_approach, attraction = tangent.result(tangent.added(start, rest), forcing, explicit)
     apart = lambda a, otherwise: jnp.where(found.separated, otherwise, a)
     no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
@@ -391,7 +354,7 @@ def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solut
 def solve_adhesive_sliding(
     problem: Problem, start: Start, tolerance: Array, max_iterations: Array
 ) -> Solution:
-    """``solve`` of contact.adhesive_sliding, differentiable in everything in ``problem``."""
+    """``solve_sliding`` of contact.adhesive, differentiable in everything in ``problem``."""
     return adhesive.solve_sliding(problem, start, tolerance, max_iterations)
 
 
@@ -416,20 +379,42 @@ def _solve_partial_slip_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
     found = checkpoint_name(solve_partial_slip(*primals), KEPT)
     p, q = found.normal.pressure, found.tangential.traction
+    load_controlled, sum_given = problem.load_controlled, problem.tangential_load_controlled
     free = free_directions(problem.sheared(p, found.tangential_shift), q, found.tangential.slip)
-    space = SlipSpace(problem, Subspace(p > 0.0, problem.load_controlled), free)
+    space = SlipSpace(problem, Subspace(p > 0.0, load_controlled), free)
+
+    # Changes that follow directly: the load scales the pressure, the bounds of slipping cells follow pressure and
+    # coefficient, and free tractions make up a given sum.
+    dp, total = jnp.zeros_like(p), jnp.sum(p)
+    if load_controlled:
+        dp = p * jnp.where(total > 0.0, change.target / jnp.where(total > 0.0, total, 1.0), 0.0)
+    dq = space.traction(jnp.zeros((2, *p.shape)), problem.coefficient * dp + change.coefficient * p)
+    if sum_given:
+        dq = dq + space.free.uniform(change.tangential_target)
+
+    # The right side: changes of operator, drift and gap, what those changes move, and given shift and approach.
     by_operator = Displacements.under(change.operator, q, p)
     forcing = by_operator.total() + jnp.concatenate([change.drift, change.gap[None]])
-    dq, dp = given_changes(space, change, p)
-    right = -(forcing + space.lifted(dq, dp) + space.turned(dq)) + prescribed_shifts(change)
+    shift = 0.0 * change.tangential_target if sum_given else change.tangential_target
+    approach = 0.0 * change.target if load_controlled else change.target
+    right = jnp.append(shift, approach)[:, None, None] - (forcing + space.lifted(dq, dp) + space.turned(dq))
+
+    # The linear system of both laws for the rest of the change.
     rest = jax.lax.custom_linear_solve(space.matrix, space(right), space.solve, transpose_solve=space.solve)
     rest = space(rest)
     dp, dq = dp + rest[2], dq + space.traction(rest[:2], problem.coefficient * rest[2])
     lifted = Displacements.under(problem.operator, dq, dp)
     moved = forcing + lifted.total()
-    d_shift, d_approach = multipliers(
-        space, change, p, moved + space.turned(dq), _first_touch(problem, change)
-    )
+
+    # Shift and approach as multipliers: cells that stick, and cells in contact, move with them.
+    d_shift, d_approach = change.tangential_target, change.target
+    followed = moved + space.turned(dq)
+    if sum_given:
+        d_shift = space.free.push(jnp.sum(space.free.along(followed[:2]), (1, 2)))
+    if load_controlled:
+        without = _first_touch(problem, change)
+        d_approach = jnp.where(jnp.any(p > 0.0), masked_mean(followed[2], p > 0.0), without)
+
     along, tangential_shift, normal_shift, normal = jax.tree.map(jnp.add, by_operator, lifted)
     no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
     pressed, sheared = found.normal, found.tangential

@@ -1,7 +1,7 @@
 """The contact law: the pressures that a cell may carry, and the gap that belongs to each.
 
-A law answers what the solvers, the derivatives and the results need to know of a pressure p and of a gap g; all else in
-``contact`` is the same for every law. The law in use is hard contact without adhesion,
+A law states which cells are in contact, which may change, and which gaps belong to which pressures; all else in ``contact``
+is the same for every law. The law in use is hard contact without adhesion,
 
     p >= 0,      g >= 0,      p g = 0      (A. Signorini; K. L. Johnson, Contact Mechanics, 1985, sec. 5.9),
 
@@ -45,7 +45,7 @@ class ContactLaw(abc.ABC):
         """Return the cells in contact whose gap is zero and whose pressure follows from that, (nx, ny) bool."""
 
     @abc.abstractmethod
-    def searching(self, pressure: Array, gap: Array) -> Array:
+    def may_change(self, pressure: Array, gap: Array) -> Array:
         """Return the cells whose pressure an iteration may change, (nx, ny) bool."""
 
     @abc.abstractmethod
@@ -82,7 +82,7 @@ class Unilateral(ContactLaw):
     def free(self, pressure: Array) -> Array:
         return pressure > 0.0
 
-    def searching(self, pressure: Array, gap: Array) -> Array:
+    def may_change(self, pressure: Array, gap: Array) -> Array:
         return (pressure > 0.0) | (gap < 0.0)
 
     def admissible(self, pressure: Array) -> Array:

@@ -2,11 +2,10 @@
 
     u = K * p,     g = u + gap - approach >= 0,     p >= 0,     p g = 0,     <p, K p> > 0,
 
-the problem of ``contact.normal``, whose conjugate gradients need K = K^T. Here
-an active set of cells A = {p > 0} or {g < 0} is guessed, K_AA dp = -g_A is solved on it by BiCGSTAB
-(H. A. van der Vorst, SIAM J. Sci. Stat. Comput. 13 (1992) 631), p + dp is clipped at zero, and so
-on: the primal-dual active set method (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13
-(2002) 865) with inexact solves. The preconditioner is the complex circulant of K.
+the problem of ``contact.normal``, whose conjugate gradients need K = K^T. Here an active set of cells A = {p > 0} or
+{g < 0} is guessed, K_AA dp = -g_A is solved on it by BiCGSTAB (``contact.krylov``), p + dp is clipped at zero, and so on:
+the primal-dual active set method (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2002) 865) with inexact solves.
+The preconditioner is the complex circulant of K.
 
 Where the odd part of K is several times the even part S (a half-space that relaxes as the contact passes),
 these sets may wander or cycle. If they have not come to rest soon, K_AA + S_AA takes the place of K_AA:
@@ -17,75 +16,31 @@ The stopping error is the largest |g| in contact or -g outside over the depth: s
 only the mean over the load must be small, because these steps leave their errors at the rim.
 """
 
-from typing import NamedTuple
-
 import jax
 import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import replace
+from jaxcontact._support.reductions import totals
 from jaxcontact.contact import normal
-from jaxcontact.contact.normal import Problem, Solution, approach_of, over_depth, projected, usable_start
-from jaxcontact.operators.base import Linear
+from jaxcontact.contact.krylov import bicgstab
+from jaxcontact.contact.normal import (
+    Problem,
+    Solution,
+    approach_of,
+    depth_of,
+    positive_or_one,
+    projected,
+    usable_start,
+)
 
-REDUCTION = 0.03  # of the residual, by the linear solve on one active set
-COLD_TOLERANCE, COLD_ITERATIONS = 1e-2, 50  # of the start
+REDUCTION = 0.03  # reduction of the residual by the linear solve on one active set
+COLD_TOLERANCE, COLD_ITERATIONS = (
+    1e-2,
+    50,
+)  # tolerance and iterations of the initial pressure by the even part
 INNER = 20  # most BiCGSTAB iterations on one active set
-PATIENCE, PROXIMAL_REDUCTION = 20, 0.3  # iterations without the proximal term, and its ``REDUCTION``
-
-
-class _Krylov(NamedTuple):
-    x: Array
-    r: Array
-    d: Array
-    v: Array
-    rho: Array
-    size: Array
-    omega: Array
-    taken: Array
-
-
-def _safe(value: Array) -> Array:
-    return jnp.where(value == 0.0, 1.0, value)
-
-
-def bicgstab(
-    operator: Linear, inverse: Linear, b: Array, reduction: Array, limit: Array
-) -> tuple[Array, Array, Array]:
-    """x with operator(x) = b to a relative residual ``reduction``, the iterations taken, and whether it is met.
-
-    The preconditioner ``inverse`` acts from the right; an iteration costs two applications of each.
-    """
-    goal = reduction**2 * jnp.sum(b**2)
-    one = jnp.ones(())
-
-    def going(k: _Krylov) -> Array:
-        return (jnp.sum(k.r**2) > goal) & (k.taken < limit) & (k.rho != 0.0) & (k.omega != 0.0)
-
-    def step(k: _Krylov) -> _Krylov:
-        rho = jnp.sum(b * k.r)
-        d = k.r + (rho / k.rho) * (k.size / k.omega) * (k.d - k.omega * k.v)
-        direction = inverse(d)
-        v = operator(direction)
-        size = rho / _safe(jnp.sum(b * v))
-        half = k.r - size * v
-        correction = inverse(half)
-        t = operator(correction)
-        omega = jnp.sum(t * half) / _safe(jnp.sum(t**2))
-        x = k.x + size * direction + omega * correction
-        return _Krylov(x, half - omega * t, d, v, rho, size, omega, k.taken + 1)
-
-    zero = jnp.zeros_like(b)
-    first = _Krylov(zero, b, zero, zero, one, one, one, jnp.zeros((), int))
-    last = jax.lax.while_loop(going, step, first)
-    return last.x, last.taken, jnp.sum(last.r**2) <= goal
-
-
-class _ActiveSet(NamedTuple):
-    pressure: Array
-    displacement: Array
-    error: Array
-    iterations: Array
+PATIENCE, PROXIMAL_REDUCTION = 20, 0.3  # iterations without the proximal term, and the ``REDUCTION`` with it
 
 
 def cold_start(problem: Problem) -> Array:
@@ -107,35 +62,39 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     """
     load, law = problem.load_controlled, problem.law
 
-    def assessed(p: Array, count: Array) -> _ActiveSet:
+    def assessed(p: Array, count: Array) -> Solution:
         u = problem.operator(p)
         approach = approach_of(problem, p, u)
-        g = u + problem.gap - approach
-        error = over_depth(problem, p, u, approach, jnp.max(law.violation(p, g)))
-        if load:
+        worst = jnp.max(law.violation(p, u + problem.gap - approach))
+        size, energy = totals(p, p * u)
+        error = worst / positive_or_one(depth_of(problem, approach, energy, size))
+        if load:  # nothing to find without a load
             error = jnp.where(problem.target > 0.0, error, 0.0)
-        return _ActiveSet(p, u, error, count)
+        return Solution(p, u, approach, error, count)
 
-    def improve(s: _ActiveSet) -> _ActiveSet:
-        r = s.displacement + problem.gap - approach_of(problem, s.pressure, s.displacement)
-        work = law.searching(s.pressure, r)
-        project = lambda values: projected(values, work, load)
+    def improve(s: Solution) -> Solution:
+        # 1. The active set: cells under pressure and cells that overlap.
+        gap = s.displacement + problem.gap - s.approach
+        active = law.may_change(s.pressure, gap)
+        project = lambda values: projected(values, active, load)
+
+        # 2. K_AA dp = -g_A, roughly; with K + S in place of K, the proximal step, once the sets have had time to settle.
         patient = s.iterations < PATIENCE
         operator = problem.operator.plus_even(jnp.where(patient, 0.0, 1.0))
         inverse = operator.preconditioner()
         change, count, _ = bicgstab(
             lambda x: project(operator(x)),
             lambda x: project(inverse(x)),
-            -project(r),
+            -project(gap),
             jnp.where(patient, REDUCTION, PROXIMAL_REDUCTION),
             jnp.minimum(INNER, max_iterations - s.iterations),
         )
+
+        # 3. The nearest admissible pressure, of the given sum.
         p = s.pressure + change
-        p = law.balanced(p, problem.target, work) if load else law.admissible(p)
+        p = law.balanced(p, problem.target, active) if load else law.admissible(p)
         return assessed(p, s.iterations + jnp.maximum(count, 1))
 
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)
-    first = assessed(usable_start(problem, start), jnp.zeros((), int))
-    s = jax.lax.while_loop(going, improve, first)
-    approach = approach_of(problem, s.pressure, s.displacement)
-    return Solution(s.pressure, s.displacement, approach, s.error, s.iterations)
+    start = usable_start(problem, start)
+    return jax.lax.while_loop(going, improve, assessed(start, jnp.zeros((), int)))

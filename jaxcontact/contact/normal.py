@@ -28,14 +28,14 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.reductions import largest, total, totals
-from jaxcontact.contact.krylov import Corner, cut, paste, place
+from jaxcontact.contact.krylov import cut, paste, place
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.operators.base import OnContact, Operator, unchanged
 
-PARALLEL = 1e-14  # of the squared sine below which a direction and the pressure are taken for one
-LENGTH = 0.5  # of the first step that is tried, in parts of the preconditioned residual
-NEARLY = 0.8  # of the way to a clipped pressure: from there on all of it, so that its cells do leave contact
-LENGTHENED = 0.5, 2.0  # at most, where cells were clipped
+PARALLEL = 1e-14  # directions whose squared sine to the pressure is below this count as parallel to it
+LENGTH = 0.5  # length of the first trial step, relative to the preconditioned residual
+NEARLY = 0.8  # a step of least energy beyond this part of the trial is taken whole, so that clipped cells leave contact
+LENGTHENED = 0.5, 2.0  # bounds of the change of the trial length from step to step where cells were clipped
 
 
 @pytree
@@ -79,11 +79,10 @@ class Solution:
 
 
 class _Search(NamedTuple):
-    """State of the search: the pressure, what it causes, and what the next iteration needs of the last one.
+    """State of the search: the pressure, its displacement, and what the next iteration needs of the last one.
 
-    direction, before: direction and residual of the last iteration, (nx, ny); descent: <z, r> of it, zero starts afresh;
-    length: of the next step along its direction, as it is tried; residual (nx, ny), approach, error, working: see
-    ``_assessed``.
+    direction, before: direction and residual of the last iteration, (nx, ny); descent: <z, r> of it, zero to start afresh;
+    length: of the next trial step along its direction; residual (nx, ny), approach, error, working: from ``_assessed``.
     """
 
     pressure: Array
@@ -133,20 +132,12 @@ def _zero_gap(problem: Problem, pressure: Array, displacement: Array, otherwise:
     return jnp.where(jnp.any(free), masked_mean(surface, free), otherwise)
 
 
-def over_depth(
-    problem: Problem, pressure: Array, displacement: Array, approach: Array, worst: Array
-) -> Array:
-    """A gap in parts of the depth of the module's formula."""
-    size, energy = totals(pressure, pressure * displacement)
-    return worst / _positive(_depth(problem, approach, energy, size))
-
-
-def _depth(problem: Problem, approach: Array, energy: Array, size: Array) -> Array:
+def depth_of(problem: Problem, approach: Array, energy: Array, size: Array) -> Array:
     """Return the depth of the module's formula from the sums of p u and of p.
 
     It is zero only for a contact that just touches, where there is no gap either.
     """
-    return jnp.maximum(jnp.abs(approach - problem.lowest), energy / _positive(size))
+    return jnp.maximum(jnp.abs(approach - problem.lowest), energy / positive_or_one(size))
 
 
 def stopping_error(
@@ -157,33 +148,28 @@ def stopping_error(
     outside = violation * ~problem.law.touching(pressure)
     sums = pressure * violation, pressure, pressure * displacement
     violated, size, energy = totals(*sums)
-    worst = jnp.maximum(violated / _positive(size), largest(outside))
-    return worst / _positive(_depth(problem, approach, energy, size))
-
-
-def _quarter_level(gap: Array) -> Array:
-    """The level that a quarter of the cells lie below, to 1e-6 of the range.
-
-    By bisection: a sort would take longer, and of a gap that is a constant XLA makes one for itself, slowly, while
-    it compiles.
-    """
-    halve = lambda ends, level: jnp.where(
-        jnp.mean(gap < level) < 0.25, ends.at[0].set(level), ends.at[1].set(level)
-    )
-    ends = jnp.stack([jnp.min(gap), jnp.max(gap)])
-    return jnp.mean(jax.lax.fori_loop(0, 20, lambda _, ends: halve(ends, jnp.mean(ends)), ends))
+    worst = jnp.maximum(violated / positive_or_one(size), largest(outside))
+    return worst / positive_or_one(depth_of(problem, approach, energy, size))
 
 
 def first_guess(problem: Problem) -> Array:
     """Pressure in proportion to a uniform overlap: over a quarter of the cells, or by the approach."""
+    gap, law = problem.gap, problem.law
     if problem.load_controlled:
-        overlap = jnp.maximum(_quarter_level(problem.gap) - problem.gap, 0.0)
+        # The level below which a quarter of the cells lie, to 1e-6 of the range, by bisection: a sort takes longer, and
+        # of a gap that is a constant XLA makes one for itself, slowly, while it compiles.
+        halve = lambda ends, level: jnp.where(
+            jnp.mean(gap < level) < 0.25, ends.at[0].set(level), ends.at[1].set(level)
+        )
+        ends = jnp.stack([jnp.min(gap), jnp.max(gap)])
+        level = jnp.mean(jax.lax.fori_loop(0, 20, lambda _, ends: halve(ends, jnp.mean(ends)), ends))
+        overlap = jnp.maximum(level - gap, 0.0)
         overlap = jnp.where(jnp.any(overlap > 0.0), overlap, 1.0)
-        return problem.law.balanced(overlap, problem.target, overlap > 0.0)
-    overlap = jnp.maximum(problem.target - problem.gap, 0.0)
-    lifted = problem.operator(overlap)
-    energy = jnp.sum(overlap * lifted)
-    return problem.law.admissible(overlap * jnp.sum(overlap**2) / jnp.where(energy > 0.0, energy, 1.0))
+        return law.balanced(overlap, problem.target, overlap > 0.0)
+    # s times the overlap o under the approach, with the s of least energy if o were the residual: <o, o>/<o, K o>
+    overlap = jnp.maximum(problem.target - gap, 0.0)
+    energy = jnp.sum(overlap * problem.operator(overlap))
+    return law.admissible(overlap * jnp.sum(overlap**2) / jnp.where(energy > 0.0, energy, 1.0))
 
 
 def usable_start(problem: Problem, start: Array) -> Array:
@@ -204,10 +190,9 @@ def _usable(problem: Problem, start: Array) -> Array:
     return total(start if problem.load_controlled else start * (problem.target - problem.gap)) > 0.0
 
 
-def _of_zero_mean(problem: Problem) -> bool:
-    """Return whether search directions have zero mean: the load is given, or the magnitude of the pressure is found
-    separately."""
-    return problem.load_controlled or problem.law.homogeneous
+def positive_or_one(value: Array) -> Array:
+    """Return a value that is not positive as one, for a division whose result is not used then."""
+    return jnp.where(value > 0.0, value, 1.0)
 
 
 def _sized(problem: Problem) -> bool:
@@ -215,110 +200,40 @@ def _sized(problem: Problem) -> bool:
     return not problem.load_controlled and problem.law.homogeneous
 
 
-def _positive(value: Array) -> Array:
-    """Return a value that is not positive as one, for a division whose result is not used then."""
-    return jnp.where(value > 0.0, value, 1.0)
-
-
-def _least(problem: Problem, s: _Search, step: Array, lifted: Array) -> Array:
-    """The part of a step, which lifts the surface so, that leaves the least energy.
-
-    Under a given approach together with the size of the whole pressure, and none of a step along which the energy does not
-    fall; under a given load all of such a step.
-    """
-    p, residual = s.pressure, s.displacement + problem.gap - s.approach
-    if not _sized(problem):
-        falling, curvature = totals(step * residual, step * lifted)
-        slope = -falling
-    else:
-        products = step * residual, step * lifted, p * lifted, p * s.displacement, p * residual
-        falling, curvature, mixed, stiffness, shrinking = totals(*products)
-        slope, growing = -falling, -shrinking
-        apart = curvature * stiffness - mixed**2 > PARALLEL * curvature * stiffness
-        whole = (curvature * stiffness - mixed**2) + (growing * curvature - slope * mixed)
-        slope, curvature = slope * stiffness - growing * mixed, jnp.where(apart, whole, 0.0)
-    part = slope / _positive(curvature)
-    rising = 1.0 if problem.load_controlled else 0.0
-    return jnp.where(curvature > 0.0, jnp.where(part > 0.0, part, rising), 1.0)
-
-
-def _best_size(problem: Problem, pressure: Array, displacement: Array) -> tuple[Array, Array]:
-    """Return a pressure and its displacement with the factor that leaves the least energy at the given approach."""
-    work, energy = totals(pressure * (problem.target - problem.gap), pressure * displacement)
-    share = jnp.where((work > 0.0) & (energy > 0.0), work / _positive(energy), 1.0)
-    return share * pressure, share * displacement
+def _of_zero_mean(problem: Problem) -> bool:
+    """Return whether search directions have zero mean: the load is given, or the magnitude of the pressure is free."""
+    return problem.load_controlled or problem.law.homogeneous
 
 
 def _assessed(problem: Problem, s: _Search) -> _Search:
-    """Return the state of a pressure and its displacement with what follows from them.
+    """Return the state with all that follows from its pressure and displacement, by as few passes over the grid as can be.
 
-    The approach; the residual, which is the gap at the approach of the search (where sizes are free that at which the
-    gap in contact is zero in the mean); the error; and the number of cells that the next iteration may change, with the sum
-    of the residual over them.
+    residual: the gap at the approach of the search; working: the number of cells that the next iteration may change, and
+    the sum of the residual over them.
     """
+    law, surface = problem.law, s.displacement + problem.gap
+    # The magnitude of least energy at a given approach: d/ds [s^2/2 <p, K p> + s <p, gap - approach>] = 0.
     if _sized(problem):
-        pressure, displacement = _best_size(problem, s.pressure, s.displacement)
-        s = s._replace(pressure=pressure, displacement=displacement)
-    p, law = s.pressure, problem.law
-    surface, free = s.displacement + problem.gap, law.free(p)
+        work, energy = totals(s.pressure * (problem.target - problem.gap), s.pressure * s.displacement)
+        share = jnp.where((work > 0.0) & (energy > 0.0), work / positive_or_one(energy), 1.0)
+        s = s._replace(pressure=share * s.pressure, displacement=share * s.displacement)
+        surface = s.displacement + problem.gap
+    p, free = s.pressure, law.free(s.pressure)
+
+    # The residual is the gap; under a given load at the approach of its zero mean over the cells in contact (Polonsky and
+    # Keer's step 1), and so at a given approach if the magnitude is free.
     cells, heights, size, energy = totals(free, free * surface, p, p * s.displacement)
     without = lambda: _zero_gap(problem, p, s.displacement, approach_of(problem, p, s.displacement))
     level = jax.lax.cond(cells > 0.0, lambda: heights / cells, without)
     approach = level if problem.load_controlled else problem.target
     residual = surface - (level if _of_zero_mean(problem) else approach)
-    violation = law.violation(p, surface - approach)
-    working = law.searching(p, residual)
+
+    # The error of the module, over the depth.
+    violation, working = law.violation(p, surface - approach), law.may_change(p, residual)
     violated, number, remaining = totals(p * violation, working, working * residual)
-    worst = jnp.maximum(violated / _positive(size), largest(violation * ~law.touching(p)))
-    error = worst / _positive(_depth(problem, approach, energy, size))
+    worst = jnp.maximum(violated / positive_or_one(size), largest(violation * ~law.touching(p)))
+    error = worst / positive_or_one(depth_of(problem, approach, energy, size))
     return s._replace(residual=residual, approach=approach, error=error, working=(number, remaining))
-
-
-def _direction(problem: Problem, precondition: OnContact, s: _Search) -> tuple[Array, Array]:
-    """Return the direction of Polak and Ribiere on the cells that may change, and <z, r>.
-
-    Where directions have zero mean, that of the preconditioned residual z is subtracted in the sums as well.
-    """
-    r, (number, remaining) = s.residual, s.working
-    inside = problem.law.searching(s.pressure, r).astype(float)
-    over_number = jnp.where(_of_zero_mean(problem), 1.0, 0.0) / jnp.maximum(number, 1.0)
-    z = inside * precondition(inside * (r - remaining * over_number), inside)
-    products = z, z * r, z * s.before, inside * s.before, inside * s.direction
-    mean, descent, kept, before, along = totals(*products)
-    mean = mean * over_number
-    descent, kept = descent - mean * remaining, kept - mean * before
-    beta = jnp.where(s.descent > 0.0, jnp.maximum((descent - kept) / _positive(s.descent), 0.0), 0.0)
-    return inside * (z - (mean + beta * along * over_number) + beta * s.direction), descent
-
-
-def _iterate(problem: Problem, precondition: OnContact, s: _Search) -> _Search:
-    p, law = s.pressure, problem.law
-    t, descent = _direction(problem, precondition, s)
-    free = p - s.length * t
-    tried = law.admissible(free)
-    clipped = total(tried != free) > 0.0
-    if problem.load_controlled:
-        tried = law.balanced(free, problem.target, law.searching(p, s.residual))
-    step = tried - p
-    lifted = problem.operator(step)
-    least = _least(problem, s, step, lifted)
-    # to one it may always go
-    longest = jax.lax.cond(least > 1.0, lambda: law.longest(p, step), lambda: least)
-    part = jnp.minimum(least, longest)
-    part = jnp.where(clipped & (part > NEARLY) & (part < 1.0), 1.0, part)
-    # a direction that does not lower the energy is given up, for a shorter step down the residual
-    rises = least == 0.0
-    length = s.length * jnp.where(clipped | rises, jnp.clip(least, *LENGTHENED), least)
-    moved = s._replace(
-        pressure=jnp.where(part == 1.0, tried, law.admissible(p + part * step)),
-        displacement=s.displacement + part * lifted,
-        direction=t,
-        before=s.residual,
-        descent=jnp.where(rises, 0.0, descent),
-        length=length,
-        iterations=s.iterations + 1,
-    )
-    return _assessed(problem, moved)
 
 
 def _search(
@@ -329,22 +244,79 @@ def _search(
     tolerance: Array,
     max_iterations: Array,
 ) -> _Search:
-    """Iterate from a usable start and the displacement under it."""
-    zero, nothing = jnp.zeros_like(start), jnp.zeros(())
-    length, none = jnp.asarray(LENGTH), jnp.zeros((), int)
-    first = _Search(
-        start, displacement, zero, zero, nothing, length, zero, nothing, nothing, (nothing, nothing), none
-    )
+    """Iterate from a usable start and the displacement under it: the conjugate gradients of the module."""
+    law, sized = problem.law, _sized(problem)
+
+    def iterate(s: _Search) -> _Search:
+        p, r, (number, remaining) = s.pressure, s.residual, s.working
+
+        # 1. Precondition the residual on the cells that may change: those in contact and those that overlap. Where the
+        # directions have zero mean, that of r and of z = C r is subtracted, within the sums, which saves passes.
+        inside = law.may_change(p, r).astype(float)
+        over_number = jnp.where(_of_zero_mean(problem), 1.0, 0.0) / jnp.maximum(number, 1.0)
+        z = inside * precondition(inside * (r - remaining * over_number), inside)
+        products = z, z * r, z * s.before, inside * s.before, inside * s.direction
+        mean, descent, kept, before, along = totals(*products)
+        mean = mean * over_number
+        descent, kept = descent - mean * remaining, kept - mean * before
+
+        # 2. Conjugate direction t = z + beta t, beta = <z, r - r_before>/<z, r>_before >= 0 (E. Polak, G. Ribiere).
+        beta = jnp.where(
+            s.descent > 0.0, jnp.maximum((descent - kept) / positive_or_one(s.descent), 0.0), 0.0
+        )
+        t = inside * (z - (mean + beta * along * over_number) + beta * s.direction)
+
+        # 3. Trial: the step of the last good length, clipped to admissible pressures and brought to the load.
+        unclipped = p - s.length * t
+        tried = law.admissible(unclipped)
+        clipped = total(tried != unclipped) > 0.0
+        if problem.load_controlled:
+            tried = law.balanced(unclipped, problem.target, law.may_change(p, r))
+        step = tried - p
+        lifted = problem.operator(step)  # the convolution of the iteration
+
+        # 4. The part of the step d that leaves the least energy, part = -<d, r>/<d, K d>, since u is linear along it.
+        # Where the magnitude s of p is free, the least over both: the 2 x 2 system of d and p, by Cramer's rule. Where
+        # the energy does not fall, none of the step at a given approach, all of it under a given load.
+        residual = s.displacement + problem.gap - s.approach
+        if not sized:
+            falling, curvature = totals(step * residual, step * lifted)
+            slope = -falling
+        else:
+            products = step * residual, step * lifted, p * lifted, p * s.displacement, p * residual
+            falling, curvature, mixed, stiffness, shrinking = totals(*products)
+            slope, growing = -falling, -shrinking
+            apart = curvature * stiffness - mixed**2 > PARALLEL * curvature * stiffness
+            whole = (curvature * stiffness - mixed**2) + (growing * curvature - slope * mixed)
+            slope, curvature = slope * stiffness - growing * mixed, jnp.where(apart, whole, 0.0)
+        least, rising = slope / positive_or_one(curvature), 1.0 if problem.load_controlled else 0.0
+        least = jnp.where(curvature > 0.0, jnp.where(least > 0.0, least, rising), 1.0)
+
+        # 5. Go that part: up to one always, beyond as far as the pressure stays admissible, and the whole way if it is
+        # nearly that. A direction along which the energy rises is given up, for a shorter step down the residual.
+        longest = jax.lax.cond(least > 1.0, lambda: law.longest(p, step), lambda: least)
+        part = jnp.minimum(least, longest)
+        part = jnp.where(clipped & (part > NEARLY) & (part < 1.0), 1.0, part)
+        rises = least == 0.0
+        moved = s._replace(
+            pressure=jnp.where(part == 1.0, tried, law.admissible(p + part * step)),
+            displacement=s.displacement + part * lifted,
+            direction=t,
+            before=r,
+            descent=jnp.where(rises, 0.0, descent),
+            length=s.length * jnp.where(clipped | rises, jnp.clip(least, *LENGTHENED), least),
+            iterations=s.iterations + 1,
+        )
+        return _assessed(problem, moved)
+
+    zero, nothing, none = jnp.zeros_like(start), jnp.zeros(()), jnp.zeros((), int)
+    unknown = zero, nothing, nothing, (nothing, nothing)
+    first = _Search(start, displacement, zero, zero, nothing, jnp.asarray(LENGTH), *unknown, none)
     first = _assessed(problem, first)
-    if problem.load_controlled:
+    if problem.load_controlled:  # nothing to find without a load
         first = first._replace(error=jnp.where(problem.target > 0.0, first.error, 0.0))
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)
-    return jax.lax.while_loop(going, lambda s: _iterate(problem, precondition, s), first)
-
-
-def in_window(problem: Problem, corner: Corner, shape: tuple[int, int]) -> Problem:
-    """The problem on a window of the grid, without the cells outside."""
-    return replace(problem, operator=problem.operator.restricted(corner), gap=cut(problem.gap, corner, shape))
+    return jax.lax.while_loop(going, iterate, first)
 
 
 def _search_in_window(
@@ -352,11 +324,12 @@ def _search_in_window(
 ) -> tuple[Array, Array]:
     """The pressure on the whole grid and the iterations taken; ``start`` where it does not fit."""
     corner, fits = place(problem.law.touching(start), shape)
+    part, operator = cut(start, corner, shape), problem.operator.restricted(corner)
+    within = replace(problem, operator=operator, gap=cut(problem.gap, corner, shape))
+    # not continued beyond the contact, which is large in the window: it would gain little
+    precondition = unchanged(operator.preconditioner())
     limit = jnp.where(fits, max_iterations, 0)
-    problem, part = in_window(problem, corner, shape), cut(start, corner, shape)
-    # not continued: the contact is large there, and gains little
-    precondition = unchanged(problem.operator.preconditioner())
-    found = _search(problem, precondition, part, problem.operator(part), tolerance, limit)
+    found = _search(within, precondition, part, operator(part), tolerance, limit)
     return jnp.where(fits, paste(found.pressure, corner, start.shape), start), found.iterations
 
 

@@ -20,9 +20,8 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact._support.status import Status, most_serious
-from jaxcontact.contact.friction import Round, SlipProblem, length
+from jaxcontact.contact.friction import SlipProblem, length
 from jaxcontact.contact.implicit import solve_partial_slip
-from jaxcontact.contact.normal import Problem
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.normal_step import contact_outcome, solved, status_of
 from jaxcontact.history.time_loop import Lapse, Outcome, StepError, Stepper, Steps, after_step, present
@@ -68,7 +67,11 @@ class ShearStepper(Stepper):
         return ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), judged)
 
     def advance(self, carry: ShearCarry, step: Steps) -> tuple[ShearCarry, Outcome]:
-        operator, earlier, fields, _ = self.memory.predict(carry.memory, carry.traction, step.dt)
+        dt, before = step.dt, carry.traction[2]
+
+        # 1. What earlier tractions have left, and the contact on it: the drift is the movement of the surface since the
+        # last step apart from that under the traction of this one.
+        operator, earlier, fields, _ = self.memory.predict(carry.memory, carry.traction, dt)
         problem = SlipProblem(
             operator=operator,
             gap=self.profile + earlier[2],
@@ -81,92 +84,69 @@ class ShearStepper(Stepper):
             tangential_load_controlled=self.tangential_load_controlled,
             coupled=self.coupled,
         )
-        before = carry.traction[2]
-        guess = before + carry.rate[2] * step.dt
+        guess = before + carry.rate[2] * dt
         found = solve_partial_slip(problem, guess, carry.traction[:2], self.tolerance, self.max_iterations)
-        p, sheared = found.normal.pressure, found.tangential
+        pressed, sheared, p = found.normal, found.tangential, found.normal.pressure
         traction = jnp.concatenate([sheared.traction, p[None]])
+
+        # 2. The friction work of the module; a stuck cell's slip is what the solver left.
+        mean = jnp.where(dt > 0.0, (before + p) / 2.0, p)
+        slip = jnp.where(sheared.stick, 0.0, length(sheared.slip))
+        work = carry.work + self.coefficient * mean * slip
+
+        # 3. The errors of the time steps, both with the delayed compliance under the pressure.
+        judged: tuple[StepError, ...] = ()
+        if carry.judged:
+            lapse, along = Lapse(dt), jax.lax.stop_gradient(present(before, p))
+            delayed = self.memory.delayed(carry.memory, along)
+            judged = (
+                after_step(carry.judged[0], delayed, before, p, carry.rate[2], lapse),
+                after_step(carry.judged[1], delayed, carry.traction[:2], traction[:2], carry.rate[:2], lapse),
+            )
+
         moves = jnp.any(p > 0.0) | (not self.tangential_load_controlled)
+        rate = jax.lax.stop_gradient(traction - carry.traction) / jnp.where(dt > 0.0, dt, jnp.inf)
         carry = ShearCarry(
-            memory=self.memory.update(fields, traction, step.dt),
+            memory=self.memory.update(fields, traction, dt),
             traction=traction,
-            rate=jax.lax.stop_gradient(traction - carry.traction)
-            / jnp.where(step.dt > 0.0, step.dt, jnp.inf),
+            rate=rate,
             moved=earlier[:2] + sheared.displacement + found.tangential_shift,
             shift=carry.shift + jnp.where(moves, sheared.shift, 0.0),
-            work=carry.work + self._friction_work(found, before, step.dt),
-            judged=self._judged(carry, traction, step.dt),
+            work=work,
+            judged=judged,
         )
-        strain = self.memory.observe(carry.memory, traction, step.dt)
-        return carry, self._outcome(problem, found, carry, earlier[2], strain)
 
-    def _judged(self, carry: ShearCarry, traction: Array, dt: Array) -> tuple[StepError, ...]:
-        """Return the errors of the time steps after a step, from the traction at its end, both with the delayed compliance
-        under the pressure."""
-        if not carry.judged:
-            return ()
-        before, rate, lapse = carry.traction, carry.rate, Lapse(dt)
-        along = jax.lax.stop_gradient(present(before[2], traction[2]))
-        delayed = self.memory.delayed(carry.memory, along)
-        pressed = after_step(carry.judged[0], delayed, before[2], traction[2], rate[2], lapse)
-        sheared = after_step(carry.judged[1], delayed, before[:2], traction[:2], rate[:2], lapse)
-        return pressed, sheared
+        # 4. The status of the normal contact, unless the tangential one has no solution, or none was found.
+        under, total = problem.under(found.normal_shift), jnp.sum(sheared.traction, (1, 2))
+        met = solved(sheared.error, self.tolerance, sheared.traction, sheared.slip, sheared.shift)
+        status = status_of(under, pressed, self.tolerance, self.edges)
+        status = most_serious((~met, Status.NOT_CONVERGED), status=status)
+        if self.tangential_load_controlled:
+            asked = length(problem.tangential_target[:, None, None])[0, 0]
+            room = jnp.sum(self.coefficient * p)
+            status = most_serious(((asked > 0.0) & (asked >= room), Status.GROSS_SLIP), status=status)
+            # with the derivative of the given load, free of rounding
+            total = problem.tangential_target + jax.lax.stop_gradient(total - problem.tangential_target)
 
-    def overall(self, carry: ShearCarry) -> dict[str, Array]:
-        return {"friction_work": carry.work}
-
-    def _friction_work(self, found: Round, before: Array, dt: Array) -> Array:
-        """Return the friction work of a step per area, (nx, ny); before: the pressure at its beginning."""
-        after = found.normal.pressure
-        mean = jnp.where(dt > 0.0, (before + after) / 2.0, after)
-        slip = jnp.where(found.tangential.stick, 0.0, length(found.tangential.slip))
-        return self.coefficient * mean * slip  # a stuck cell's slip is what the solver left
-
-    def _outcome(
-        self,
-        problem: SlipProblem,
-        found: Round,
-        carry: ShearCarry,
-        normal_shift: Array,
-        strain: dict[str, Array],
-    ) -> Outcome:
-        """Return the outcome; normal_shift: the normal displacement left by earlier traction, (nx, ny)."""
-        pressed, sheared = found.normal, found.tangential
-        under, earlier = problem.under(found.normal_shift), normal_shift + found.normal_shift
-        numbers = contact_outcome(under, pressed, normal_shift) | strain
-        fields = {
+        numbers = contact_outcome(under, pressed, earlier[2])
+        numbers |= self.memory.observe(carry.memory, traction, dt)
+        shown = {
             "pressure": numbers.pop("pressure"),
-            "displacement": earlier + pressed.displacement,
+            "displacement": earlier[2] + found.normal_shift + pressed.displacement,
             "traction": sheared.traction,
             "slip": sheared.slip,
             "stick": sheared.stick,
         }
         numbers |= {
             "iterations": found.taken,
-            "time_step_error": jnp.max(jnp.stack([jnp.zeros(()), *(each.estimate for each in carry.judged)])),
+            "time_step_error": jnp.max(jnp.stack([jnp.zeros(()), *(each.estimate for each in judged)])),
             "error": jnp.maximum(pressed.error, sheared.error),
-            "tangential_load": self._load(problem, sheared.traction),
+            "tangential_load": total,
             "tangential_displacement": carry.shift,
-            "dissipated": jnp.sum(carry.work),
-            "status": self._status(problem, under, found),
+            "dissipated": jnp.sum(work),
+            "status": status,
         }
-        return Outcome(fields, numbers)
+        return carry, Outcome(shown, numbers)
 
-    def _load(self, problem: SlipProblem, traction: Array) -> Array:
-        """Return the sum of the tractions; where it is given, with the derivative of what is given, free of rounding."""
-        total = jnp.sum(traction, (1, 2))
-        if not self.tangential_load_controlled:
-            return total
-        return problem.tangential_target + jax.lax.stop_gradient(total - problem.tangential_target)
-
-    def _status(self, problem: SlipProblem, under: Problem, found: Round) -> Array:
-        """Return the status of the normal contact, unless the tangential one has no solution, or none was found."""
-        status = status_of(under, found.normal, self.tolerance, self.edges)
-        tangential = found.tangential
-        met = solved(tangential.error, self.tolerance, tangential.traction, tangential.slip, tangential.shift)
-        status = most_serious((~met, Status.NOT_CONVERGED), status=status)
-        if not self.tangential_load_controlled:
-            return status
-        asked = length(problem.tangential_target[:, None, None])[0, 0]
-        room = jnp.sum(problem.coefficient * found.normal.pressure)
-        return most_serious(((asked > 0.0) & (asked >= room), Status.GROSS_SLIP), status=status)
+    def overall(self, carry: ShearCarry) -> dict[str, Array]:
+        return {"friction_work": carry.work}

@@ -16,7 +16,7 @@ what is left enters the thickness times the change in a step. The step's error i
 dt phi_2 |N_(n+1) - N*|, what a further correction would still change, and of dt^3/12 |d^2 N/dt^2| from this step and the one
 before: both are of third order.
 
-With a shift factor the body creeps in reduced time (``history.growth_step``).
+With a shift factor the body creeps in reduced time (``Heated``).
 
 Where the indenter moves over the body, thickness, internal variables and all other fields are those of the body, and the
 indenter's profile is moved to its place at the end of each step. What a cell receives in a passage is then summed by the
@@ -42,7 +42,7 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.exponential import phi1
+from jaxcontact._support.exponential import phi1, ramps
 from jaxcontact._support.pytree import is_concrete, pytree, replace, static
 from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
@@ -121,7 +121,7 @@ def in_reduced_time(dt: Array, before: Array, after: Array) -> Array:
 # The way of an indenter over a body whose fields stay in place.
 
 
-LONGEST = 1 / 4  # of the half-width of the contact: what the indenter may move in a step
+LONGEST = 1 / 4  # largest move of the indenter in a step, over the half-width of the contact
 
 
 @pytree
@@ -196,7 +196,7 @@ def _check_goes_on(moves: np.ndarray, half: float, name: str) -> None:
 PREDICTED, LOOSEST = (
     100.0,
     1e-2,
-)  # the tolerance of the first contact of a step over that of the second; at most
+)  # tolerance of the first contact of a step over that of the second; its largest value
 
 
 NEVER_BARE = np.array([np.inf, 0.0])
@@ -221,8 +221,8 @@ class RubCarry(NamedTuple):
     """The carry: that of the contact; the state after the last step, and its rise of the temperature over the speed
     [K s/m], (nx, ny), None without heat; work of friction per area [J/m2], (nx, ny); error: sum
     of the estimates of all steps so far [m], (); bare: the first time at which a part of the contact was worn to the base
-    [s], and the largest such share of it, (2,); shift: as ``Heated.shifted`` gives it, (3,); slopes: as
-    ``_slopes`` over the last step, and last: its length [s].
+    [s], and the largest such share of it, (2,); shift: as ``Heated.shifted`` gives it, (3,); slopes: mean
+    rates of change over the last step of the law's rate and of the thickness, (2, nx, ny), and last: its length [s].
     """
 
     contact: PressCarry
@@ -234,27 +234,6 @@ class RubCarry(NamedTuple):
     shift: Array
     slopes: Array
     last: Array
-
-
-class Known(NamedTuple):
-    """The film at the start of a step: thickness [m], its rate [m/s] at the speed at that time, and the relaxation s of the
-    module [1/s], (nx, ny).
-    """
-
-    thickness: Array
-    rate: Array
-    relaxation: Array
-
-
-class PredictedStep(NamedTuple):
-    """A step before its pressure is known: the contact without the change of the surface, its profile, the displacement left
-    by earlier pressure, and the memory's fields and input."""
-
-    problem: Problem
-    profile: Array
-    earlier: Array
-    fields: Any
-    driven: Any
 
 
 class SolvedRub(NamedTuple):
@@ -310,35 +289,119 @@ class RubStepper(PressStepper):
     def advance(  # type: ignore[override]
         self, carry: RubCarry, step: Steps
     ) -> tuple[RubCarry, Outcome]:
-        contact, dt, known = carry.contact, step.dt, self._known(carry, step)
-        guessed = self._changed(known.thickness, dt * _weights(known.relaxation * dt)[0] * known.rate)
-        predicted = self._predicted(carry, guessed, step)
+        contact, dt = carry.contact, step.dt
+        per_time = lambda change: change / jnp.where(dt > 0.0, dt, jnp.inf)
+
+        # 1. The film at the start of the step, at the speed at that time: its rate r_n and relaxation s = max(0, -dr/dh).
+        speed = step.more.speed_before
+        state = replace(carry.state, speed=speed, temperature=self._temperature(carry.warming, speed))
+        of_thickness = lambda thickness: self.kinetics.rate(replace(state, thickness=thickness))
+        along = jnp.ones_like(state.thickness)
+        known, (rate, slope) = state.thickness, jax.jvp(of_thickness, (state.thickness,), (along,))
+        relaxation = jnp.maximum(-slope, 0.0)
+        one, two = phi1(relaxation * dt), ramps(relaxation * dt)[2]  # phi_1 and phi_2 of the module
+        guessed = self._changed(known, dt * one * rate)
+
+        # 2. The contact before its pressure is known: on the surface as it was at first, with the operator of the film in
+        # the middle of the step by the first estimate, in the reduced time of the body.
+        own = reduced(dt, carry.shift)
+        driven = ThicknessStep(own, known, guessed) if self.of_film else own
+        predicted = self.memory.predict(contact.memory, contact.pressure, driven)
+        profile = self.profile
+        if self.track is not None:
+            profile = profile + self.track.rise(step.more.position)
+        lowest, gap = jnp.min(profile), profile + predicted.earlier
+        problem = Problem(predicted.operator, gap, step.target, lowest, self.load_controlled, self.law)
+
+        # 3. h* = h_n + dt phi_1 r_n with its pressure p*, loosely; then h_(n+1) = h* + dt phi_2 (N* - N_n), N = r + s h.
+        if self.track is None:
+            start = contact.pressure + contact.rate * dt
+        else:
+            start = self.track.carried(contact.pressure, step.more.move)
         tolerance = jnp.minimum(PREDICTED * self.tolerance, LOOSEST)
-        first = self._rubbed(predicted, guessed, self._expected(contact, step), step, tolerance)
-        thickness = self._changed(known.thickness, _second_order(known, first, dt))
-        second = self._rubbed(predicted, thickness, first.solution.pressure, step, self.tolerance)
-        estimate = jax.lax.stop_gradient(self._estimate(carry, known, first, second, dt))
-        pressure = second.solution.pressure
-        fields = self.memory.update(predicted.fields, pressure, predicted.driven)
-        slope = jax.lax.stop_gradient(pressure - contact.pressure) / jnp.where(dt > 0.0, dt, jnp.inf)
+        first = self._rubbed(problem, guessed, start, step, tolerance)
+        change = first.rate - rate + relaxation * (first.state.thickness - known)
+        thickness = self._changed(known, dt * (one * rate + two * change))
+        second = self._rubbed(problem, thickness, first.solution.pressure, step, self.tolerance)
+        pressure, solution = second.solution.pressure, second.solution
+
+        # 4. The error of the step: the larger of dt phi_2 |N_(n+1) - N*| and dt^3/12 |d^2 N/dt^2|.
+        change = second.rate - first.rate + relaxation * (second.state.thickness - first.state.thickness)
+        corrected = self._changed(second.state.thickness, dt * two * change)
+        slopes = per_time(jnp.stack([second.rate - rate, second.state.thickness - known]))
+        bend = slopes[0] - carry.slopes[0] + relaxation * (slopes[1] - carry.slopes[1])
+        bend = jnp.where((dt > 0.0) & (carry.last > 0.0), 2.0 * bend / (dt + carry.last), 0.0)
+        missed = jnp.abs(corrected - second.state.thickness)
+        estimate = jax.lax.stop_gradient(jnp.max(jnp.maximum(missed, dt**3 / 12.0 * jnp.abs(bend))))
+
+        # 5. A step is too long for the law by its estimate, or for the move of the indenter.
+        surface = jnp.abs(solution.approach) * self.scale.length
+        too_long = estimate > LARGEST_ERROR * jnp.maximum(jnp.max(jnp.abs(second.state.thickness)), surface)
+        if self.track is not None:
+            touching = jnp.where(jnp.any(pressure > 0.0), pressure, contact.pressure) > 0.0
+            too_long = too_long | self.track.leaps(step.more.move, touching)
+
+        # 6. The memory, the work of friction by the trapezoidal rule, the shift factor, and the error of the time steps.
+        fields = self.memory.update(predicted.fields, pressure, driven)
         fluxes = self._flux(contact.pressure, step.more.speed_before) + self._flux(pressure, step.more.speed)
-        work = carry.work + dt / 2.0 * fluxes
-        pressed = contact._replace(memory=fields, pressure=pressure, rate=slope)
-        shift = carry.shift
+        shift, lapse = carry.shift, self._lapse(step, jnp.sum(pressure > 0.0))
         if self.heated is not None:
             shift = self.heated.shifted(shift, second.state.temperature, pressure, dt)
-        lapse = self._lapse(step, jnp.sum(pressure > 0.0))
-        if self.heated is not None and self.heated.shift is not None:
-            assumed, found = reduced(dt, carry.shift), in_reduced_time(dt, carry.shift, shift)
-            lapse = lapse._replace(assumed=assumed, found=found)
-        pressed = pressed._replace(judged=self._judged(contact, fields, pressure, lapse))
-        error, slopes = carry.error + estimate, jax.lax.stop_gradient(_slopes(known, second, dt))
-        bare = jax.lax.stop_gradient(self._bare(carry.bare, second.state))
-        carry = RubCarry(pressed, second.state, second.warming, work, error, bare, shift, slopes, dt)
-        too_long = self._too_long(second, contact.pressure, estimate, step)
-        outcome = self._outcome(carry, predicted, first, second, too_long, step)
-        carry = jax.tree.map(lambda a: jnp.where(too_long, jax.lax.stop_gradient(a), a), carry)
-        return carry, self._warmed(outcome, second, step)
+            if self.heated.shift is not None:
+                lapse = lapse._replace(assumed=own, found=in_reduced_time(dt, carry.shift, shift))
+        judged = self._judged(contact, fields, pressure, lapse)
+        pressed = contact._replace(
+            memory=fields,
+            pressure=pressure,
+            rate=jax.lax.stop_gradient(per_time(pressure - contact.pressure)),
+            judged=judged,
+        )
+
+        # 7. Where the base is bare: cells in contact that had a film at first and have none.
+        bare = carry.bare
+        if self.of_film:
+            under_pressure = second.state.pressure > 0.0
+            worn = under_pressure & (second.state.thickness <= 0.0) & (self.at_first > 0.0)
+            share = jnp.sum(worn) / jnp.maximum(jnp.sum(under_pressure), 1)
+            since = jnp.where(share > 0.0, jnp.minimum(bare[0], second.state.time), bare[0])
+            bare = jax.lax.stop_gradient(jnp.stack([since, jnp.maximum(bare[1], share)]))
+
+        after = RubCarry(
+            contact=pressed,
+            state=second.state,
+            warming=second.warming,
+            work=carry.work + dt / 2.0 * fluxes,
+            error=carry.error + estimate,
+            bare=bare,
+            shift=shift,
+            slopes=jax.lax.stop_gradient(slopes),
+            last=dt,
+        )
+
+        numbers = contact_outcome(second.problem, solution, predicted.earlier)
+        numbers |= {
+            "time_step_error": jnp.zeros(()) if judged is None else judged.estimate,
+            "iterations": first.solution.iterations + solution.iterations,
+            "status": most_serious(
+                (too_long, Status.STEP_TOO_LONG),
+                (jnp.asarray(self.of_film) & (jnp.max(thickness) > self.thickest), Status.TOO_THICK),
+                status=status_of(second.problem, solution, self.tolerance, self.edges),
+            ),
+            "step_error": after.error / self.scale.length,
+        }
+        numbers |= self.memory.observe(fields, pressure, driven)
+        shown = {
+            "pressure": numbers.pop("pressure"),
+            "displacement": predicted.earlier - second.raised + solution.displacement,
+            "thickness": thickness / self.scale.length,
+        }
+        if self.track is not None:
+            shown["moved_profile"] = profile
+        temperature = self._temperature(second.warming, step.more.speed / step.more.share)
+        if temperature is not None:  # at the speed at the end of the step
+            shown["temperature"] = temperature
+        held = jax.tree.map(lambda a: jnp.where(too_long, jax.lax.stop_gradient(a), a), after)
+        return held, Outcome(shown, numbers)
 
     def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
         if self.track is None or step.more.move is None:
@@ -354,44 +417,16 @@ class RubStepper(PressStepper):
         """Return the time from which the base is bare, and the share of the contact over which it is."""
         return {"bare_from": carry.bare[0], "bare_share": carry.bare[1]}
 
-    def _bare(self, before: Array, state: RubbingState) -> Array:
-        """Return ``RubCarry.bare`` after a step: cells in contact that had a film at first and have none."""
-        if not self.of_film:
-            return before
-        pressed = state.pressure > 0.0
-        worn = pressed & (state.thickness <= 0.0) & (self.at_first > 0.0)
-        share = jnp.sum(worn) / jnp.maximum(jnp.sum(pressed), 1)
-        first = jnp.where(share > 0.0, jnp.minimum(before[0], state.time), before[0])
-        return jnp.stack([first, jnp.maximum(before[1], share)])
-
-    def _expected(self, contact: PressCarry, step: Steps) -> Array:
-        """Return the pressure from which the search of a step starts."""
-        if self.track is not None:
-            return self.track.carried(contact.pressure, step.more.move)
-        return contact.pressure + contact.rate * step.dt
-
     def _changed(self, thickness: Array, change: Array) -> Array:
         """Return the thickness after a change [m]; that of a film ends at zero."""
         return jnp.maximum(thickness + change, 0.0) if self.of_film else thickness + change
 
-    def _predicted(self, carry: RubCarry, guessed: Array, step: Steps) -> PredictedStep:
-        """Return the step on a surface as it was at first, with the operator of the film in the middle of the step."""
-        dt = reduced(step.dt, carry.shift)
-        driven = ThicknessStep(dt, carry.state.thickness, guessed) if self.of_film else dt
-        found = self.memory.predict(carry.contact.memory, carry.contact.pressure, driven)
-        profile = self.profile
-        if self.track is not None:
-            profile = profile + self.track.rise(step.more.position)
-        lowest, gap = jnp.min(profile), profile + found.earlier
-        problem = Problem(found.operator, gap, step.target, lowest, self.load_controlled, self.law)
-        return PredictedStep(problem, profile, found.earlier, found.fields, driven)
-
     def _rubbed(
-        self, predicted: PredictedStep, thickness: Array, guess: Array, step: Steps, tolerance: Array
+        self, problem: Problem, thickness: Array, guess: Array, step: Steps, tolerance: Array
     ) -> SolvedRub:
-        """Return the contact on a film of a thickness, and the rate of the law in it."""
+        """Return the contact on a film of a thickness, and the rate of the law in it; problem: without its change."""
         raised = (thickness - self.at_first) / self.scale.length
-        problem = replace(predicted.problem, gap=predicted.problem.gap - raised)
+        problem = replace(problem, gap=problem.gap - raised)
         start = jax.lax.stop_gradient(guess)
         solution = solve_contact(problem, start, tolerance, self.max_iterations)
         gap = problem.gap + solution.displacement - solution.approach
@@ -409,113 +444,12 @@ class RubStepper(PressStepper):
         )
         return SolvedRub(problem, solution, raised, state, warming, self.kinetics.rate(state))
 
-    def _known(self, carry: RubCarry, step: Steps) -> Known:
-        """Return the film at the start of a step, from the state after the step before."""
-        speed = step.more.speed_before
-        state = replace(carry.state, speed=speed, temperature=self._temperature(carry.warming, speed))
-        return Known(state.thickness, self.kinetics.rate(state), self._relaxation(state))
-
     def _temperature(self, warming: Array | None, speed: Array) -> Array | None:
         """Return the temperature at a speed [K], (nx, ny), None without heat: its rise is proportional to the speed."""
         if self.heated is None or warming is None:
             return None
         return self.heated.ambient + warming * speed
 
-    def _warmed(self, outcome: Outcome, found: SolvedRub, step: Steps) -> Outcome:
-        """Return an outcome with the temperature at the speed at the end of the step."""
-        temperature = self._temperature(found.warming, step.more.speed / step.more.share)
-        if temperature is None:
-            return outcome
-        return outcome._replace(fields=outcome.fields | {"temperature": temperature})
-
-    def _estimate(
-        self, carry: RubCarry, known: Known, first: SolvedRub, second: SolvedRub, dt: Array
-    ) -> Array:
-        """Return the error of a step in the thickness [m], (), the larger of the two of the module."""
-        relaxation, thickness = known.relaxation, second.state.thickness
-        change = second.rate - first.rate + relaxation * (thickness - first.state.thickness)
-        corrected = self._changed(thickness, dt * _weights(relaxation * dt)[1] * change)
-        now, before = _slopes(known, second, dt), carry.slopes
-        bend = 2.0 * (now[0] - before[0] + relaxation * (now[1] - before[1])) / (dt + carry.last)
-        bend = jnp.where((dt > 0.0) & (carry.last > 0.0), bend, 0.0)
-        return jnp.max(jnp.maximum(jnp.abs(corrected - thickness), dt**3 / 12.0 * jnp.abs(bend)))
-
-    def _relaxation(self, state: RubbingState) -> Array:
-        """Return how fast the law relaxes the thickness at a fixed pressure, max(0, -dr/dh) [1/s], (nx, ny)."""
-        rate = lambda thickness: self.kinetics.rate(replace(state, thickness=thickness))
-        _, slope = jax.jvp(rate, (state.thickness,), (jnp.ones_like(state.thickness),))
-        return jnp.maximum(-slope, 0.0)
-
     def _flux(self, pressure: Array, speed: Array) -> Array:
         """Return the power of friction per area [W/m2], from a scaled pressure."""
         return self.friction * pressure * self.scale.unit("pressure") * speed
-
-    def _outcome(
-        self,
-        carry: RubCarry,
-        predicted: PredictedStep,
-        first: SolvedRub,
-        second: SolvedRub,
-        too_long: Array,
-        step: Steps,
-    ) -> Outcome:
-        solution, state = second.solution, second.state
-        numbers = contact_outcome(second.problem, solution, predicted.earlier)
-        judged = carry.contact.judged
-        numbers |= {
-            "time_step_error": jnp.zeros(()) if judged is None else judged.estimate,
-            "iterations": first.solution.iterations + solution.iterations,
-            "status": self._status(second, too_long),
-            "step_error": carry.error / self.scale.length,
-        }
-        numbers |= self.memory.observe(carry.contact.memory, solution.pressure, predicted.driven)
-        displacement = predicted.earlier - second.raised + solution.displacement
-        thickness = state.thickness / self.scale.length
-        shown = {"pressure": numbers.pop("pressure"), "displacement": displacement, "thickness": thickness}
-        if self.track is not None:
-            shown["moved_profile"] = predicted.profile
-        return Outcome(shown, numbers)
-
-    def _too_long(self, found: SolvedRub, before: Array, estimate: Array, step: Steps) -> Array:
-        """Return whether a step is too long for the law, or for the move of the indenter, ()."""
-        surface = jnp.abs(found.solution.approach) * self.scale.length
-        largest = LARGEST_ERROR * jnp.maximum(jnp.max(jnp.abs(found.state.thickness)), surface)
-        leaps = jnp.zeros((), bool)
-        if self.track is not None:
-            after = found.solution.pressure
-            leaps = self.track.leaps(step.more.move, jnp.where(jnp.any(after > 0.0), after, before) > 0.0)
-        return (estimate > largest) | leaps
-
-    def _status(self, found: SolvedRub, too_long: Array) -> Array:
-        """Return the most serious of the statuses of the contact, of the step and of the thickness."""
-        own = status_of(found.problem, found.solution, self.tolerance, self.edges)
-        thickest = jnp.max(found.state.thickness)
-        return most_serious(
-            (too_long, Status.STEP_TOO_LONG),
-            (jnp.asarray(self.of_film) & (thickest > self.thickest), Status.TOO_THICK),
-            status=own,
-        )
-
-
-def _second_order(known: Known, first: SolvedRub, dt: Array) -> Array:
-    """Return the change of the thickness over a step [m] by the method of the module."""
-    one, two = _weights(known.relaxation * dt)
-    change = first.rate - known.rate + known.relaxation * (first.state.thickness - known.thickness)
-    return dt * (one * known.rate + two * change)
-
-
-def _slopes(known: Known, found: SolvedRub, dt: Array) -> Array:
-    """Return the mean rates of change over a step of the law's rate and of the thickness, (2, nx, ny)."""
-    change = jnp.stack([found.rate - known.rate, found.state.thickness - known.thickness])
-    return change / jnp.where(dt > 0.0, dt, jnp.inf)
-
-
-def _weights(z: Array) -> tuple[Array, Array]:
-    """Return phi_1(z) = (1 - exp(-z))/z and phi_2(z) = (1 - phi_1(z))/z of the module, z >= 0; 1 and 1/2 at zero."""
-    small = z < 1e-3
-    safe = jnp.where(small, 1.0, z)
-    first = jnp.where(small, 1.0 - z / 2.0 + z**2 / 6.0 - z**3 / 24.0, -jnp.expm1(-safe) / safe)
-    second = jnp.where(
-        small, 0.5 - z / 6.0 + z**2 / 24.0 - z**3 / 120.0, (1.0 + jnp.expm1(-safe) / safe) / safe
-    )
-    return first, second

@@ -1,6 +1,6 @@
 """The stepper of a normal contact: the memory predicts, the contact is solved, the memory is updated.
 
-What the memory is made of, and what the kernels are, it does not know.
+It knows neither the kind of memory nor that of the kernels.
 """
 
 from __future__ import annotations
@@ -42,14 +42,12 @@ from jaxcontact.operators.base import InvertibleOperator
 # same step are not seen, nor is the jump into contact of a first step.
 
 
-SMOOTH = 0.1  # of <dp, dh>: an energy that a smooth change does not lose
-CERTAIN = 5.0  # times that, half of <dp, dh>: a jump also where no unstable state was met
-LEAST = 1e-4  # of the energy of the attraction: a loss of less is no jump
+SMOOTH = 0.1  # a smooth change loses less than this part of <dp, dh>
+CERTAIN = 5.0  # a loss of this times that, half of <dp, dh>, is a jump also where no unstable state was met
+LEAST = 1e-4  # a loss below this part of the energy of the attraction is no jump
 CURVED = 3.0  # a paraboloid whose gap grows by the range over n cells is attracted on average as at a gap 1/(3 n^2) wider
-HELD = {
-    False: 0.83,
-    True: 1.27,
-}  # contact modulus times held compliance over the side of a cell; True: plane strain
+# contact modulus times confined compliance over the side of a cell; True: plane strain
+HELD = {False: 0.83, True: 1.27}
 
 
 class Adhering(NamedTuple):
@@ -77,14 +75,16 @@ def at_rest(law: Any, profile: Array) -> Adhering | None:
 def solve_step(
     problem: Problem, guess: Array, before: Adhering | None, tolerance: Array, max_iterations: Array
 ) -> tuple[Solution, Adhering | None, dict[str, Array]]:
-    """Solve the contact of a step; return the solution, the state it leaves and what is told of it."""
+    """Solve the contact of a step; return the solution, the state it leaves, and numbers of the result."""
     if before is None:
         return solve_contact(problem, guess, tolerance, max_iterations), None, {}
+
+    # 1. The contact with adhesion, from the state before; a pressure that is extrapolated from a contact that has gone, or
+    # over a much longer step, is no start.
     whole, even = problem, problem.operator.even()
     assert isinstance(even, InvertibleOperator)
-    law = replace(problem.law, law=problem.law.law.resolved(even.cell_compliance()))
+    law = replace(problem.law, law=problem.law.law.resolved(even.cell_compliance(problem.gap.shape)))
     problem = replace(problem, law=law)
-    # what is extrapolated from a contact that has gone, or over a much longer step, is none
     apart = ~jnp.any(before.contact)
     far = largest(jnp.abs(guess - before.pressure)) > largest(jnp.abs(before.pressure))
     guess = jnp.where(apart | far, before.pressure, guess)
@@ -93,83 +93,71 @@ def solve_step(
     solution = method(problem, start, tolerance, max_iterations)
     if not problem.operator.symmetric:  # its energy is that of the even part
         problem = frozen(problem, solution.pressure)
-    assert solution.separated is not None and solution.unstable is not None
-    held = jax.lax.stop_gradient((problem, solution))
-    released, smooth = _released(*held, before)
-    separated = solution.separated & jnp.any(before.contact)
-    left = ~before.none & (released > jnp.where(solution.unstable, 1.0, CERTAIN) * smooth)
-    jumped = separated | left
-    after = Adhering(
-        held[0].gap + held[1].displacement,
-        held[1].pressure,
-        held[1].carried > 0.0,
-        held[1].approach,
-        jnp.asarray(False),
-        before.jumps + jumped,
-        before.energy + jnp.where(left & ~separated, released, 0.0),
-        before.work + _body_work(*held, before),
-    )
-    modulus = HELD[guess.shape[1] == 1] / even.confined_compliance(guess.shape)
-    zone = jnp.minimum(law.law.zone_length(modulus), _cells_of_the_range(*held))
-    numbers = {"jumps": after.jumps, "jump_energy": after.energy, "cohesive_cells": zone}
-    displacement = solution.displacement + problem.gap - whole.gap
-    return replace(solution, displacement=displacement), after, numbers
+    found = replace(solution, displacement=solution.displacement + problem.gap - whole.gap)
+    held, last = jax.lax.stop_gradient((problem, solution))
+    assert last.separated is not None and last.unstable is not None
 
-
-def _body_work(problem: Problem, solution: Solution, before: Adhering) -> Array:
-    """Return the work that the pressure does on the body in a step, by the trapezoidal rule, ()."""
-    surface = jnp.where(before.none, problem.gap, before.surface)
-    moved = problem.gap + solution.displacement - surface
-    return 0.5 * jnp.sum((before.pressure + solution.pressure) * moved)
-
-
-def _cells_of_the_range(problem: Problem, solution: Solution) -> Array:
-    """Return the number of cells over which the gap grows by the range of the attraction, at its curvature there.
-
-    Between the centres of cells the gap is linear (``contact.adhesive``), so that where it has second differences d from
-    cell to cell, it is on average sum(d)/12 too wide. This decides for a long range on a stiff body, whose gap is that of
-    the undeformed bodies.
-    """
-    gap = jnp.maximum(problem.gap + solution.displacement - solution.approach, 0.0)
-    attraction = jnp.where(solution.carried > 0.0, 0.0, problem.law.law.traction(gap))
-    second = lambda axis: jnp.pad(
-        jnp.diff(gap, 2, axis), [(1, 1) if k == axis and n > 2 else (0, 0) for k, n in enumerate(gap.shape)]
-    )
-    bent = sum((second(axis) for axis in (0, 1) if gap.shape[axis] > 2), start=jnp.zeros_like(gap))
-    total = jnp.sum(attraction)
-    wider = jnp.sum(attraction * bent) / 12.0 / jnp.where(total > 0.0, total, 1.0)
-    some = (total > 0.0) & (wider > 0.0)
-    reach = problem.law.law.characteristic_range / (CURVED * jnp.where(some, wider, 1.0))
-    return jnp.where(some, jnp.sqrt(jnp.where(some, reach, 1.0)), jnp.inf)
-
-
-def _released(problem: Problem, solution: Solution, before: Adhering) -> tuple[Array, Array]:
-    """Return the energy that a step released, and how much of it a smooth change may seem to release."""
-    p, q = before.pressure, solution.pressure
-    lifted = problem.operator(p)
-    surface, gap = problem.gap, before.surface - before.approach
-    elastic = 0.5 * (jnp.sum(p * lifted) - jnp.sum(q * solution.displacement))
-    attraction = lambda g: problem.law.energy(jnp.maximum(g, 0.0))
-    later = attraction(problem.gap + solution.displacement - solution.approach)
-    fallen = elastic - attraction(gap) + later
-    moved = surface - (before.surface - lifted)
-    climb = solution.approach - before.approach
+    # 2. The energy that the step released: E before - E after, E = 1/2 <p, K p> - sum int s dg [- load x approach] with
+    # the operator of the step, and the work done on it in between by the trapezoidal rule.
+    p, q = before.pressure, last.pressure
+    lifted = held.operator(p)
+    gap = jnp.maximum(held.gap + last.displacement - last.approach, 0.0)
+    attracted = held.law.energy(jnp.maximum(before.surface - before.approach, 0.0))
+    later = held.law.energy(gap)
+    fallen = 0.5 * (jnp.sum(p * lifted) - jnp.sum(q * last.displacement)) - attracted + later
+    moved = held.gap - (before.surface - lifted)
+    climb = last.approach - before.approach
     load, more = jnp.sum(p + q) / 2.0, jnp.sum(q - p)
-    if problem.load_controlled:
-        fallen = fallen + jnp.sum(q) * solution.approach - jnp.sum(p) * before.approach
-        work = -0.5 * jnp.sum((p + q) * moved) - 0.5 * (solution.approach + before.approach) * more
+    if held.load_controlled:
+        fallen = fallen + jnp.sum(q) * last.approach - jnp.sum(p) * before.approach
+        work = -0.5 * jnp.sum((p + q) * moved) - 0.5 * (last.approach + before.approach) * more
         change = jnp.sum(jnp.abs((q - p) * moved)) + jnp.abs(more * climb)
     else:
         work = -0.5 * jnp.sum((p + q) * moved) + load * climb
         change = jnp.sum(jnp.abs((q - p) * (moved - climb)))
-    # E before - E after, and the work done on it in between
     released = fallen + work
-    return released, SMOOTH * change + LEAST * jnp.maximum(attraction(gap), later)
+
+    # 3. A jump: the surfaces have separated, or more was released than a smooth change may seem to.
+    smooth = SMOOTH * change + LEAST * jnp.maximum(attracted, later)
+    separated = last.separated & jnp.any(before.contact)
+    left = ~before.none & (released > jnp.where(last.unstable, 1.0, CERTAIN) * smooth)
+
+    # 4. The state after the step, with the work that the pressure does on the body, by the trapezoidal rule.
+    surface = held.gap + last.displacement
+    way = surface - jnp.where(before.none, held.gap, before.surface)
+    after = Adhering(
+        surface,
+        q,
+        last.carried > 0.0,
+        last.approach,
+        jnp.asarray(False),
+        before.jumps + (separated | left),
+        before.energy + jnp.where(left & ~separated, released, 0.0),
+        before.work + 0.5 * jnp.sum((p + q) * way),
+    )
+
+    # 5. The cells over which the gap grows by the range of the attraction, at its curvature. Between the centres of cells
+    # the gap is linear (``contact.adhesive``), so that where it has second differences d from cell to cell, it is on
+    # average sum(d)/12 too wide. This decides for a long range on a stiff body, whose gap is that of the undeformed bodies;
+    # else the zone at the edge of contact does.
+    attraction = jnp.where(last.carried > 0.0, 0.0, held.law.law.traction(gap))
+    second = lambda axis: jnp.pad(
+        jnp.diff(gap, 2, axis), [(1, 1) if k == axis and n > 2 else (0, 0) for k, n in enumerate(gap.shape)]
+    )
+    bent = sum((second(axis) for axis in (0, 1) if gap.shape[axis] > 2), start=jnp.zeros_like(gap))
+    sum_ = jnp.sum(attraction)
+    wider = jnp.sum(attraction * bent) / 12.0 / jnp.where(sum_ > 0.0, sum_, 1.0)
+    some = (sum_ > 0.0) & (wider > 0.0)
+    reach = held.law.law.characteristic_range / (CURVED * jnp.where(some, wider, 1.0))
+    over_range = jnp.where(some, jnp.sqrt(jnp.where(some, reach, 1.0)), jnp.inf)
+    modulus = HELD[guess.shape[1] == 1] / even.confined_compliance(guess.shape)
+    zone = jnp.minimum(law.law.zone_length(modulus), over_range)
+    return found, after, {"jumps": after.jumps, "jump_energy": after.energy, "cohesive_cells": zone}
 
 
 LEAST_ACROSS = 3
 LEAST_CELLS = 0.25 * math.pi * LEAST_ACROSS**2
-LOAD_MET = 1e-6  # of the load: a sum of pressures farther from it is no solution
+LOAD_MET = 1e-6  # largest difference of the sum of pressures from the load, relative to it, in a solution
 
 
 class PressCarry(NamedTuple):
@@ -209,6 +197,7 @@ class PressStepper(Stepper):
         return PressCarry(fields, zero, zero, at_rest(self.law, zero), judged)
 
     def advance(self, carry: PressCarry, step: Steps) -> tuple[PressCarry, Outcome]:
+        # What earlier pressure has left, and the operator of this step; the contact on it; the memory with its pressure.
         operator, earlier, fields, raised = self.memory.predict(carry.memory, carry.pressure, step.more)
         lowest, gap = jnp.min(self.profile), self.profile + earlier - raised
         problem = Problem(operator, gap, step.target, lowest, self.load_controlled, self.law)

@@ -229,7 +229,9 @@ def begun(stepper: Stepper, carry: Carry, steps: Any) -> March:
 # sign.
 
 
-FAINT = 0.1  # of the largest pressure not yet forgotten: the error of a smaller pressure is relative to this
+FAINT = (
+    0.1  # a pressure below this part of the largest one not yet forgotten has an error relative to that part
+)
 ARISING = 0.3  # deviation from a line, over the pressure at the end of a step, where a contact forms in it
 HARDLY = 1e-3  # weight of the pressure before a step where that after it has none
 
@@ -304,12 +306,15 @@ def after_step(
     z = rates * own + lapse.drift
     decay, old, new = ramps(z)
 
-    # what is left of a unit pressure at a constant displacement after half the step, and after the step
+    # 1. The relaxation f of a unit pressure at a constant displacement after half the step, and after the step; ``bent`` is
+    # the deviation of its middle from the line between its ends, per change.
     part = jnp.array([[0.5], [1.0]]) * z
     mean = jnp.where(part < 1e-6, 1.0, -jnp.expm1(-part) / jnp.where(part < 1e-6, 1.0, part))
     half, left = 1.0 / (1.0 + jnp.array([0.5, 1.0]) * own * (mean @ shares))
     bent = (1.0 - half) / jnp.where(left < 1.0, 1.0 - left, 1.0) - 0.5
 
+    # 2. kappa, from the increments of this step and the one before; after a jump that of the relaxation; where a contact
+    # forms, that of a pressure that is steep at first. Then its norm, with the sign of its part along the pressure.
     change = after - before
     following = -dt / 4.0 * (change - rate * dt) / jnp.where(dt > 0.0, dt + error.last, 1.0)
     following = jnp.clip(following, -jnp.abs(change) / 2.0, jnp.abs(change) / 2.0)
@@ -321,7 +326,8 @@ def after_step(
     turn = jnp.where(turned < 0.0, -1.0, 1.0)  # of a traction that has been reversed
     x, y, h = turn * error.variables, turn * error.pressure, turn * error.remembered
 
-    # where z is large the slope at the end of the step counts, 4 kappa of a parabola, but no more than that of the line
+    # 3. The defect dt b(z) kappa. Where z is large the slope at the end of the step counts, 4 kappa of a parabola, but no
+    # more than that of the line. A reduced time other than the extrapolated one adds the difference of both updates.
     whole = jnp.sqrt(jnp.maximum(squared + error.size**2 - 2.0 * turned, 0.0))
     flat = jnp.maximum(4.0 * jnp.abs(deviation), whole) / jnp.where(whole > 0.0, whole, 1.0)
     defect = own * 2.0 / 3.0 / (1.0 + z / 2.0 + flat * z**2 / 6.0) * deviation
@@ -331,6 +337,7 @@ def after_step(
         remembered = decay * h + own * (old * pressed + new * size)
         decay_, old_, new_ = ramps(rates * lapse.assumed + lapse.drift)
         defect = defect + remembered - decay_ * h - lapse.assumed * (old_ * pressed + new_ * size)
+    # 4. x and y at the end of the step, by the rule of the march, with y + sum_k s_k x_k = 0 where there is contact.
     free = decay * x + own * old * y + defect
     touching = (size + error.size > 0.0) & lapse.touches
     found = jnp.where(touching, -(shares @ free) / (1.0 + shares @ (own * new)), 0.0)

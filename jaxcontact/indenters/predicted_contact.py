@@ -142,22 +142,24 @@ def _at(
         centre, edge = surface(a)
         return peak(a) * a * (centre - edge) > outline.depth(a)
 
-    a = _bisected(too_small, 0.01 * radii.min(), 100.0 * radii.max())
-    return Predicted(a, 0.0 if outline.length is not None else peak(a) * _strain_per_pressure(limits, a, t))
+    # The radius at which the disc ceases to be too small, by bisection of its logarithm.
+    low, high = 0.01 * radii.min(), 100.0 * radii.max()
+    for _ in range(BISECTIONS):
+        middle = np.sqrt(low * high)
+        low, high = (middle, high) if too_small(middle) else (low, middle)
+    a = float(np.sqrt(low * high))
+
+    # The film strain J(t) p0 (a/h) int F(h z/a) g(z) dz.
+    if outline.length is not None or limits.film is None:
+        return Predicted(a, 0.0)
+    shape = np.asarray(limits.film_shape(jnp.asarray(Z / a)))
+    of_pressure = float(limits.film_creep().creep(t)) * a / float(limits.film.thickness) * _round(shape)[0]
+    return Predicted(a, peak(a) * of_pressure)
 
 
 @jax.jit  # otherwise each operation is compiled separately
 def _step(response: Response, alpha: Array, t: Array) -> Array:
     return response.step(alpha, t, t)
-
-
-def _strain_per_pressure(limits: BodyLimits, a: float, t: float) -> float:
-    film = limits.film
-    if film is None:
-        return 0.0
-    h = float(film.thickness)
-    shape = np.asarray(limits.film_shape(jnp.asarray(Z / a)))
-    return float(limits.film_creep().creep(t)) * a / h * _round(shape)[0]
 
 
 def _round(A: np.ndarray) -> tuple[float, float]:
@@ -215,11 +217,3 @@ def _rings() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     middles = (ends[1:] + ends[:-1]) / 2.0
     discs = ends[:, None] * j1(ends[:, None] * Z) / Z * np.exp(-((Z / SHARPEST) ** 2))
     return middles, np.pi * np.diff(ends**2), np.diff(discs, axis=0), j0(middles[:, None] * Z)
-
-
-def _bisected(too_small: Callable[[float], bool], low: float, high: float) -> float:
-    """Return the radius at which a condition that holds for smaller radii ceases to hold."""
-    for _ in range(BISECTIONS):
-        middle = np.sqrt(low * high)
-        low, high = (middle, high) if too_small(middle) else (low, middle)
-    return float(np.sqrt(low * high))

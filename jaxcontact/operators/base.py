@@ -174,8 +174,8 @@ class InvertibleOperator(Operator):
         """Return an operator on a larger grid that has an inverse, and acts between the cells of ``shape`` as this one."""
 
     @abc.abstractmethod
-    def cell_compliance(self) -> Array:
-        """Return the displacement over its own pressure of a cell whose neighbours are free, ()."""
+    def cell_compliance(self, shape: tuple[int, ...]) -> Array:
+        """Return the displacement over its own pressure of a cell whose neighbours are free, (); shape: the grid's."""
 
 
 class SplitOperator(Operator):

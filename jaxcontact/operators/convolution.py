@@ -57,9 +57,8 @@ class Convolution(InvertibleOperator):
     def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
         return cell_ratio(self.circulant, shape)
 
-    def cell_compliance(self) -> Array:
-        """Return the displacement over its own pressure of a cell whose neighbours are free, ()."""
-        return _mean_over_waves(self.circulant)
+    def cell_compliance(self, shape: tuple[int, ...]) -> Array:
+        return _mean_over_waves(self.circulant, shape)
 
     def extended(self, shape: tuple[int, ...]) -> Extended:
         """Return the periodic operator on the padded grid and its inverse.
@@ -162,7 +161,7 @@ def _each(stacked: Array) -> list[Array]:
 
 def confined_compliance(circulant: Array, shape: tuple[int, ...]) -> Array:
     """Return ``Operator.confined_compliance`` from the real circulant of a grid (nx, ny): the harmonic mean."""
-    floor = FLOOR * _mean_over_waves(circulant)
+    floor = FLOOR * _mean_over_waves(circulant, shape)
     inverse = 1.0 / jnp.maximum(circulant, floor)
     return shape[0] * shape[1] / jnp.sum(spectral.both_signs(shape[1])[:, None] * inverse)
 
@@ -175,7 +174,7 @@ def cell_ratio(circulant: Array, shape: tuple[int, ...]) -> Array | float:
     nx, ny = shape
     if min(nx, ny) == 1:
         return 1.0
-    floor = FLOOR * _mean_over_waves(circulant)
+    floor = FLOOR * _mean_over_waves(circulant, shape)
     along_x, along_y = _shortest(circulant[..., 0, : nx // 2 + 1], nx), _shortest(circulant[..., 0], ny)
     return jnp.maximum(along_y, floor) / jnp.maximum(along_x, floor)
 
@@ -189,11 +188,9 @@ def _shortest(eigenvalues: Array, n: int) -> Array:
     return jnp.mean(eigenvalues[-2:]) if n % 2 == 0 and n > 2 else eigenvalues[-1]
 
 
-def _mean_over_waves(circulant: Array) -> Array:
-    """Return the mean of a real spectrum over all waves, ()."""
-    # rows stand for both signs of a wavenumber
-    weights = jnp.full(circulant.shape[-2], 2.0).at[0].set(1.0)[:, None]
-    return jnp.sum(weights * circulant) / (jnp.sum(weights) * circulant.shape[-1])
+def _mean_over_waves(circulant: Array, shape: tuple[int, ...]) -> Array:
+    """Return the mean of the real circulant of a grid (nx, ny) over all waves, ()."""
+    return jnp.sum(spectral.both_signs(shape[1])[:, None] * circulant) / (shape[0] * shape[1])
 
 
 def _filled(kernel: Array, n: int, axis: int) -> Array:

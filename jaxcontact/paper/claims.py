@@ -28,7 +28,12 @@ def compare(found: dict[str, Any], references: Mapping[str, float]) -> list[Row]
     drop = {load: float(1.0 - run.peak[-1] / run.peak[0]) for load, run in found["creep"].items()}
     onset = {load: run.speed_of_change(0.01) * 1e6 for load, run in found["map"].items()}
     time = {name: settling_time(run) for name, run in found["slow"].items()}
-    rows = [described("low loads creep more (share of the peak lost in 120 min)", _falling(drop.values()))]
+    rows = [
+        described(
+            "low loads creep more (share of the peak lost in 120 min)",
+            bool(np.all(np.diff(list(drop.values())) < 0.0)),
+        )
+    ]
     for load, run in found["creep"].items():
         rows.append(
             report(f"W = {load:g} N: share of the peak lost in 120 min [-]", drop[load], "indentation")
@@ -65,10 +70,6 @@ def settling_time(run: passes.SlidingRun) -> float:
     """Return the time [s] after which the peak stays within 0.5 % of that of the steady state; infinite if it never does."""
     outside = np.flatnonzero(np.abs(run.peak / run.steady - 1.0) > 5e-3)
     return float(np.append(run.times, np.inf)[outside[-1] + 1]) if outside.size else 0.0
-
-
-def _falling(values: Any) -> bool:
-    return bool(np.all(np.diff(list(values)) < 0.0))
 
 
 def draw(found: dict[str, Any], directory: Path) -> None:

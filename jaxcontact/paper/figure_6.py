@@ -56,57 +56,44 @@ def _run(ratio: float, width: float, n: int) -> Trace:
 
 def compare(found: Layers, references: Mapping[str, float]) -> list[Row]:
     """Compare with Table 3 at t = 0, then check the growth on the thick layer (a) and its absence on the thin one (b)."""
-    return [*_thick(found.thick, references), *_thin(found.thin, references), comparison.solved(found)]
+    thick, thin, tau = found.thick, found.thin, references["tau [s]"]
 
-
-def _thick(trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    # (a) Lee and Radok's half-space under a step load.
     a, p = references["a_v0 [um]"], references["p_v0 [GPa]"]
-    radius = 1e-6 * a * (1.0 + trace.times / references["tau [s]"]) ** (1.0 / 3.0)
-    peak, field = _lee_radok(trace, a * 1e-6, references["tau [s]"])
-    distance = np.sum(np.abs(trace.pressure[-1] - field)) / np.sum(field)
-    exact = lambda what, value, within, why: Row(f"(a) {what}", EXACT, 1.0, value, within, why)
-    ratio = lambda what, values, within, why: exact(
-        f"{what} over its closed form, worst of 41", worst(values), within, why
-    )
-    return [
-        Row("(a) a_v0 [um]", PAPER, a, trace.radius[0] * 1e6, 0.003, comparison.CELLS),
-        Row("(a) p_v0 [GPa]", PAPER, p, trace.peak[0] / 1e9, 0.002, comparison.OFF_AXIS),
-        ratio("contact radius", trace.radius / radius, 0.003, comparison.CELLS),
-        ratio("approach", trace.approach / (radius**2 / RADIUS), 0.0005, comparison.GRID),
-        ratio("peak pressure", trace.peak / peak, 0.002, STEPPING),
-        exact("pressure along x at 2 tau, 1 + L1 distance", 1.0 + float(distance), 0.001, STEPPING),
+    radius = 1e-6 * a * (1.0 + thick.times / tau) ** (1.0 / 3.0)
+    peak = np.array([np.max(_lee_radok(thick, a * 1e-6, tau, t)) for t in thick.times])
+    field = _lee_radok(thick, a * 1e-6, tau, thick.times[-1])
+    distance = 1.0 + float(np.sum(np.abs(thick.pressure[-1] - field)) / np.sum(field))
+    rows = [
+        Row("(a) a_v0 [um]", PAPER, a, thick.radius[0] * 1e6, 0.003, comparison.CELLS),
+        Row("(a) p_v0 [GPa]", PAPER, p, thick.peak[0] / 1e9, 0.002, comparison.OFF_AXIS),
     ]
+    for what, ratios, within, why in (
+        ("contact radius", thick.radius / radius, 0.003, comparison.CELLS),
+        ("approach", thick.approach / (radius**2 / RADIUS), 0.0005, comparison.GRID),
+        ("peak pressure", thick.peak / peak, 0.002, STEPPING),
+    ):
+        name = f"(a) {what} over its closed form, worst of 41"
+        rows.append(Row(name, EXACT, 1.0, worst(ratios), within, why))
+    rows.append(Row("(a) pressure along x at 2 tau, 1 + L1 distance", EXACT, 1.0, distance, 0.001, STEPPING))
 
-
-def _lee_radok(trace: Trace, first: float, tau: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the largest pressure over time (nt,) and the pressure along the middle row at the last time (n,) [Pa]."""
-
-    def radius(t):
-        return first * (1.0 + np.asarray(t) / tau) ** (1.0 / 3.0)
-
-    def field(t):
-        return lee_radok.pressure(trace.distance, t, lambda s: G * np.exp(-s / tau), radius, RADIUS, NU)
-
-    return np.array([np.max(field(t)) for t in trace.times]), field(trace.times[-1])
-
-
-def _thin(trace: Trace, references: Mapping[str, float]) -> list[Row]:
+    # (b) Hertz on steel at all times.
     a, p = references["a0 [um]"], references["p0 [GPa]"]
-    approach = (a * 1e-6) ** 2 / RADIUS
+    radii, peaks = a * worst(thin.radius * 1e6 / a), p * worst(thin.peak / 1e9 / p)
+    approach = worst(thin.approach / ((a * 1e-6) ** 2 / RADIUS))
     return [
-        Row("(b) a0 [um], worst of 41", PAPER, a, a * worst(trace.radius * 1e6 / a), 0.003, comparison.CELLS),
-        Row(
-            "(b) p0 [GPa], worst of 41", PAPER, p, p * worst(trace.peak / 1e9 / p), 0.002, comparison.OFF_AXIS
-        ),
-        Row(
-            "(b) approach over Hertz's, worst of 41",
-            EXACT,
-            1.0,
-            worst(trace.approach / approach),
-            0.0005,
-            comparison.GRID,
-        ),
+        *rows,
+        Row("(b) a0 [um], worst of 41", PAPER, a, radii, 0.003, comparison.CELLS),
+        Row("(b) p0 [GPa], worst of 41", PAPER, p, peaks, 0.002, comparison.OFF_AXIS),
+        Row("(b) approach over Hertz's, worst of 41", EXACT, 1.0, approach, 0.0005, comparison.GRID),
+        comparison.solved(found),
     ]
+
+
+def _lee_radok(trace: Trace, first: float, tau: float, t: float) -> np.ndarray:
+    """Return the pressure along the middle row at a time [Pa], (n,)."""
+    radius = lambda s: first * (1.0 + np.asarray(s) / tau) ** (1.0 / 3.0)
+    return lee_radok.pressure(trace.distance, t, lambda s: G * np.exp(-s / tau), radius, RADIUS, NU)
 
 
 def draw(found: Layers, directory: Path) -> None:
@@ -116,7 +103,7 @@ def draw(found: Layers, directory: Path) -> None:
     for ax, trace in zip(axes, found, strict=True):
         labels = [rf"t = {trace.times[i] / TAU:g} $\tau$" for i in steps]
         pictures.profiles(ax, trace.x * 1e6, trace.pressure[steps] / 1e9, labels)
-    exact = _lee_radok(found.thick, AV0, TAU)[1]
+    exact = _lee_radok(found.thick, AV0, TAU, found.thick.times[-1])
     axes[0].plot(found.thick.x * 1e6, exact / 1e9, "k:", linewidth=1.0, label=r"closed form, 2 $\tau$")
     pictures.finish(axes[0], "x [µm]", "pressure [GPa]", "(a) Maxwell layer, h/a$_0$ = 10$^4$")
     pictures.finish(axes[1], "x [µm]", "pressure [GPa]", "(b) h/a$_0$ = 10$^{-5}$: all times on one curve")

@@ -48,90 +48,62 @@ def simulate(n: int) -> dict[str, Trace]:
 
 def compare(found: dict[str, Trace], references: Mapping[str, float]) -> list[Row]:
     """Compare the half-space, each load on the film, and the paper's statements on all three."""
-    rows = _half_space(found[HALF], references)
-    for name in LOADS:
-        rows += _film(name, found[name], references)
-    rows += _march(found["(b) 60 N"], references)
-    drops = [found[name].peak[-1] / found[name].peak[0] for name in ("(c) 10 N", "(b) 60 N", "(d) 500 N")]
-    rows.append(described("film: pressure falls the more the lower the load", drops[0] < drops[1] < drops[2]))
-    return [*rows, comparison.solved(found.values())]
-
-
-def _half_space(trace: Trace, references: Mapping[str, float]) -> list[Row]:
-    J, load = tribofilm.FILM.creep, references[f"{HALF}: load [N]"]
-    a = lee_radok.step_radius(trace.times, J, load, tribofilm.RADIUS, tribofilm.NU, tribofilm.BALL_COMPLIANCE)
-    approach = trace.approach / (a**2 / tribofilm.RADIUS)
-    at_edge, excess = _spike(trace)
-    first = float(trace.approach[0] * 1e6)
-    names = f"{HALF}: approach at 0 s [um]", f"{HALF}: approach at 0 s, printed [um]"
-    return [
-        Row(names[0], EXACT, references[names[0]], first, 0.0005, comparison.GRID),
-        Row(names[1], PAPER, references[names[1]], first, 0.003, "the paper's own grid"),
-        Row(
-            f"{HALF}: approach over Lee and Radok's, worst of all times",
-            EXACT,
-            1.0,
-            worst(approach),
-            0.0005,
-            comparison.GRID,
-        ),
-        Row(
-            f"{HALF}: contact radius over theirs, worst",
-            EXACT,
-            1.0,
-            worst(trace.radius / a),
-            float(0.25 * (trace.x[1] - trace.x[0]) / a[0]),
-            comparison.COARSE,
-        ),
-        described(f"{HALF}: contact grows all the time", comparison.never_falls(trace.radius)),
-        described(f"{HALF}: spikes grow at the edge", at_edge and excess > 0.0),
-        report(
-            f"{HALF}: spike at 7200 s over the pressure at the centre",
-            1.0 + excess,
-            "as resolved by this grid",
-        ),
-    ]
-
-
-def _spike(trace: Trace) -> tuple[bool, float]:
-    """Return whether the highest pressure at the last time is near the edge, and its relative excess over that at the
-    centre.
-    """
+    # The half-space: Lee and Radok's solution for a step load. A spike: the highest pressure at the last time is near the
+    # edge and exceeds that at the centre.
+    trace, R = found[HALF], tribofilm.RADIUS
+    load, J = references[f"{HALF}: load [N]"], tribofilm.FILM.creep
+    a = lee_radok.step_radius(trace.times, J, load, R, tribofilm.NU, tribofilm.BALL_COMPLIANCE)
     last = trace.pressure[-1]
     top = int(np.argmax(last))
-    return bool(trace.distance[top] > EDGE * trace.radius[-1]), float(last[top] / last[len(last) // 2] - 1.0)
-
-
-def _film(name: str, trace: Trace, references: Mapping[str, float]) -> list[Row]:
-    def row(what, source, found, tolerance, reason):
-        return Row(f"{name}: {what}", source, references[f"{name}: {what}"], float(found), tolerance, reason)
-
-    return [
-        row("approach at 0 s [um]", EXACT, trace.approach[0] * 1e6, 0.0005, comparison.GRID),
-        row("approach at 0 s, printed [um]", PAPER, trace.approach[0] * 1e6, 0.003, comparison.BIAS),
-        row("p0 at 0 s [GPa]", EXACT, trace.peak[0] / 1e9, 0.002, comparison.OFF_AXIS),
-        row("a at 0 s [um]", EXACT, trace.radius[0] * 1e6, 0.003, comparison.CELLS),
-        described(f"{name}: pressure falls all the time", comparison.never_rises(trace.peak)),
-        described(f"{name}: contact grows all the time", comparison.never_falls(trace.radius)),
-        described(f"{name}: no spikes at the edge", all(map(_domed, trace.pressure))),
-        report(f"{name}: film strain at 0 s [-]", trace.strain[0], comparison.STRAINED),
-        report(f"{name}: film strain at 7200 s [-]", trace.strain[-1], comparison.STRAINED),
+    excess = float(last[top] / last[len(last) // 2] - 1.0)
+    spike = trace.distance[top] > EDGE * trace.radius[-1] and excess > 0.0
+    first, approach = float(trace.approach[0] * 1e6), worst(trace.approach / (a**2 / R))
+    names = f"{HALF}: approach at 0 s [um]", f"{HALF}: approach at 0 s, printed [um]"
+    over_time = f"{HALF}: approach over Lee and Radok's, worst of all times"
+    radius, quarter = f"{HALF}: contact radius over theirs, worst", 0.25 * (trace.x[1] - trace.x[0]) / a[0]
+    resolved = f"{HALF}: spike at 7200 s over the pressure at the centre"
+    rows = [
+        Row(names[0], EXACT, references[names[0]], first, 0.0005, comparison.GRID),
+        Row(names[1], PAPER, references[names[1]], first, 0.003, "the paper's own grid"),
+        Row(over_time, EXACT, 1.0, approach, 0.0005, comparison.GRID),
+        Row(radius, EXACT, 1.0, worst(trace.radius / a), float(quarter), comparison.COARSE),
+        described(f"{HALF}: contact grows all the time", comparison.never_falls(trace.radius)),
+        described(f"{HALF}: spikes grow at the edge", spike),
+        report(resolved, 1.0 + excess, "as resolved by this grid"),
     ]
 
+    for name in LOADS:
+        trace = found[name]
+        compared = [
+            ("approach at 0 s [um]", EXACT, trace.approach[0] * 1e6, 0.0005, comparison.GRID),
+            ("approach at 0 s, printed [um]", PAPER, trace.approach[0] * 1e6, 0.003, comparison.BIAS),
+            ("p0 at 0 s [GPa]", EXACT, trace.peak[0] / 1e9, 0.002, comparison.OFF_AXIS),
+            ("a at 0 s [um]", EXACT, trace.radius[0] * 1e6, 0.003, comparison.CELLS),
+        ]
+        for what, source, value, tolerance, reason in compared:
+            key = f"{name}: {what}"
+            rows.append(Row(key, source, references[key], float(value), tolerance, reason))
+        # without spikes the pressure along x decreases from the centre outwards
+        halves = [p[len(p) // 2 :] for p in trace.pressure]
+        domed = all(comparison.never_rises(half, slack=1e-6) for half in halves)
+        rows += [
+            described(f"{name}: pressure falls all the time", comparison.never_rises(trace.peak)),
+            described(f"{name}: contact grows all the time", comparison.never_falls(trace.radius)),
+            described(f"{name}: no spikes at the edge", domed),
+            report(f"{name}: film strain at 0 s [-]", trace.strain[0], comparison.STRAINED),
+            report(f"{name}: film strain at 7200 s [-]", trace.strain[-1], comparison.STRAINED),
+        ]
 
-def _domed(pressure: np.ndarray) -> bool:
-    """Return whether the pressure along x decreases from the centre outwards."""
-    return comparison.never_rises(pressure[len(pressure) // 2 :], slack=1e-6)
-
-
-def _march(trace: Trace, references: Mapping[str, float]) -> list[Row]:
-    found = {
+    trace, reason = found["(b) 60 N"], "the march's own step and printed digits"
+    marched = {
         "(b) 60 N: approach at 7200 s [um]": trace.approach[-1] * 1e6,
         "(b) 60 N: p0 at 7200 s [GPa]": trace.peak[-1] / 1e9,
         "(b) 60 N: a at 7200 s [um]": trace.radius[-1] * 1e6,
     }
-    reason = "the march's own step and printed digits"
-    return [Row(name, MARCH, references[name], float(value), 0.003, reason) for name, value in found.items()]
+    rows += [Row(key, MARCH, references[key], float(value), 0.003, reason) for key, value in marched.items()]
+    drops = [found[name].peak[-1] / found[name].peak[0] for name in ("(c) 10 N", "(b) 60 N", "(d) 500 N")]
+    rows.append(described("film: pressure falls the more the lower the load", drops[0] < drops[1] < drops[2]))
+    return [*rows, comparison.solved(found.values())]
 
 
 def draw(found: dict[str, Trace], directory: Path) -> None:

@@ -28,40 +28,31 @@ from jaxcontact.response.images import NEGLECTED, POINTS, Images, over_cells, st
 
 def influence_coefficients(grid: Grid, images: Images) -> Array:
     """Return the coefficients [m/Pa] at offsets (i, j) >= 0, (..., nx, ny), for heights (..., J + 1)."""
-    dx, dy = grid.spacing
+    (nx, ny), (dx, dy) = grid.shape, grid.spacing
     depths, aspect = images.depths / dx, dy / dx  # all in units of dx
-    last = images.heights[..., -1, None, None] * _image_at(jnp.append(0.0, depths)[-1], grid.shape, aspect)
+    # asinh(u) for u >= 0, twice as fast as ``jnp.arcsinh``
+    asinh = lambda u: jnp.log1p(u + u**2 / (1.0 + jnp.sqrt(1.0 + u**2)))
+
+    # The last step of the staircase: F over the corners of the cells, in x and in y odd.
+    z = jnp.append(0.0, depths)[-1]
+    x, y = (jnp.arange(nx) + 0.5)[:, None], (jnp.arange(ny) + 0.5)[None, :] * aspect
+    r = jnp.sqrt(x**2 + y**2 + z**2)
+    logs = x * asinh(y / jnp.sqrt(x**2 + z**2)) + y * asinh(x / jnp.sqrt(y**2 + z**2))
+    F = (logs - z * jnp.arctan2(x * y, z * r)) / (2.0 * jnp.pi)
+    for axis in (0, 1):
+        F = jnp.diff(F, axis=axis, prepend=-jnp.take(F, jnp.array([0]), axis))
+    last = images.heights[..., -1, None, None] * F
     if not depths.size:
         return last * dx
-    return (last + _of_steps(images.heights[..., :-1], depths, grid.shape, aspect)) * dx
 
-
-def _image_at(z: Array, shape: tuple[int, int], aspect: Array) -> Array:
-    """Return the response of an image at depth z to a uniform pressure on a cell: F over the cell's corners, (nx, ny)."""
-    x, y = (jnp.arange(shape[0]) + 0.5)[:, None], (jnp.arange(shape[1]) + 0.5)[None, :] * aspect
-    r = jnp.sqrt(x**2 + y**2 + z**2)
-    logs = x * _asinh(y / jnp.sqrt(x**2 + z**2)) + y * _asinh(x / jnp.sqrt(y**2 + z**2))
-    corners = (logs - z * jnp.arctan2(x * y, z * r)) / (2.0 * jnp.pi)
-    for axis in (0, 1):  # F is odd in x and in y
-        corners = jnp.diff(corners, axis=axis, prepend=-jnp.take(corners, jnp.array([0]), axis))
-    return corners
-
-
-def _asinh(u: Array) -> Array:
-    """Return asinh(u) for u >= 0, twice as fast as ``jnp.arcsinh``."""
-    return jnp.log1p(u + u**2 / (1.0 + jnp.sqrt(1.0 + u**2)))
-
-
-def _of_steps(heights: Array, depths: Array, shape: tuple[int, int], aspect: Array) -> Array:
-    """Return the response of the bounded steps, heights (..., J), over cells, (..., nx, ny)."""
+    # The other steps, which are bounded: sums over t = exp(v) of Gaussians (``response.images``).
     low, high = NEGLECTED**2, jnp.maximum(1.0, (depths[-1] ** 2 / NEGLECTED) ** (2.0 / 3.0))
     v = jnp.linspace(jnp.log(low), jax.lax.stop_gradient(jnp.log(high)), POINTS)
     t = jnp.exp(v)
-    weights = (
-        heights @ steps(depths**2, 0.25 / t)[:, :-1].T * (v[1] - v[0]) / (4.0 * jnp.pi**1.5 * jnp.sqrt(t))
-    )
-    along_x, along_y = over_cells(shape[0], t), over_cells(shape[1], t, aspect)
-    return (weights[..., None, :] * along_x) @ along_y.T
+    staircase = images.heights[..., :-1] @ steps(depths**2, 0.25 / t)[:, :-1].T
+    weights = staircase * (v[1] - v[0]) / (4.0 * jnp.pi**1.5 * jnp.sqrt(t))
+    along_x, along_y = over_cells(nx, t), over_cells(ny, t, aspect)
+    return (last + (weights[..., None, :] * along_x) @ along_y.T) * dx
 
 
 # Influence coefficients in plane strain: the displacement at a strip due to a unit pressure on another.
@@ -76,47 +67,38 @@ def _of_steps(heights: Array, depths: Array, shape: tuple[int, int], aspect: Arr
 # Source of the line load on a half-space: K. L. Johnson, Contact Mechanics (1985), section 2.3.
 
 
-def _step_integral(x: Array, upper: Array, lower: Array) -> Array:
-    """Return 2 pi F(z, Z) of the module's formula."""
-    logarithm = x * jnp.log1p((lower - upper) * (lower + upper) / (x**2 + upper**2))
-    return logarithm + 2.0 * (lower * jnp.arctan2(x, lower) - upper * jnp.arctan2(x, upper))
-
-
-def _last_integral(x: Array, depth: Array, datum: float) -> Array:
-    """Return 2 pi F(z) of the module's formula for the last step."""
-    logarithm = x * jnp.log((x**2 + depth**2) / datum**2)
-    return 2.0 * (x - depth * jnp.arctan2(x, depth)) - logarithm
-
-
 def line_coefficients(grid: Grid, images: Images) -> Array:
     """Return the coefficients [m/Pa] at offsets i >= 0, (..., nx, 1), for heights (..., J + 1)."""
-    edges = jnp.arange(grid.shape[0]) + 0.5  # all in units of dx
+    x, datum = jnp.arange(grid.shape[0]) + 0.5, float(grid.shape[0])  # the edges; all in units of dx
 
     def descend(carry: tuple[Array, Array], step: tuple[Array, Array]) -> tuple[tuple[Array, Array], None]:
-        (total, upper), (height, lower) = carry, step
-        return (total + height[..., None] * _step_integral(edges, upper, lower), lower), None
+        (total, z), (height, Z) = carry, step
+        logarithm = x * jnp.log1p((Z - z) * (Z + z) / (x**2 + z**2))
+        F = logarithm + 2.0 * (Z * jnp.arctan2(x, Z) - z * jnp.arctan2(x, z))  # 2 pi F(z, Z)
+        return (total + height[..., None] * F, Z), None
 
     heights, depths = jnp.moveaxis(images.heights, -1, 0), images.depths / grid.spacing[0]
-    top = jnp.zeros((*heights.shape[1:], edges.size)), jnp.zeros(())
-    (total, deepest), _ = jax.lax.scan(descend, top, (heights[:-1], depths))
-    total = total + heights[-1][..., None] * _last_integral(edges, deepest, float(grid.shape[0]))
+    top = jnp.zeros((*heights.shape[1:], x.size)), jnp.zeros(())
+    (total, z), _ = jax.lax.scan(descend, top, (heights[:-1], depths))
+    F = 2.0 * (x - z * jnp.arctan2(x, z)) - x * jnp.log((x**2 + z**2) / datum**2)  # 2 pi F(z)
+    total = total + heights[-1][..., None] * F
     strips = jnp.diff(total, axis=-1, prepend=-total[..., :1])
     return strips[..., None] * grid.spacing[0] / (2.0 * jnp.pi)
 
 
 # Influence coefficients for a grid that is periodic along one axis and free along the other.
 #
-# Along the periodic axis, say y, pressure is the sum of its waves k (``response.coefficients``), and along x it
-# is constant over each cell. The response of an image at depth z (``response.images``) to such a wave is
+# Along the periodic axis, say y, pressure is the sum of its waves k, and along x it is
+# constant over each cell. The response of an image at depth z (``response.images``) to such a wave is
 #
 #     K0(k sqrt(x^2 + z^2))/pi = 1/(2 pi) int_{-inf}^{inf} exp(-k^2 t - (x^2 + z^2)/(4 t)) dv,      t = exp(v),
 #
 # a product of factors for the wave, the depth and the position (``response.images``). The mean along y,
-# k = 0, is plane strain (``response.coefficients``). Source of the integral: NIST Digital Library of
+# k = 0, is plane strain (``line_coefficients``). Source of the integral: NIST Digital Library of
 # Mathematical Functions, 10.32.10.
 
 
-DECAYED = 36.0  # the exponent beyond which a wave is negligible
+DECAYED = 36.0  # waves of a larger exponent are negligible
 
 
 def strip_coefficients(grid: Grid, images: Images) -> Array:
@@ -128,21 +110,20 @@ def strip_coefficients(grid: Grid, images: Images) -> Array:
             grid, shape=grid.shape[::-1], spacing=grid.spacing[::-1], periodic=grid.periodic[::-1]
         )
         return jnp.swapaxes(strip_coefficients(turned, images), -1, -2)
-    rows = jnp.concatenate([line_coefficients(grid, images), _of_waves(grid, images)], -1)
-    return jnp.fft.irfft(rows, n=grid.shape[1], axis=-1)
-
-
-def _of_waves(grid: Grid, images: Images) -> Array:
-    """Return the coefficients of all waves except the mean, (..., nx, ny/2)."""
+    # The waves along y except the mean, in units of dx: sums over t = exp(v) of the module's formula.
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
-    k = 2.0 * jnp.pi * jnp.fft.rfftfreq(ny)[1:] * dx / dy  # all in units of dx
+    k = 2.0 * jnp.pi * jnp.fft.rfftfreq(ny)[1:] * dx / dy
     longest, shortest = 2.0 * jnp.pi * dx / (ny * dy), jnp.pi * dx / dy
     ends = 2.0 * jnp.log(NEGLECTED / (1.0 + shortest)), jnp.log(DECAYED / longest**2)
     v = jnp.linspace(*jax.lax.stop_gradient(ends), POINTS)
     t = jnp.exp(v)
     weights = Images((images.depths / dx) ** 2, images.heights).at(0.25 / t) * (v[1] - v[0])
-    over_waves = jnp.exp(-(k**2) * t[:, None])
-    return (weights[..., None, :] * over_cells(nx, t)) @ over_waves * (dx / (2.0 * jnp.pi))
+    decays = jnp.exp(-(k**2) * t[:, None])
+    waves = (weights[..., None, :] * over_cells(nx, t)) @ decays * (dx / (2.0 * jnp.pi))
+
+    # The mean along y is plane strain.
+    rows = jnp.concatenate([line_coefficients(grid, images), waves], -1)
+    return jnp.fft.irfft(rows, n=ny, axis=-1)
 
 
 # The response of images at the wavevectors of a periodic grid, which needs no influence coefficients.
@@ -210,7 +191,7 @@ def _thicknesses(images: Images) -> Array:
 #     i m/alpha^2:   H_x  = x atan(y z/(x r)) - x atan(y/x) - y ln(r + z) - z ln(y + r)
 #
 # r^2 = x^2 + y^2 + z^2; F_yy and H_y with x and y exchanged; F_xx + F_yy is the F of
-# ``response.coefficients``. For z = 0 these are the integrals of V. Cerruti's solution and of the radial
+# ``influence_coefficients``. For z = 0 these are the integrals of V. Cerruti's solution and of the radial
 # displacement in J. Boussinesq's (K. L. Johnson, Contact Mechanics, 1985, sections 3.2 and 3.6). Terms of x or y
 # alone cancel in the differences. F(z) - F(0) is evaluated as one expression, so that sums over images of a film much
 # thinner than a cell do not suffer from cancellation.
@@ -330,7 +311,7 @@ def _weighted(kinds: Kinds, weights: Array) -> SurfaceKernels:
 # another.
 #
 # A traction along x causes displacements along x and z, one along y only along y (anti-plane shear). The images of
-# ``response.coefficients`` at depth z have the integrals over x, times 2 pi,
+# ``tangential_coefficients`` at depth z have the integrals over x, times 2 pi,
 #
 #     1/alpha:       F(z) = -x ln((x^2 + z^2)/d^2) + 2 x - 2 z atan(x/z)
 #     i m/alpha^2:   H(z) = -2 x atan(x/z) + z ln(1 + x^2/z^2)
@@ -344,36 +325,24 @@ def _weighted(kinds: Kinds, weights: Array) -> SurfaceKernels:
 # Johnson, Contact Mechanics (1985), sections 2.3 and 2.4.
 
 
-def _on_surface(x: Array, datum: float) -> tuple[Array, Array]:
-    """Return F and H of the module's formulas at z = 0, x > 0."""
-    return 2.0 * x - 2.0 * x * jnp.log(x / datum), -jnp.pi * x
-
-
-def _of_image(x: Array, z: Array) -> tuple[Array, Array]:
-    """Return the differences F(z) - F(0) and H(z) - H(0) at depth z > 0."""
-    even = -x * jnp.log1p((z / x) ** 2) - 2.0 * z * jnp.arctan2(x, z)
-    return even, 2.0 * x * jnp.arctan2(z, x) + z * jnp.log1p((x / z) ** 2)
-
-
-def _strips(kinds: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return the differences over a strip's edges from the values at positive ones: F is odd in x, H even."""
-    f, h = kinds
-    return jnp.diff(f, prepend=-f[:1]), jnp.diff(h, prepend=h[:1])
-
-
 def tangential_lines(grid: Grid, images: TangentialImages) -> SurfaceKernels:
     """Return the coefficients [m/Pa] at offsets i >= 0, (..., nx, 1), as ``tangential_coefficients``; xy and y are zero."""
-    edges = jnp.arange(grid.shape[0]) + 0.5  # in units of dx
+    x, datum = jnp.arange(grid.shape[0]) + 0.5, float(grid.shape[0])  # positive edges; in units of dx
 
-    def weighted(kinds: tuple[Array, Array], weights: Array) -> Array:
-        even, odd = _strips(kinds)
+    def weighted(F: Array, H: Array, weights: Array) -> Array:
+        even, odd = jnp.diff(F, prepend=-F[:1]), jnp.diff(H, prepend=H[:1])  # F is odd in x, H even
         L, T, K = weights[..., None]
         return jnp.stack([L * even, T * even, K * odd])
 
     def add(total: Array, image: tuple[Array, Array]) -> tuple[Array, None]:
-        return total + weighted(_of_image(edges, image[0] / grid.spacing[0]), image[1]), None
+        # F(z) - F(0) and H(z) - H(0) at a depth z > 0
+        z = image[0] / grid.spacing[0]
+        F = -x * jnp.log1p((z / x) ** 2) - 2.0 * z * jnp.arctan2(x, z)
+        H = 2.0 * x * jnp.arctan2(z, x) + z * jnp.log1p((x / z) ** 2)
+        return total + weighted(F, H, image[1]), None
 
-    start = weighted(_on_surface(edges, float(grid.shape[0])), images.weights[..., 0])
+    # F(0) and H(0)
+    start = weighted(2.0 * x - 2.0 * x * jnp.log(x / datum), -jnp.pi * x, images.weights[..., 0])
     others = images.depths[1:], jnp.moveaxis(images.weights[..., 1:], -1, 0)
     total = jax.lax.scan(add, start, others)[0]
     xx, yy, x = total[..., None] * grid.spacing[0] / (2.0 * jnp.pi)

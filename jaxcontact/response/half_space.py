@@ -1,6 +1,6 @@
 """The half-space: alpha N = (1 - nu) J(t) at every wavenumber (J. Boussinesq; the correspondence is exact).
 
-With a bulk modulus in place of nu, the creep is ``response.volume.surface_creep``, which is exact as well.
+With a bulk modulus in place of nu, the creep is ``response.stack.surface_creep``, which is exact as well.
 """
 
 import abc

@@ -164,7 +164,7 @@ def image_errors(fitted: Array, values: Array) -> Array:
 
 # Images as sums of Gaussians, which are products of factors for x, y and the depth.
 #
-# With t = exp(v), the response of an image at depth z (``response.images``) at a distance (x, y) is
+# With t = exp(v), the response of an image at depth z at a distance (x, y) is
 #
 #     1/sqrt(x^2 + y^2 + z^2) = 1/(2 sqrt(pi)) int_{-inf}^{inf} t^(-1/2) exp(-(x^2 + y^2 + z^2)/(4 t)) dv,
 #
@@ -172,7 +172,7 @@ def image_errors(fitted: Array, values: Array) -> Array:
 #
 #     int_{x1}^{x2} exp(-x^2/(4 t)) dx = sqrt(pi t) (erf(x2/(2 sqrt t)) - erf(x1/(2 sqrt t))).
 #
-# So the steps between images are those of ``response.images`` at z^2 for the depth and 1/(4 t) for the
+# So the steps between images are ``steps`` at z^2 for the depth and 1/(4 t) for the
 # wavenumber. The trapezoidal rule in v converges geometrically: its relative error is exp(-pi^2/step), 1e-13 at a
 # step of 0.33 and 1e-17 at one of 0.25. This accuracy is needed because the heights of a stiff film alternate in
 # sign, with magnitudes up to 1e10 times the first.

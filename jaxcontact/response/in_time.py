@@ -10,7 +10,7 @@ or, at the complex frequency s, with compliances s J(s) in the recursion of ``re
     alpha N ~ C_0 + sum_k lambda_k C_k/(s + lambda_k) + flow/s.
 
 C_0 is the response under the compliances at t = 0, and exact. The top layer's own creep on a rigid base,
-A_22 J(t), is taken out with the rates of its material (with a bulk modulus, ``response.volume.film_shape`` and
+A_22 J(t), is taken out with the rates of its material (with a bulk modulus, ``response.stack.film_shape`` and
 ``film_creep``). The rest R(s, alpha), at frequencies s = i omega over
 the band, is nearly of low rank: what it is at any wavenumber is a combination of what it is at a few,
 
@@ -33,8 +33,8 @@ the longest of the times 1/lambda_k, for 24 rates and 8 shapes:
     coating on rubber, 80 times to 80 000 times
     as stiff as it                                  6e-3
 
-A layer that does not flow over a solid that does has no slowest rate: the longer the wave, the slower it sinks
-(``response.in_time``). With 36 rates and 20 shapes, up to the horizon:
+A layer that does not flow over a solid that does has no slowest rate: the longer the wave, the slower it sinks.
+With 36 rates and 20 shapes, up to the horizon:
 
     elastic layer on a Maxwell half-space           4e-5
     it 100 times as stiff, or as soft               9e-5
@@ -76,18 +76,18 @@ from jaxcontact.response.stack import (
 
 # The band of decay rates of a body, and the body with rounded parameters by which it and other choices are made.
 #
-# Rates, frequencies, weights and picked wavenumbers are choices of an expansion in time (``response.in_time``)
+# Rates, frequencies, weights and picked wavenumbers are choices of the expansion
 # that carry no derivative. They are made for a body whose parameters are rounded to powers of 2^(1/8), so that they
 # stay the same while a parameter changes by less than a few per cent: values are then smooth in the parameters and
 # finite differences agree with derivatives.
 
 
-MARGIN = 2.0  # by how much the rates reach beyond those of the solids,
-SAMPLED = 10.0  # and the frequencies beyond the rates
+MARGIN = 2.0  # factor by which the rates reach beyond those of the solids
+SAMPLED = 10.0  # factor by which the frequencies reach beyond the rates
 SOFT = 3.0  # compliance that a layer finds in its surroundings, over that of the softest other solid
-REACH = 1e4  # by how much the rates reach below those of the solids where there is no slowest one,
-MORE_RATES, MORE_SHAPES = 1.5, 2.5  # how many times as many rates and shapes there are then,
-HORIZON = 0.05  # and the latest time over the longest 1/rate
+REACH = 1e4  # factor by which the rates reach below those of the solids where there is no slowest one
+MORE_RATES, MORE_SHAPES = 1.5, 2.5  # factors of the numbers of rates and shapes where there is no slowest one
+HORIZON = 0.05  # latest time over the longest 1/rate where there is no slowest one
 ROUNDING = 8.0  # steps of the rounding in a factor of two
 
 
@@ -147,15 +147,12 @@ def may_have_no_slowest(body: LayeredHalfSpace) -> bool:
     )
 
 
-def _has_no_slowest(body: LayeredHalfSpace) -> Array:
-    """Return whether a solid flows below a layer that does not, () bool."""
-    flowing = spectra(body).fluidity > 0.0
-    return jnp.any((jnp.cumsum(~flowing[:-1]) > 0) & flowing[1:])
-
-
 def horizon(body: LayeredHalfSpace) -> Array:
     """Return the latest time for which an expansion is made [s], () inf where the rates have a lower bound."""
-    return jnp.where(_has_no_slowest(body), HORIZON * REACH / band(body)[0], jnp.inf)
+    flowing = spectra(body).fluidity > 0.0
+    # a solid that flows below a layer that does not
+    no_slowest = (jnp.cumsum(~flowing[:-1]) > 0) & flowing[1:]
+    return jnp.where(jnp.any(no_slowest), HORIZON * REACH / band(body)[0], jnp.inf)
 
 
 def window(body: LayeredHalfSpace, count: int) -> Window:
@@ -217,8 +214,7 @@ STEPS, LARGEST = (
 
 class Solids(NamedTuple):
     """The solids from the top to the half-space: compliances at first and in the end [1/Pa], Poisson's ratios,
-    (layers + 1,); thicknesses [m], (layers,). In the end is the horizon of ``response.in_time`` or, without one, at
-    first."""
+    (layers + 1,); thicknesses [m], (layers,). In the end is at the ``horizon`` or, without one, at first."""
 
     compliances: Array
     final: Array
@@ -398,42 +394,35 @@ def separate_bands(
     """
     own_rates, fluidities = own_creep(spectrum)
     shapes, rates = [film], [own_rates]
+    points, least = np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes), float(np.finfo(float).tiny)
     for k in range(rho.shape[-1]):
-        common, flow = _band(rho[..., k], nodes)
+        # A material that may flow but has no fluidity, or one too small for its rates to be normal numbers, has a band of
+        # zeros: it is kept as the one rate zero with rho itself, so that the derivative with respect to the fluidity is
+        # there.
+        still = jnp.max(rho[..., k]) <= least
+        log_rho = jnp.log(jnp.where(still, 1.0, jnp.maximum(rho[..., k], least)))
+
+        # Chebyshev nodes log lambda_m of the band, and the Lagrange polynomials l_m(log rho) times lambda_m.
+        low, high = jnp.min(log_rho), jnp.max(log_rho)
+        middle, half = (low + high) / 2.0, jnp.maximum((high - low) / 2.0, 1e-6)
+        xi = (log_rho - middle) / half
+        common, shares = jnp.exp(middle + half * points), []
+        for m in range(nodes):
+            value = jnp.ones_like(xi)
+            for other in np.delete(points, m):
+                value = value * (xi - other) / (points[m] - other)
+            shares.append(common[m] * value)
+        each = jnp.stack(shares)
+        flow = jnp.where(still, jnp.zeros_like(each).at[0].set(rho[..., k]), each)
+
         shapes += list(jnp.sum(amplitude[..., k] * flow, -1))
-        rates.append(common)
+        rates.append(jnp.where(still, 0.0, common))
     bands = jnp.eye(len(shapes) - 1)
     mix = jnp.zeros((len(shapes), own_rates.size + len(shapes) - 1))
     mix = mix.at[0, : own_rates.size].set(fluidities).at[1:, own_rates.size :].set(bands)
     own = jnp.append(spectrum.instantaneous, mix[0])
     result = Separable(jnp.concatenate(rates), jnp.stack([start, *shapes]), mix, own, jnp.zeros(()))
     return replace(result, error=separation_error(result, exact))
-
-
-def _band(rho: Array, nodes: int) -> tuple[Array, Array]:
-    """Common rates lambda_m, (nodes,), and lambda_m times the share l_m of each, (nodes, *rho.shape).
-
-    A material that may flow but has no fluidity, or one too small for its rates to be normal numbers, has a band of
-    zeros: it is kept as the one rate zero with rho itself, so that the derivative with respect to the fluidity is there.
-    """
-    least = float(np.finfo(float).tiny)
-    still = jnp.max(rho) <= least
-    log_rho = jnp.log(jnp.where(still, 1.0, jnp.maximum(rho, least)))
-    low, high = jnp.min(log_rho), jnp.max(log_rho)
-    middle, half = (low + high) / 2.0, jnp.maximum((high - low) / 2.0, 1e-6)
-    points = np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes)
-    xi = (log_rho - middle) / half
-    common = jnp.exp(middle + half * points)
-    each = jnp.stack([common[m] * _lagrange(points, m, xi) for m in range(nodes)])
-    return jnp.where(still, 0.0, common), jnp.where(still, jnp.zeros_like(each).at[0].set(rho), each)
-
-
-def _lagrange(points: np.ndarray, m: int, x: Array) -> Array:
-    """The polynomial that is one at points[m] and zero at the others."""
-    value = jnp.ones_like(x)
-    for other in np.delete(points, m):
-        value = value * (x - other) / (points[m] - other)
-    return value
 
 
 def separation_error(separable: Separable, exact: Callable[[Array], Array]) -> Array:
@@ -455,14 +444,14 @@ def products(separable: Separable, terms: Array, times: Array) -> Array:
 
 
 DEFAULT_RATES, DEFAULT_SHAPES = 32, 12
-CLOCKS = 4.0  # the fastest over the slowest clock of the second body,
-SHARE = 0.1  # and its weight in the combination
-CUTOFF = 1e-12  # of singular values,
+CLOCKS = 4.0  # the fastest over the slowest clock of the second body
+SHARE = 0.1  # weight of the second body in the combination
+CUTOFF = 1e-12  # singular values below this part of the largest are discarded
 SHAPE_CUTOFF = (
-    1e-9  # and of those in the fit of the shapes: smaller ones are rounding, and derivatives would follow it
+    1e-9  # the same in the fit of the shapes: smaller ones are rounding, and derivatives would follow it
 )
 CANDIDATES = 120  # wavenumbers of which some are picked, about
-STRIDE = 4  # every which wavenumber is one at which the error is measured
+STRIDE = 4  # the error is measured at every fourth wavenumber
 
 
 def separate(
@@ -471,7 +460,7 @@ def separate(
     """Expand the response of a body with at least one layer at the wavenumbers >= 0, (n,) [rad/m].
 
     rates: number of common rates besides those of the top layer's material; shapes: number of shapes besides the top
-    layer's own; both static, and more of them where the rates have no lower bound (``response.in_time``). Rates, picked
+    layer's own; both static, and more of them where the rates have no lower bound. Rates, picked
     wavenumbers and weights carry no derivative, all else does.
     """
     top = body.sublayers()[0]
@@ -502,7 +491,10 @@ def separate(
         error=jnp.zeros(()),
         horizon=chosen.horizon,
     )
-    return replace(result, error=_error(body, wavenumber, result, chosen.times[:, None]))
+    # the largest relative deviation from the exact response at some of the wavenumbers, without derivative
+    body, held, times = *jax.lax.stop_gradient((body, result)), chosen.times[:, None]
+    summed = products(held, held.terms[:, ::STRIDE], times)
+    return replace(result, error=jnp.max(jnp.abs(summed / step(body, wavenumber[::STRIDE], times) - 1.0)))
 
 
 def fitted(
@@ -518,26 +510,23 @@ def fitted(
     rest: ``Samples.rest`` of n responses, (r, n); expected: the same of the rounded body, by which responses are picked;
     weights: ``weights_of`` those, (r, n); rates: lambda_k [1/s], (K,).
     """
+    # R(s, alpha) ~ sum_m R(s, alpha_m) S_m(alpha): responses picked by the rounded body, and the S_m by least squares.
     stride = max(1, rest.shape[1] // CANDIDATES)
     picked = stride * picks(expected[:, ::stride], weights[:, ::stride], shapes)
     few = rest[:, picked]
     of_few = lambda target, weight: combination(few, target, weight, SHAPE_CUTOFF)
     terms = jax.vmap(of_few, (1, 1), 1)(rest, weights)
+    # R(s, alpha_m) ~ sum_k mix[m, k]/(s + lambda_k), by least squares.
     unit = jnp.where(rates > 0.0, rates, chosen.rates[0])
     basis = as_real(unit / (1.0 / chosen.period[:, None] + rates))
     first = slice(len(basis))
     mix = jax.vmap(combination, (None, 1, 1), 1)(basis, few[first], weights[first, picked])
-    return _uncancelled(terms, (mix * unit[:, None]).T)
+    mix = (mix * unit[:, None]).T
 
-
-def _uncancelled(terms: Array, mix: Array) -> tuple[Array, Array]:
-    """Return combinations of the shapes, and their mix, whose products hardly cancel in the sum over the shapes.
-
-    Shapes, and more so their derivatives, are large in combinations that the mix hardly contains. The sum does not feel
-    them, but the images of each shape have a rounding error relative to it, with which derivatives by Poisson's ratio were
-    up to a fifth of the response off. In the principal directions of the mix, in which each shape has the size of the
-    response for which it stands, a large combination comes with a small factor. The directions carry no derivative.
-    """
+    # Shapes, and more so their derivatives, are large in combinations that the mix hardly contains. The sum does not feel
+    # them, but the images of each shape have a rounding error relative to it, with which derivatives by Poisson's ratio
+    # were up to a fifth of the response off. In the principal directions of the mix, in which each shape has the size of
+    # the response for which it stands, a large combination comes with a small factor. The directions carry no derivative.
     size = jnp.sqrt(jnp.sum(jax.lax.stop_gradient(mix) ** 2, 1, keepdims=True))
     size = jnp.where(size > 0.0, size, 1.0)
     principal = decomposed((mix / size).T).right
@@ -677,10 +666,3 @@ def common_rates(body: LayeredHalfSpace, grid: Array) -> tuple[Array, Array]:
         return rates, fluidities
     flow = 0.0 if top.fluidity is None else top.fluidity
     return jnp.append(rates, 0.0), jnp.append(fluidities, flow)
-
-
-def _error(body: LayeredHalfSpace, wavenumber: Array, response: Separable, times: Array) -> Array:
-    """Largest relative deviation from ``step`` at the times, (t, 1), and every fourth wavenumber."""
-    body, response = jax.lax.stop_gradient((body, response))
-    separable = products(response, response.terms[:, ::STRIDE], times)
-    return jnp.max(jnp.abs(separable / step(body, wavenumber[::STRIDE], times) - 1.0))

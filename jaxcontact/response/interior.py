@@ -136,7 +136,7 @@ def _transmitted(port: TwoPort, j: Array, below: SurfaceCompliance, t: Entries) 
 #
 #     sum_n F_n * (t(t_n) - t(t_(n-1))),      F_n: the mean of F(alpha, lag) over T - t_n <= lag <= T - t_(n-1),
 #
-# F the step responses of ``response.interior`` by the correspondence principle, on the contour of ``response.stack``;
+# F the step responses of ``transfer`` by the correspondence principle, on the contour of ``response.stack``;
 # strain is multiplied by the modulus there, so that no relaxation is left to be done. All F_n are nearly combinations
 # of a few,
 #
@@ -148,8 +148,8 @@ def _transmitted(port: TwoPort, j: Array, below: SurfaceCompliance, t: Entries) 
 # steps, 6e-5 for lags from a millionth of the time to all of it.
 
 
-KEPT = 16  # lags whose kernels stand for all,
-SAMPLED = 32  # and wavenumbers by which they are picked
+KEPT = 16  # lags whose kernels stand for all
+SAMPLED = 32  # wavenumbers by which these lags are picked
 
 
 class Lags(NamedTuple):
@@ -185,29 +185,21 @@ def sampled(count: int) -> slice:
 def kernels_at_lags(body: LayeredHalfSpace, wavenumber: Array, z: Array, lags: Lags | None) -> KernelsAtLags:
     """Return the kernels at wavenumbers (n,) [rad/m] for the depth z [m], ()."""
     some = sampled(wavenumber.size)
-    if lags is None:
-        kernels = _at_first(body, wavenumber, z)
+    if lags is None:  # the elastic response
+        kernels = jnp.stack(transfer(body, wavenumber, z, spectra(body).instantaneous[:, None]))
         return KernelsAtLags(kernels[:, None], jnp.ones((1, 1)), kernels[None, :, some])
     exact = jax.lax.map(lambda lag: _mean(body, wavenumber[some], z, Lags(*lag)), tuple(lags))
-    picked, shares = _mixing(exact)
+
+    # The lags that stand for all, and their shares in each, from a QR decomposition with column pivots.
+    count = exact.shape[0]
+    picked, shares = jnp.arange(count), jnp.eye(count)
+    if count > KEPT:
+        scale = jnp.max(jnp.abs(jax.lax.stop_gradient(exact)), (0, 2), keepdims=True)
+        rows = (exact / jnp.where(scale > 0.0, scale, 1.0)).reshape(count, -1)
+        picked = pivots(rows.T, KEPT)
+        shares = least_squares(rows[picked].T, rows.T).T
     means = jax.lax.map(lambda n: _mean(body, wavenumber, z, Lags(lags.start[n], lags.end[n])), picked)
     return KernelsAtLags(jnp.moveaxis(means, 0, 1), shares, exact)
-
-
-def _mixing(means: Array) -> tuple[Array, Array]:
-    """Return the representative lags, (M,), and their shares in each lag, (nt, M), from means (nt, 13, n)."""
-    count = means.shape[0]
-    if count <= KEPT:
-        return jnp.arange(count), jnp.eye(count)
-    scale = jnp.max(jnp.abs(jax.lax.stop_gradient(means)), (0, 2), keepdims=True)
-    rows = (means / jnp.where(scale > 0.0, scale, 1.0)).reshape(count, -1)
-    picked = pivots(rows.T, KEPT)
-    return picked, least_squares(rows[picked].T, rows.T).T
-
-
-def _at_first(body: LayeredHalfSpace, wavenumber: Array, z: Array) -> Array:
-    """The elastic response, (13, n)."""
-    return jnp.stack(transfer(body, wavenumber, z, spectra(body).instantaneous[:, None]))
 
 
 def _mean(body: LayeredHalfSpace, wavenumber: Array, z: Array, lag: Lags) -> Array:
@@ -222,7 +214,7 @@ def _mean(body: LayeredHalfSpace, wavenumber: Array, z: Array, lag: Lags) -> Arr
 
 # Influence coefficients inside a body: stresses, strains and displacements at a depth under a loaded cell.
 #
-# The transfer functions to a depth z (``response.interior``) decay like exp(-alpha z). Each function of the
+# The transfer functions to a depth z decay like exp(-alpha z). Each function of the
 # wavenumber is written as images,
 #
 #     f(alpha) = sum_j w_j exp(-z_j alpha) + w' alpha exp(-z alpha),      z_j >= z, z_0 = z,
@@ -329,8 +321,26 @@ def subsurface_images(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> Su
     tested = every[sampled(nodes.size)]
     among = np.setdiff1d(every, tested[1:]) if body.layers else every
     sizes = jnp.max(_sizes(jnp.moveaxis(recalled.kernels, 1, 0), nodes), 0)
-    found = _fitted(columns[among], recalled.kernels[..., among], sizes[:, among])
-    deviations, sizes = _deviations(recalled, found, columns[tested], nodes[tested])
+
+    # Weights (13, M, J + 1) of the columns, by least squares relative to the sizes. The decomposition and the first solution
+    # carry no derivative. Two steps of refinement, which are zero but for rounding, give those of the weights, one order
+    # each: a change of the kernels less that of the columns, which move with the depth, is fitted. Were the change of the
+    # kernels alone fitted first, to columns at rest, its large weights would have to cancel.
+    chosen, per_group = columns[among], []
+    per_size = 1.0 / jnp.where(sizes > 0.0, sizes, 1.0)
+    for members, relative in zip(MEMBERS, per_size[:, among], strict=True):
+        matrix, target = chosen * relative[:, None], recalled.kernels[members][..., among] * relative
+        solved = decomposed(matrix)
+        weights = jax.lax.stop_gradient(solved.truncated(target, CUTOFF))
+        for _ in range(2):
+            weights = weights + solved.truncated(target - weights @ matrix.T, CUTOFF)
+        per_group.append(weights)
+    found = jnp.concatenate(per_group)[np.argsort(np.concatenate(MEMBERS))]
+
+    # The deviations at wavenumbers that were not fitted, without derivative.
+    exact, held, shares = jax.lax.stop_gradient((recalled.exact, found, recalled.shares))
+    ours = jnp.einsum("nm,fmj,sj->nfs", shares, held, columns[tested])
+    deviations, sizes = _largest(jnp.abs(ours - exact)), _sizes(exact, nodes[tested])
     slopes = found[..., -1] * length
     # at the surface w' is zero, and what rounding leaves of it is not to be felt; its derivative by z is not zero
     slopes = jnp.where(z > 0.0, slopes, slopes - jax.lax.stop_gradient(slopes))
@@ -349,36 +359,6 @@ def _sizes(kernels: Array, wavenumber: Array) -> Array:
 def _largest(values: Array) -> Array:
     """Return the largest of the functions of each group, (..., groups, n), of values (..., 13, n)."""
     return jnp.stack([jnp.max(values[..., members, :], -2) for members in MEMBERS], -2)
-
-
-def _fitted(columns: Array, kernels: Array, sizes: Array) -> Array:
-    """Return the weights (13, M, J) of columns (n, J) for kernels (13, M, n), errors relative to sizes (groups, n).
-
-    The decomposition and the first solution carry no derivative. Two steps of refinement, which are zero but for rounding,
-    give those of the weights, one order each: a change of the kernels less that of the columns, which move with the depth,
-    is fitted. Were the change of the kernels alone fitted first, to columns at rest, its large weights would have to cancel.
-    """
-    per_size = 1.0 / jnp.where(sizes > 0.0, sizes, 1.0)
-
-    def of_group(members: np.ndarray, weights: Array) -> Array:
-        matrix, target = columns * weights[:, None], kernels[members] * weights
-        solved = decomposed(matrix)
-        found = jax.lax.stop_gradient(solved.truncated(target, CUTOFF))
-        for _ in range(2):
-            found = found + solved.truncated(target - found @ matrix.T, CUTOFF)
-        return found
-
-    found = [of_group(*each) for each in zip(MEMBERS, per_size, strict=True)]
-    return jnp.concatenate(found)[np.argsort(np.concatenate(MEMBERS))]
-
-
-def _deviations(
-    recalled: KernelsAtLags, weights: Array, columns: Array, wavenumber: Array
-) -> tuple[Array, Array]:
-    """Return ``deviations`` and ``sizes`` of ``SubsurfaceImages`` at wavenumbers (s,), without derivative."""
-    recalled, weights = jax.lax.stop_gradient((recalled, weights))
-    ours = jnp.einsum("nm,fmj,sj->nfs", recalled.shares, weights, columns)
-    return _largest(jnp.abs(ours - recalled.exact)), _sizes(recalled.exact, wavenumber)
 
 
 def _depths_and_nodes(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> tuple[Array, Array, Array]:

@@ -45,7 +45,7 @@ from jaxcontact.response.stack import (
 #
 #     N = (1 - nu_c)/(g alpha) (N0 + N1 G + N2 G^2)/(D0 + D1 G + D2 G^2),
 #
-# where all N_i and D_i are sums of positive terms (``_polynomials``): there is no overflow and no
+# where all N_i and D_i are sums of positive terms (``OneLayer.modes``): there is no overflow and no
 # cancellation. The compact forms usually printed lose up to 20 % for thin films and large contrasts.
 #
 # Since only g depends on time, the elastic-viscoelastic correspondence principle turns each term into
@@ -66,27 +66,6 @@ class Modes:
     film: Array
     amplitude: Array
     stiffness: Array
-
-
-def _polynomials(
-    x: Array, kc: Array | float, ks: Array | float
-) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
-    """Return (N0, N1, N2) and (D0, D1, D2) of the module's formula; kc, ks are the two kappas."""
-    theta = jnp.exp(-2.0 * x)
-    E1, E2 = -jnp.expm1(-2.0 * x), -jnp.expm1(-4.0 * x)
-    f3, f4 = differences(x)
-    xt = 4.0 * x * theta
-    D = (
-        kc * (1.0 + theta**2) + (kc**2 + 1.0) * theta + x * xt,
-        E1 * ((1.0 + kc * ks) + (kc + ks) * theta) + (ks - 1.0) * x * xt,
-        ks * f4,
-    )
-    N = (
-        (kc - 1.0) * E2 + f3,
-        1.0 + kc * ks + (kc + ks) * theta**2 - xt * (ks - 1.0),
-        ks * (E2 + xt),
-    )
-    return N, D
 
 
 def _roots(c0: Array, c1: Array, c2: Array) -> tuple[Array, Array]:
@@ -123,10 +102,24 @@ class OneLayer(Response):
     def modes(self, wavenumber: Array) -> Modes:
         """Return the partial fractions of alpha N, wavenumber > 0 [rad/m]."""
         nu_c, nu_s = nu_at_first(self.layer.material), nu_at_first(self.substrate)
-        kappas = 3.0 - 4.0 * nu_c, 3.0 - 4.0 * nu_s
-        (N0, N1, N2), (D0, D1, D2) = _polynomials(wavenumber * self.layer.thickness, *kappas)
+        kc, ks = 3.0 - 4.0 * nu_c, 3.0 - 4.0 * nu_s
+
+        # u_z under p of Appendix A as (N0 + N1 G + N2 G^2)/(D0 + D1 G + D2 G^2), each coefficient a sum of positive terms.
+        x = wavenumber * self.layer.thickness
+        theta, E1, E2 = jnp.exp(-2.0 * x), -jnp.expm1(-2.0 * x), -jnp.expm1(-4.0 * x)
+        f3, f4 = differences(x)
+        xt = 4.0 * x * theta
+        D0 = kc * (1.0 + theta**2) + (kc**2 + 1.0) * theta + x * xt
+        D1 = E1 * ((1.0 + kc * ks) + (kc + ks) * theta) + (ks - 1.0) * x * xt
+        D2 = ks * f4
+        N0 = (kc - 1.0) * E2 + f3
+        N1 = 1.0 + kc * ks + (kc + ks) * theta**2 - xt * (ks - 1.0)
+        N2 = ks * (E2 + xt)
+
+        # Poles G = -r and zeros G = -z, which interlace, z1 < r1 < z2 < r2, so that the residues B_j are products of
+        # positive differences.
         r1, r2 = _roots(D0, D1, D2)
-        z1, z2 = _roots(N0, N1, N2)  # the zeros interlace with the poles: z1 < r1 < z2 < r2
+        z1, z2 = _roots(N0, N1, N2)
         lead = (1.0 - nu_c) * N2 / (D2 * (r2 - r1))
         B1 = lead * (r1 - z1) * (z2 - r1) / r1
         B2 = lead * (r2 - z1) * (r2 - z2) / r2
@@ -199,7 +192,7 @@ class OneLayer(Response):
 
 # The response of any stack of layers on a half-space, computed by recursion.
 #
-# For one layer on an elastic substrate it agrees with the closed form of ``response.normal`` to 1e-12, so that no
+# For one layer on an elastic substrate it agrees with the closed form of ``OneLayer`` to 1e-12, so that no
 # other module depends on which of them is used.
 
 
@@ -247,14 +240,12 @@ def response_of(body: LayeredHalfSpace) -> Response:
     if not body.layers:
         return HalfSpace(body.substrate)
     layers = body.sublayers()
-    if len(layers) == 1 and _has_constant_nu(layers[0].material) and isinstance(body.substrate, Elastic):
-        return OneLayer(layers[0], body.substrate)
+    if len(layers) == 1 and isinstance(body.substrate, Elastic):
+        film = layers[0].material
+        # the closed form needs a Poisson's ratio that is independent of time: prescribed, or that of an elastic solid
+        if film.bulk_modulus is None or isinstance(film, Elastic):
+            return OneLayer(layers[0], body.substrate)
     return Stack(layers, body.substrate)
-
-
-def _has_constant_nu(material: Material) -> bool:
-    """Return whether Poisson's ratio is independent of time: prescribed, or that of an elastic solid."""
-    return material.bulk_modulus is None or isinstance(material, Elastic)
 
 
 def sideways_compliance(body: LayeredHalfSpace, thickness: Array, wavenumber: Array) -> Array:
@@ -312,7 +303,7 @@ def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) ->
 #
 # The compliance for contacts much wider than the layers is that of the substrate, and for contacts much narrower than
 # the top layer that of its material. Both are compliances of half-spaces, (1 - nu) J(t) at a constant Poisson's ratio
-# (``response.volume.surface_creep``).
+# (``response.stack.surface_creep``).
 
 
 @pytree

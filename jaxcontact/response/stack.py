@@ -8,7 +8,7 @@ under tractions t_r, t_s and a pressure p. For a half-space of shear compliance 
 
     alpha (L, K, N, T) = j (1 - nu, 1/2 - nu, 1 - nu, 1).
 
-A layer (A, B, C of ``response.stack``) changes the compliance S = alpha [[L, K], [K, N]] of its foundation to
+A layer (A, B, C of ``two_port``) changes the compliance S = alpha [[L, K], [K, N]] of its foundation to
 
     S' = j A + B X B^T,      X = (S^-1 + C/j)^-1 = (j^2 S + j det S adj C)/(j^2 + j tr(C S) + det C det S),
 
@@ -139,16 +139,11 @@ def _sinh_excess(y: Array) -> Array:
 SHORT = 0.25  # largest ratio of an interval's length to its end for which the contour of its end is accurate throughout
 
 
-def _contour(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return half of Talbot's contour: points z and weights w with f(t) = Re sum w F(z/t)/t, each (count/2,)."""
-    theta = np.pi * (2.0 * np.arange(count // 2) + 1.0) / count
-    cot = 1.0 / np.tan(0.6407 * theta)
-    z = count * (0.5017 * theta * cot - 0.6122 + 0.2645j * theta)
-    slope = 0.5017 * (cot - 0.6407 * theta * (1.0 + cot**2)) + 0.2645j
-    return z, -2j * np.exp(z) * slope
-
-
-POINTS, WEIGHTS = _contour(28)
+# Half of Talbot's contour of 28 points: points z and weights w with f(t) = Re sum w F(z/t)/t, each (14,).
+ANGLES = np.pi * (2.0 * np.arange(14) + 1.0) / 28
+COT = 1.0 / np.tan(0.6407 * ANGLES)
+POINTS = 28 * (0.5017 * ANGLES * COT - 0.6122 + 0.2645j * ANGLES)
+WEIGHTS = -2j * np.exp(POINTS) * (0.5017 * (COT - 0.6407 * ANGLES * (1.0 + COT**2)) + 0.2645j)
 
 
 class SurfaceCompliance(NamedTuple):
@@ -188,6 +183,7 @@ def covered(below: SurfaceCompliance, j: Array, port: TwoPort) -> SurfaceComplia
     """Return the surface compliance after adding one layer on top."""
     (A11, A12, A22), (B11, B12, B21, B22), (C11, C12, C22) = port.A, port.B, port.C
     L, K, N, T = below
+    # X = (j^2 S + j det S adj C)/(j^2 + j tr(C S) + det C det S), of the foundation S and the layer's C
     det = L * N - K**2
     total = j**2 + j * (C11 * L + 2.0 * C12 * K + C22 * N) + port.det_C * det
     rigid = total == 0.0  # a rigid layer of zero thickness, which has no effect, or on a rigid base
@@ -195,6 +191,7 @@ def covered(below: SurfaceCompliance, j: Array, port: TwoPort) -> SurfaceComplia
     X11 = jnp.where(rigid, L, share * (j * L + det * C22))
     X12 = jnp.where(rigid, K, share * (j * K - det * C12))
     X22 = jnp.where(rigid, N, share * (j * N + det * C11))
+    # S' = j A + B X B^T, and in the transverse direction T' = j tanh x + sech^2 x j T/(j + T tanh x)
     across = j + port.tanh * T
     zero = across == 0.0
     return SurfaceCompliance(
@@ -251,15 +248,10 @@ def compliances(spectra: Spectra, period: Array) -> Array:
 
 def scaled_responses(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> SurfaceCompliance:
     """Return alpha (L, K, N, T) [1/Pa] of the body's geometry with the given shear compliances, (layers + 1, ...)."""
-    poissons = _poissons(solids(body), compliances)
+    each = [solid.nu_at(j) for solid, j in zip(solids(body), compliances, strict=True)]
+    poissons = jnp.stack(jnp.broadcast_arrays(*each))  # (layers + 1,) if none depends on its compliance
     thicknesses = jnp.asarray([layer.thickness for layer in body.layers], float)
     return surface_compliance(compliances, poissons, thicknesses, wavenumber)
-
-
-def _poissons(materials: list[Material], compliances: Array) -> Array:
-    """Return Poisson's ratios at the shear compliances (layers + 1, ...): (layers + 1,) if none depends on them."""
-    each = [solid.nu_at(j) for solid, j in zip(materials, compliances, strict=True)]
-    return jnp.stack(jnp.broadcast_arrays(*each))
 
 
 def scaled_response(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> Array:

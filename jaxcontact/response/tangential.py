@@ -132,7 +132,24 @@ def tangential_expansion(body: LayeredHalfSpace) -> TangentialExpansion:
 def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
     """Return the sum of products of a body; of a layered one at fixed rates, and those of its top layer."""
     if not body.layers:
-        return _of_half_space(body.substrate)
+        # One shape times the creep; with a bulk modulus one for the shear and one for the creep S of the surface
+        # (``response.stack.surface_creep``), since then (1 - nu) j = S and (1/2 - nu) j = S - j/2.
+        material = body.substrate
+        if material.bulk_modulus is None:
+            parts = [(half_space_shares(material), material.spectrum())]
+        else:
+            shear, surface = jnp.array([0.0, 1.0, -0.5]), jnp.array([1.0, 0.0, 1.0])
+            parts = [(shear, material.spectrum()), (surface, surface_creep(material))]
+        start = sum(share * creep.instantaneous for share, creep in parts)
+        owned = [own_creep(creep) for _, creep in parts]
+        own_rates = jnp.concatenate([each for each, _ in owned])
+        if not own_rates.size:
+            at_once = jnp.reshape(start, (3, 1, 1))
+            return TangentialSeparable(own_rates, at_once, jnp.zeros((0, 0)), jnp.zeros(1))
+        terms = jnp.stack([start, *(share for share, _ in parts)], 1)[:, :, None]
+        mix = jax.scipy.linalg.block_diag(*(flow for _, flow in owned))
+        return TangentialSeparable(own_rates, terms, mix, jnp.zeros(1))
+
     wavenumber = fit_wavenumbers(body)
     if not any(creeps(solid) for solid in solids(body)):
         start = _entries(scaled_responses(body, wavenumber, spectra(body).instantaneous))
@@ -182,43 +199,19 @@ def _errors(
     exact = all_steps(body, wavenumber[some], times)
     entries, sizes = _entries(exact), _sizes(exact)
     growth = times * phi1(times * separable.rates)
-    summed = lambda terms: _rows(
-        terms[:, 0] + jnp.einsum("tk,mk,cmn->tcn", growth, separable.mix, terms[:, 1:])
-    )
-    off = lambda terms: jnp.max(jnp.abs(summed(terms) - entries) / sizes, -1)
+
+    def off(terms: Array) -> Array:
+        summed = terms[:, 0] + jnp.einsum("tk,mk,cmn->tcn", growth, separable.mix, terms[:, 1:])
+        return jnp.max(jnp.abs(summed.reshape(len(summed), -1) - entries) / sizes, -1)
+
     separation = jnp.max(off(separable.terms[..., some]))
     return separation, jnp.stack([times[:, 0], off(images_at(images, wavenumber[some]))], -1)
-
-
-def _rows(values: Array) -> Array:
-    """Return fields (t, 3, n) with the last two axes as one."""
-    return values.reshape(len(values), -1)
 
 
 def half_space_shares(material: Material) -> Array:
     """alpha (L, T, K) over the compliance at first, with a constant nu over the creep compliance, (3,)."""
     nu = nu_at_first(material)
     return jnp.stack([1.0 - nu, jnp.ones(()), 0.5 - nu])
-
-
-def _of_half_space(material: Material) -> TangentialSeparable:
-    """One shape times the creep; with a bulk modulus one for the shear and one for the surface's creep.
-
-    Then (1 - nu) j = S, (1/2 - nu) j = S - j/2, S of ``response.volume.surface_creep``.
-    """
-    if material.bulk_modulus is None:
-        parts = [(half_space_shares(material), material.spectrum())]
-    else:
-        shear, surface = jnp.array([0.0, 1.0, -0.5]), jnp.array([1.0, 0.0, 1.0])
-        parts = [(shear, material.spectrum()), (surface, surface_creep(material))]
-    start = sum(share * creep.instantaneous for share, creep in parts)
-    owned = [own_creep(creep) for _, creep in parts]
-    rates = jnp.concatenate([each for each, _ in owned])
-    if not rates.size:
-        return TangentialSeparable(rates, jnp.reshape(start, (3, 1, 1)), jnp.zeros((0, 0)), jnp.zeros(1))
-    terms = jnp.stack([start, *(share for share, _ in parts)], 1)[:, :, None]
-    mix = jax.scipy.linalg.block_diag(*(flow for _, flow in owned))
-    return TangentialSeparable(rates, terms, mix, jnp.zeros(1))
 
 
 # All nine entries of the surface response at a wavevector.
@@ -277,17 +270,13 @@ def _response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array) -> Array:
     at_zero = (kx == 0.0) & (ky == 0.0)
     kx = jnp.where(at_zero, 1.0, kx)
     alpha = jnp.hypot(kx, ky)
-    response = _matrix(all_steps(body, alpha, t), kx / alpha, ky / alpha) / alpha[..., None, None]
-    unbounded = jnp.where(jnp.eye(3, dtype=bool), jnp.inf, 0.0)
-    return jnp.where(at_zero[..., None, None], unbounded, response)
-
-
-def _matrix(compliance: SurfaceCompliance, c: Array, s: Array) -> Array:
-    """Return alpha times the matrix of ``frequency_response``, (..., 3, 3)."""
-    L, K, N, T = compliance
+    (L, K, N, T), c, s = all_steps(body, alpha, t), kx / alpha, ky / alpha
     rows = [
         [L * c**2 + T * s**2, (L - T) * c * s, 1j * K * c],
         [(L - T) * c * s, L * s**2 + T * c**2, 1j * K * s],
         [-1j * K * c, -1j * K * s, N],
     ]
-    return jnp.stack([jnp.stack([entry + 0j for entry in row], -1) for row in rows], -2)
+    matrix = jnp.stack([jnp.stack([entry + 0j for entry in row], -1) for row in rows], -2)
+    response = matrix / alpha[..., None, None]
+    unbounded = jnp.where(jnp.eye(3, dtype=bool), jnp.inf, 0.0)
+    return jnp.where(at_zero[..., None, None], unbounded, response)

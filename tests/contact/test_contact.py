@@ -185,6 +185,16 @@ def test_a_contact_that_fits_the_window_is_solved_there():
     assert float(on_grid.error) < 1.01e-10
 
 
+@pytest.mark.parametrize("shape", [(8, 6), (6, 7), (7, 6), (5, 5), (8, 1)])
+def test_compliance_of_a_cell_is_its_entry_of_the_dense_product(shape):
+    """Displacement of a cell under its own unit pressure; the kernel is not a smooth one, whose short waves are weak."""
+    i, j = np.meshgrid(*map(np.arange, shape), indexing="ij")
+    operator = Convolutions.of(jnp.asarray(2.0 * (i + j == 0) + 0.3 * (i + j == 1))[None]).combined([1.0])
+    unit = lambda k: jnp.zeros(i.size).at[k].set(1.0).reshape(shape)
+    dense = np.stack([np.ravel(operator(unit(k))) for k in range(i.size)])
+    np.testing.assert_allclose(operator.cell_compliance(shape), np.mean(np.diag(dense)), rtol=1e-14)
+
+
 @pytest.mark.slow
 def test_height_field_of_a_ball_is_the_ball():
     grid = square(2.6)

@@ -35,7 +35,7 @@ class Hardness(ContactLaw):
     def free(self, pressure):
         return (pressure > 0.0) & (pressure < self.limit)
 
-    def searching(self, pressure, gap):
+    def may_change(self, pressure, gap):
         more = (pressure > 0.0) | (gap < 0.0)
         return more & ~((pressure >= self.limit) & (gap <= 0.0))
 
