@@ -29,7 +29,7 @@ from fitting.fits.force import Deviation
 from fitting.inference import noise
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Assessment, Sample, Solved
+from fitting.inference.verdict import Sample, Solved
 from fitting.models.adhesive_contact import (
     JKR,
     Extent,
@@ -42,8 +42,7 @@ from fitting.models.adhesive_contact import (
 )
 from fitting.models.adhesive_contact import film_largest_tension as film_tension
 from fitting.models.adhesive_contact import film_load_at as film_load
-from fitting.models.coordinates import NUISANCES
-from fitting.models.search_space import ParameterSpace
+from fitting.models.parameters import NUISANCES, Parameters, instrument_offset
 from fitting.models.structure import ParameterList, Sought, Volume, limits, resolve
 from fitting.search import nonlinear
 from fitting.search.layered import Coating, march_times, polygon
@@ -145,7 +144,7 @@ class AdhesiveTest(NamedTuple):
         a = np.cbrt(0.75 * R / modulus * (load + pull + math.sqrt(max(2.0 * pull * load + pull**2, 0.0))))
         return float(a**2 / R - math.sqrt(2.0 * math.pi * a * work / modulus))
 
-    def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> ParameterSpace:
+    def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> Parameters:
         """Return the coordinates of the search."""
         structure, start, sizes = structure_of_model(self.model), self.start(), sizes_of(self.data)
         rows = [
@@ -157,7 +156,7 @@ class AdhesiveTest(NamedTuple):
             nuisances[0] += float(self.data.depth.min()) / sizes[0] + np.array([0.0, 1.0])
         return space_of(structure, start, sizes, np.concatenate([np.array(rows), nuisances]))
 
-    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
+    def starts(self, space: Parameters) -> list[np.ndarray]:
         """Return starting coordinates, for the closed form with a strength at several of them."""
         k = space.structure.size
         theta = np.zeros(space.lower.size)
@@ -168,23 +167,27 @@ class AdhesiveTest(NamedTuple):
         rows = [np.where((np.arange(theta.size) == place) & (place < k), shift, theta) for shift in several]
         return [np.clip(row, *space.bounds) for row in rows]
 
-    def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
+    def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
         """Return the least squares over the coordinates."""
         n = self.data.t.size
         times = self.data.t - self.data.t[0]
         samples = tuple(nonlinear.repeated(x) for x in (times, self.data.depth, self.data.load))
         body = jnp.array([self.body.nu, self.body.own, float(self.body.ball.radius)])
-        # numbers of points share a program
-        given = (nonlinear.without_weight(weights), samples, space.unit, body)
-        residual, slopes = self._functions(space)
-        return Objective(
-            lambda theta: np.asarray(residual(theta, *given))[:n],
-            lambda theta, free: np.asarray(slopes(theta, *given)[:, free])[:n],
-            *space.bounds,
-            ftol=1e-12, close=2e-3, floor=1e-26 * float(np.sum((weights * self.data.load) ** 2)),
-        )  # fmt: skip
+        padded = nonlinear.without_weight(weights)  # so that numbers of points share a program
+        inputs, film = (padded > 0.0, samples, space.unit, body), self.body.film
+        if film is None:
+            return Objective.of(_load, inputs, samples[2], padded, space, points=slice(n))
+        size = film.thickness, self._extent(film)
 
-    def pull_off(self, space: ParameterSpace, theta: np.ndarray) -> tuple[float, np.ndarray]:
+        def about(theta: Any) -> Any:
+            """Return the inputs with the series about a modulus."""
+            log_G = float(theta[0]) + math.log(space.unit[0])
+            series = series_of(log_G, self.body.nu, self.body.own, film, size[1])
+            return inputs, series, float(theta[0]), size
+
+        return Objective.of(_film_load, about, samples[2], padded, space, points=slice(n))
+
+    def pull_off(self, space: Parameters, theta: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the largest tension [N] of the curve at a point, and the derivative (m,) of its logarithm by the
         coordinates."""
         nu, own, radius, film = self.body.nu, self.body.own, float(self.body.ball.radius), self.body.film
@@ -204,22 +207,6 @@ class AdhesiveTest(NamedTuple):
 
         log, slope = jax.value_and_grad(log_force)(jnp.asarray(theta[:k]))
         return math.exp(float(log)), np.append(np.asarray(slope), np.zeros(theta.size - k))
-
-    def _functions(self, space: ParameterSpace) -> tuple[Callable[..., Array], Callable[..., Array]]:
-        """Return the residuals and their Jacobian as functions of the coordinates and the arrays of ``objective``."""
-        film = self.body.film
-        if film is None:
-            return _residual, _curve_slopes
-        size = film.thickness, self._extent(film)
-
-        def at(theta: np.ndarray) -> tuple[FilmSeries, float, tuple[float, Extent]]:
-            log_G = float(theta[0]) + math.log(space.unit[0])
-            return series_of(log_G, self.body.nu, self.body.own, film, size[1]), float(theta[0]), size
-
-        return (
-            lambda theta, *given: _film_residual(theta, *at(theta), *given),
-            lambda theta, *given: _film_slopes(theta, *at(theta), *given),
-        )
 
     def _extent(self, film: FilmOnBase) -> Extent:
         """Return a range beyond the contact radius of the deepest point for any base, equal for similar curves."""
@@ -248,17 +235,16 @@ def log_bounds(given: tuple[float, float], unit: float, whole: tuple[float, floa
 
 def space_of(
     structure: ParameterList, start: dict[str, float], sizes: np.ndarray, box: np.ndarray
-) -> ParameterSpace:
+) -> Parameters:
     """Return the coordinates: logarithms of the parameters over their starting values, and the instrument's contributions.
 
     sizes (3,): units of the latter; box (k + 3, 2): bounds of all.
     """
     unit = np.array([start[name] for name in structure.where])
     own = np.arange(len(box)) < structure.size
-    return ParameterSpace(
-        structure=structure, lower=box[:, 0], upper=box[:, 1], unit=np.append(unit, sizes), logarithmic=own,
-        material=own, names=(*structure.where, *NUISANCES), open=np.ones((len(box), 2), dtype=bool),
-    )  # fmt: skip
+    return Parameters.of(
+        structure, box, unit=np.append(unit, sizes), logarithmic=own, material=own, nuisances=tuple(NUISANCES)
+    )
 
 
 def table_of(
@@ -268,51 +254,26 @@ def table_of(
     return limits(structure_of_model(model), fixed, bounds)
 
 
-def _offset(instrument: Array, t: Array, load: Array) -> Array:
-    """Return the contribution of the instrument to the depth [m], (n,)."""
-    point, drift, machine = instrument
-    return point + drift * t + machine * load
+def _load(theta: Array, inputs: tuple[Array, tuple[Array, Array, Array], Array, Array]) -> Array:
+    """Return the load (n,) [N] of the closed form.
 
-
-@jax.jit
-def _residual(
-    theta: Array, weights: Array, samples: tuple[Array, Array, Array], unit: Array, body: Array
-) -> Array:
-    """Return the weighted residuals (n,) of the closed form.
-
-    samples: times, depths and loads, (n,); body: Poisson's ratio, and compliance and radius of the ball.
+    inputs: points with a weight (n,) bool; times, depths and loads, (n,); units; Poisson's ratio, and compliance and
+    radius of the ball.
     """
-    values, (nu, own, radius), (t, depth, load) = jnp.exp(theta[:-3]) * unit[:-3], body, samples
-    approach = depth - _offset(theta[-3:] * unit[-3:], t, load)
-    approach = jnp.where(weights > 0.0, approach, 0.0)
+    fitted, (t, depth, load), unit, (nu, own, radius) = inputs
+    values = jnp.exp(theta[:-3]) * unit[:-3]
+    approach = depth - instrument_offset(theta * unit, t, load)
+    approach = jnp.where(fitted, approach, 0.0)
     strength = values[2] if values.size > 2 else None
-    model = load_at(approach, 2.0 / ((1.0 - nu) / values[0] + own), values[1], radius, strength)
-    return weights * (model - load)
+    return load_at(approach, 2.0 / ((1.0 - nu) / values[0] + own), values[1], radius, strength)
 
 
-@jax.jit
-def _film_residual(
-    theta: Array, series: FilmSeries, at: Array, size: tuple[Array, Extent],
-    weights: Array, samples: tuple[Array, Array, Array], unit: Array, body: Array,
-) -> Array:  # fmt: skip
-    """Return the weighted residuals (n,) on a film; series: for the coordinate ``at`` of its modulus."""
-    (G, work), (nu, own, radius), (t, depth, load) = jnp.exp(theta[:2]) * unit[:2], body, samples
-    approach = depth - _offset(theta[-3:] * unit[-3:], t, load)
-    approach = jnp.where(weights > 0.0, approach, 0.0)
-    model = film_load(approach, theta[0] - at, series, ((1.0 - nu) / G + own, work, radius), size)
-    return weights * (model - load)
-
-
-@jax.jit
-def _film_slopes(theta: Array, *given: Any) -> Array:
-    """Return the Jacobian (n, m) of the residuals on a film."""
-    return jax.jacfwd(lambda at: _film_residual(at, *given))(jnp.asarray(theta))
-
-
-@jax.jit
-def _curve_slopes(theta: Array, *given: Array) -> Array:
-    """Return the Jacobian (n, m) of the residuals."""
-    return jax.jacfwd(lambda at: _residual(at, *given))(jnp.asarray(theta))
+def _film_load(theta: Array, inputs: tuple[tuple, FilmSeries, Array, tuple[Array, Extent]]) -> Array:
+    """Return the load (n,) [N] on a film; inputs: those of ``_load``, and the series for a coordinate of its modulus."""
+    (fitted, (t, depth, load), unit, (nu, own, radius)), series, at, size = inputs
+    G, work = jnp.exp(theta[:2]) * unit[:2]
+    approach = jnp.where(fitted, depth - instrument_offset(theta * unit, t, load), 0.0)
+    return film_load(approach, theta[0] - at, series, ((1.0 - nu) / G + own, work, radius), size)
 
 
 # Judgement of an adhesive force curve: systematic deviations from the model, their size, and their meaning.
@@ -330,15 +291,6 @@ WINDOW = 0.05  # fraction of the points in a running mean of the residuals
 FEW = 8  # fewest points in half the contact
 
 
-class AdhesiveSample(Sample):
-    """The points of an adhesive force curve, whose trends this module judges in place of the common tests."""
-
-    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
-        """Return the evidence without reasons for rejection."""
-        found = super().assess(solved, p, level)
-        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
-
-
 def deviation(
     test: AdhesiveTest, problem: FitProblem, solved: Solved, with_range: Callable[[], np.ndarray] | None
 ) -> Deviation:
@@ -347,7 +299,8 @@ def deviation(
     with_range: returns the coordinates (m,) of the fit with a range of the attraction; None where the model has one.
     """
     nothing = np.zeros(solved.theta.size)
-    if not Sample.assess(problem.sample, solved, problem.p, problem.level).evidence.refused:
+    common = problem.sample._replace(own_trends=False)
+    if not common.assess(solved, problem.p, problem.level).evidence.refused:
         return Deviation(nothing, (), ())
     halves = [_half(test, problem, solved, deep) for deep in (False, True)]
     if any(half is None for half in halves):
@@ -484,13 +437,13 @@ class CreepingFilm(NamedTuple):
     radius: float
     weights: np.ndarray
 
-    def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> ParameterSpace:
+    def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> Parameters:
         """Return the coordinates of the search."""
         structure, sizes = structure_with_work(self.material), sizes_of(self.data)
         rows = [log_bounds(table[name], self.start[name], (-WIDE, WIDE)) for name in structure.where]
         return space_of(structure, self.start, sizes, np.concatenate([np.array(rows), instrument.box(sizes)]))
 
-    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
+    def starts(self, space: Parameters) -> list[np.ndarray]:
         """Return starting coordinates, for each of ``TIMES`` where there is a retardation time."""
         theta, names = np.zeros(space.lower.size), list(space.structure.where)
         if "eta2" not in names:
@@ -498,7 +451,7 @@ class CreepingFilm(NamedTuple):
         place = np.arange(theta.size) == names.index("eta2")
         return [np.clip(np.where(place, math.log(time), theta), *space.bounds) for time in TIMES]
 
-    def run(self, space: ParameterSpace, width: float, finer: int = 1) -> Run:
+    def run(self, space: Parameters, width: float, finer: int = 1) -> Run:
         """Return the inputs of the solver on a grid of a width [m], with ``finer`` times the cells and the steps."""
         since = self.data.t - self.data.t[0]
         size = float(np.ptp(self.data.depth))
@@ -513,7 +466,7 @@ class CreepingFilm(NamedTuple):
         )  # fmt: skip
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), numbers)
 
-    def objective(self, space: ParameterSpace, weights: np.ndarray, run: Run) -> Objective:
+    def objective(self, space: Parameters, weights: np.ndarray, run: Run) -> Objective:
         """Return the least squares over the coordinates."""
         weighted = jnp.asarray(weights)
         return Objective(
@@ -522,7 +475,7 @@ class CreepingFilm(NamedTuple):
             *space.bounds, ftol=1e-5, close=1e-2,
         )  # fmt: skip
 
-    def correction(self, theta: np.ndarray, space: ParameterSpace, run: Run) -> np.ndarray:
+    def correction(self, theta: np.ndarray, space: Parameters, run: Run) -> np.ndarray:
         """Return the load on a finer grid with shorter steps less that of a run, (n,) [N]."""
         finer = self.run(space, float(run.grid.width[0]), FINER)
         difference = loads(theta, finer, self.material)[0] - loads(theta, run, self.material)[0]
@@ -808,7 +761,8 @@ def _found(test: AdhesiveTest, label: str, choices: AdhesiveChoices) -> _Searche
     space = test.space(table, choices.instrument)
     sought = Sought(space.structure, table, Volume.of(test.body.nu, None))
     blocks = np.cumsum(np.append(False, test.data.segments[1:] != test.data.segments[:-1]))
-    sample = AdhesiveSample.of(("load", "N", test.data.t, test.data.load), test.weights, label, blocks)
+    curve = ("load", "N", test.data.t, test.data.load)
+    sample = Sample.of(curve, test.weights, label, blocks, own_trends=True)
     problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
     best, objective = solved.whole

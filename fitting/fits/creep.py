@@ -25,7 +25,7 @@ from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import basis
 from fitting.inference.result import Fit, linear_band, plain
 from fitting.inference.verdict import Assessment, Sample, Solved, settled
-from fitting.models.search_space import Landscape, SearchSpace
+from fitting.models.parameters import Landscape, Parameters
 from fitting.models.structure import Sought, Structure
 from fitting.search import nonlinear, varpro
 from fitting.search.nonlinear import linear_sd
@@ -156,13 +156,14 @@ class CreepSearch:
         return cls(data, sought.structure, scaled, leave_out if sample.robust else keep_all)
 
     @property
-    def space(self) -> SearchSpace:
+    def space(self) -> Parameters:
         """The compliances (j0, j2, f, j2/tau), over their units."""
         compliance, time = self.scaled.compliance, self.scaled.time
         box = np.stack([np.asarray(side) for side in self.scaled.problem.limits], -1)
         unit = compliance / np.array([1.0, 1.0, time, time])
         own = np.isin(np.arange(4), PLACES[self.structure.size])
-        return SearchSpace.linear(self.structure, box, unit, own)
+        open_sides = np.stack([box[:, 0] == 0.0, np.isinf(box[:, 1])], -1)
+        return Parameters.of(self.structure, box, unit=unit, material=own, open=open_sides)
 
     def solve(self, weights: np.ndarray) -> Solved:
         """Return the optimum with weights (n,) [1/unit of the response], with the residuals and the Jacobian at all
@@ -235,7 +236,7 @@ class Extents(NamedTuple):
         rows = zip(("J0", "slope0", "J(T)"), values, sd, ends, units, strict=True)
         return {name: tuple(float(u) for u in (v * k, s * k, *(e * k))) for name, v, s, e, k in rows}
 
-    def landscape(self, space: SearchSpace) -> Landscape:
+    def landscape(self, space: Parameters) -> Landscape:
         """Return the residuals as a function of the compliances of the material."""
         own = space.material
         residual = Partial(varpro.residuals_at, self.problem)
@@ -401,7 +402,7 @@ def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> 
     solved = least_squares(
         problem, lambda weights: ScaledCreepCurve.of(data, weights).objective(space), curve.starts(law)
     )
-    landscape = ScaledCreepCurve.of(data, solved.weights).landscape(space, solved.theta)
+    landscape = space.landscape(solved.theta, solved.whole[1].residual, relative=True)
     found = conclude(problem, solved._replace(notes=law.notes, landscape=landscape))
     band = functools.partial(linear_band, law, found.fields["estimate"], options["level"])
     return found.fit(

@@ -17,9 +17,9 @@ from fitting.data.weights import choose_weights
 from fitting.inference import noise
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Assessment, Sample, Solved
+from fitting.inference.verdict import Sample, Solved
 from fitting.models import thin_layer
-from fitting.models.search_space import SearchSpace
+from fitting.models.parameters import Parameters
 from fitting.models.structure import CLASSICAL, Sought
 from fitting.models.thin_layer import RIGID, Base, ThinLayer
 from fitting.search import nonlinear
@@ -138,17 +138,9 @@ def indentation_force(theta: Array, depth: Array, curve: ForceCurve) -> Array:
     return jnp.where(inside, force, 0.0)
 
 
-@jax.jit
-def residuals(theta: Array, curve: ForceCurve) -> Array:
-    """Return the weighted force of the model minus the measured one, (n,); theta = (log J, 0, *``PARTS``)."""
-    model = indentation_force(theta, curve.depth - theta[2], curve) + theta[3] + theta[4] * curve.t
-    return curve.weights * (model - curve.load)
-
-
-@jax.jit
-def slopes(theta: Array, curve: ForceCurve) -> Array:
-    """Return the derivative (n, 5) of the residuals."""
-    return jax.jacfwd(residuals)(theta, curve)
+def force_with_baseline(theta: Array, curve: ForceCurve) -> Array:
+    """Return the scaled force (n,) at the samples; theta = (log J, 0, *``PARTS``)."""
+    return indentation_force(theta, curve.depth - theta[2], curve) + theta[3] + theta[4] * curve.t
 
 
 @jax.jit
@@ -270,15 +262,6 @@ class Setup(NamedTuple):
         return cls(indenter, Sought.of(structure, None, bounds, nu), thickness, substrate)
 
 
-class ForceSample(Sample):
-    """The points of a force curve, whose trends ``force_verdict.py`` judges in place of the common tests."""
-
-    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
-        """Return the evidence without reasons for rejection."""
-        found = super().assess(solved, p, level)
-        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
-
-
 class ForceProblem(NamedTuple):
     """A scaled force curve with its search space.
 
@@ -289,7 +272,7 @@ class ForceProblem(NamedTuple):
     setup: Setup
     curve: ForceCurve
     units: tuple[float, float, float, float]
-    space: SearchSpace
+    space: Parameters
     sample: Sample
 
     @classmethod
@@ -323,7 +306,7 @@ class ForceProblem(NamedTuple):
             rise,
             at,
         )
-        sample = ForceSample.of(("load", "N", approach.depth, above), weight, label)
+        sample = Sample.of(("load", "N", approach.depth, above), weight, label, own_trends=True)
         return cls(approach, setup, curve, units, _space(setup, units), sample)
 
     @property
@@ -336,17 +319,9 @@ class ForceProblem(NamedTuple):
 
     def objective(self, weights: np.ndarray) -> Objective:
         """Return the least-squares objective for weights (n,) [1/N]."""
-        curve, n, space = (
-            self._replace(curve=self.curve._replace(weights=weights * self.units[0])).padded,
-            weights.size,
-            self.space,
-        )
-        return Objective(
-            lambda theta: np.asarray(residuals(theta, curve))[:n],
-            lambda theta, free: np.asarray(slopes(theta, curve))[:n, free],
-            *space.bounds,
-            floor=1e-26 * float(np.sum((weights * self.sample.measured) ** 2)),
-        )
+        curve, own = self.padded, nonlinear.without_weight(weights * self.units[0])
+        points = slice(weights.size)
+        return Objective.of(force_with_baseline, curve, curve.load, own, self.space, points=points)
 
     def starts(self) -> list[np.ndarray]:
         """Return coordinates (5,) at the three best local minima over trial contact points; the rest is linear."""
@@ -399,7 +374,7 @@ def _layer(setup: Setup, depth: float) -> ThinLayer:
     return layer._replace(scale=layer.scale * depth**layer.power)
 
 
-def _space(setup: Setup, units: tuple[float, float, float, float]) -> SearchSpace:
+def _space(setup: Setup, units: tuple[float, float, float, float]) -> Parameters:
     """Return the box of log J, the fluidity (held at 0), contact point, baseline and tilt."""
     load, depth, T, compliance = units
     structure = setup.sought.structure
@@ -407,13 +382,11 @@ def _space(setup: Setup, units: tuple[float, float, float, float]) -> SearchSpac
     with np.errstate(divide="ignore"):
         ends = np.clip(np.log([low, high]), -EDGE, EDGE)
     box = np.array([ends, [0.0, 0.0], [0.0, 1.0], [-2.0, 2.0], [-4.0, 4.0]])
-    material = np.array([True, True, False, False, False])
-    names = (next(iter(structure.where)), "", *PARTS)
-    unit = np.array([compliance, compliance / T, depth, load, load / T])
-    return SearchSpace(
-        structure=structure, lower=box[:, 0], upper=box[:, 1], unit=unit,
-        logarithmic=np.arange(5) == 0, material=material, names=names,
-        open=np.stack([np.array([low == 0.0, *[False] * 4]), np.array([np.isinf(high), *[False] * 4])], -1),
+    open_sides = np.zeros((5, 2), dtype=bool)
+    open_sides[0] = low == 0.0, np.isinf(high)
+    return Parameters.of(
+        structure, box, unit=np.array([compliance, compliance / T, depth, load, load / T]),
+        logarithmic=np.arange(5) == 0, material=np.arange(5) < 2, nuisances=PARTS, open=open_sides,
     )  # fmt: skip
 
 
@@ -538,8 +511,8 @@ def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Devia
     missing = _missing(force, solved)
     if missing:
         return Deviation(nothing, missing, ())
-    found = Sample.assess(problem.sample, solved, problem.p, problem.level).evidence
-    if not found.refused:
+    common = problem.sample._replace(own_trends=False)
+    if not common.assess(solved, problem.p, problem.level).evidence.refused:
         return Deviation(nothing, (), ())
     trend, softer = _trend(force, solved), _change(force, solved)
     if softer is None:

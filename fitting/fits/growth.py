@@ -22,7 +22,7 @@ from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import two_sided
 from fitting.inference.result import Fit, plain
 from fitting.inference.verdict import Sample
-from fitting.models.search_space import ParameterSpace
+from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective, linear_sd
@@ -211,21 +211,12 @@ STRUCTURE = ParameterList.of(
 )
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
-class GrowthSpace(ParameterSpace):
-    """Coordinates log rate, energy, work, removal and induction time.
-
-    lost: places of those that the conditions of the curves leave open.
-    """
-
-    lost: tuple[int, ...] = ()
-
-    def spans(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Return the ends of the intervals: open for what is lost, and where an end is that of the search."""
-        middle = np.array([0.5 * (self.lower[0] + self.upper[0]), 0.0, 0.0, np.nan, np.nan])[:, None]
-        away = (np.abs(ends - middle) >= OPEN) & (self.lower < self.upper)[:, None]
-        away[list(self.lost)] = True
-        return super().spans(theta, np.where(away, np.stack(self.bounds, -1), ends))
+def _undetermined(middle: float, lost: tuple[int, ...], theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return which interval ends (5, 2) are those of the search, about the middle of log rate and 0 of energy and work,
+    or of what the conditions of the curves leave open, ``lost``."""
+    away = np.abs(ends - np.array([middle, 0.0, 0.0, np.nan, np.nan])[:, None]) >= OPEN
+    away[list(lost)] = True
+    return away
 
 
 class Curves(NamedTuple):
@@ -281,7 +272,7 @@ class Curves(NamedTuple):
         point_weights, label = choose_weights(apart, self.measured, weights, None if weights else spread)
         return Sample.of(("thickness", "m", self.t, self.measured), point_weights, label, self.which)
 
-    def space(self, table: dict[str, tuple[float, float]], induction: str | float | None) -> ParameterSpace:
+    def space(self, table: dict[str, tuple[float, float]], induction: str | float | None) -> Parameters:
         """Return the box of the search from the bounds of the parameters; induction: as in ``fit_growth``."""
         middle = math.log(float(np.max(np.abs(self.measured))) / self.duration)
         whole = [(middle - REACH, middle + REACH), (0.0, LARGEST), (0.0, LARGEST), (0.0, FASTEST)]
@@ -296,46 +287,35 @@ class Curves(NamedTuple):
         ]
         held = 0.0 if induction is None else induction
         waits = (0.0, LATEST) if isinstance(held, str) else (held / self.duration,) * 2
-        lower, upper = np.array([*rows, waits]).T
-        own = np.arange(5) < 4
-        space = GrowthSpace(
-            structure=STRUCTURE, lower=lower, upper=upper, unit=self.unit, logarithmic=np.arange(5) == 0,
-            material=own, names=(*STRUCTURE.where, "induction"), open=np.ones((5, 2), dtype=bool),
-        )  # fmt: skip
         lost = self.lost(table)
-        bounded = any(table[list(DIMENSIONS)[i]] != (0.0, math.inf) for i in lost)
-        return space if bounded else dataclasses.replace(space, lost=lost)
+        if any(table[list(DIMENSIONS)[i]] != (0.0, math.inf) for i in lost):
+            lost = ()
+        return Parameters.of(
+            STRUCTURE, [*rows, waits], unit=self.unit, logarithmic=np.arange(5) == 0, material=np.arange(5) < 4,
+            nuisances=("induction",), undetermined=functools.partial(_undetermined, 0.5 * sum(rows[0]), lost),
+        )  # fmt: skip
 
-    def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
+    def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
         """Return the least squares over the coordinates (5,)."""
-        columns = (self.t, self.measured, self.stress, self.temperature, self.initial)
-        arrays = (*map(nonlinear.repeated, columns), nonlinear.without_weight(weights), self.unit)
-        n = self.t.size
-        return Objective(
-            lambda theta: np.asarray(_residual(theta, *arrays))[:n],
-            lambda theta, free: np.asarray(_slopes(theta, *arrays))[:n, free],
-            *space.bounds,
-            floor=1e-26 * float(np.sum((weights * self.measured) ** 2)),
-        )
+        columns = (self.t, self.stress, self.temperature, self.initial)
+        inputs = (*map(nonlinear.repeated, columns), self.unit)
+        measured, padded = nonlinear.repeated(self.measured), nonlinear.without_weight(weights)
+        return Objective.of(_thickness, inputs, measured, padded, space, points=slice(self.t.size))
 
-    def objective_in(self, contact: RubbedContact, space: ParameterSpace, weights: np.ndarray) -> Objective:
+    def objective_in(self, contact: RubbedContact, space: Parameters, weights: np.ndarray) -> Objective:
         """Return the least squares with the pressure of a contact, curve by curve."""
         ends = np.cumsum([one.t.size for one in self.data])[:-1]
-        given = [
-            (CurveInContact(one.t, one.thickness, one.load, one.temperature, one.initial), weight, self.unit)
-            for one, weight in zip(self.data, np.split(weights, ends), strict=True)
-        ]
-        each = lambda function, theta: np.concatenate(
-            [np.asarray(function(theta, contact, *curve)) for curve in given]
-        )
-        return dataclasses.replace(
-            self.objective(space, weights),
-            residual=lambda theta: each(_residual_in, theta),
-            jacobian=lambda theta, free: each(_slopes_in, theta)[:, free],
-            ftol=IN_CONTACT,
-        )
+        each = []
+        for one, own in zip(self.data, np.split(weights, ends), strict=True):
+            inputs = contact, one.t, (one.load, one.temperature, one.initial), self.unit
+            each.append(Objective.of(_thickness_in_contact, inputs, one.thickness, own, space))
+        return Objective(
+            lambda theta: np.concatenate([one.residual(theta) for one in each]),
+            lambda theta, free: np.concatenate([one.jacobian(theta, free) for one in each]),
+            *space.bounds, ftol=IN_CONTACT, floor=sum(one.floor for one in each),
+        )  # fmt: skip
 
-    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
+    def starts(self, space: Parameters) -> list[np.ndarray]:
         """Return coordinates (5,) for several removal rates and induction times: growth rates of the curves, and their
         regression."""
         lower, upper = space.bounds
@@ -406,46 +386,19 @@ def to_si(theta: Array, unit: Array) -> Array:
     return jnp.append(jnp.exp(theta[:1]), theta[1:]) * unit[: theta.size]
 
 
-@jax.jit
-def _residual(
-    theta: Array, t: Array, measured: Array, stress: Array, temperature: Array, initial: Array, weight: Array, unit: Array
-) -> Array:  # fmt: skip
-    """Weighted residuals (n,)."""
+def _thickness(theta: Array, inputs: tuple[Array, ...]) -> Array:
+    """Return the thickness (n,) at times, stresses, temperatures and initial thicknesses (n,)."""
+    t, stress, temperature, initial, unit = inputs
     *parameters, induction = to_si(theta, unit)
     since = jnp.maximum(t - induction, 0.0)
-    return weight * (GrowthKinetics(*parameters).thickness(since, stress, temperature, initial) - measured)
+    return GrowthKinetics(*parameters).thickness(since, stress, temperature, initial)
 
 
-class CurveInContact(NamedTuple):
-    """A growth curve that was measured in a contact under a load [N]; times and thicknesses (n,)."""
-
-    t: Array
-    thickness: Array
-    load: Array
-    temperature: Array
-    initial: Array
-
-
-@jax.jit
-def _residual_in(
-    theta: Array, contact: RubbedContact, curve: CurveInContact, weight: Array, unit: Array
-) -> Array:
-    """Return the weighted residuals (n,) of one curve in a contact."""
+def _thickness_in_contact(theta: Array, inputs: tuple) -> Array:
+    """Return the thickness (n,) of one curve in a ``RubbedContact``, with its load, temperature and initial thickness."""
+    contact, t, (load, temperature, initial), unit = inputs
     kinetics = GrowthKinetics(*to_si(theta[:4], unit))
-    given = {"load": curve.load, "temperature": curve.temperature, "initial": curve.initial}
-    return weight * (contact.thickness(kinetics, curve.t, **given) - curve.thickness)
-
-
-@jax.jit
-def _slopes_in(theta: Array, *given: Any) -> Array:
-    """Return the Jacobian (n, 4) of the residuals."""
-    return jax.jacfwd(lambda at: _residual_in(at, *given))(jnp.asarray(theta))
-
-
-@jax.jit
-def _slopes(theta: Array, *arrays: Array) -> Array:
-    """Return the Jacobian (n, 4) of the residuals."""
-    return jax.jacfwd(lambda at: _residual(at, *arrays))(jnp.asarray(theta))
+    return contact.thickness(kinetics, t, load=load, temperature=temperature, initial=initial)
 
 
 # The figure of a growth fit: thickness over time of every curve with the fit, residuals and parameters.

@@ -27,9 +27,9 @@ from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.result import Fit, plain
 from fitting.inference.verdict import Sample, Solved, settled
 from fitting.models import adhesive_contact, halfspace, thin_layer
-from fitting.models.coordinates import NUISANCES, Space
 from fitting.models.halfspace import Curve
 from fitting.models.history import merge
+from fitting.models.parameters import NUISANCES, Parameters
 from fitting.models.structure import Sought, Volume, structure_of
 from fitting.models.thin_layer import ThinLayer
 from fitting.search import layered, nonlinear
@@ -79,7 +79,7 @@ def search_half_space(press: IndentationProblem) -> Found:
         _half_space_notes(best, press, kind),
         functools.partial(_half_space_moves, press, best, curve, kind),
     )
-    residual = functools.partial(_residual_at, press.space, curve, kind, whole.size)
+    residual = functools.partial(_residual_at, curve, kind, whole.size)
     found = Found(press, best, objective, notes, moves, Medium(press.pressing.thickness), residual)
     if not press.pressing.adhesion:
         return found
@@ -87,15 +87,15 @@ def search_half_space(press: IndentationProblem) -> Found:
     return _stuck(found._replace(slow=slow), curve, kind)
 
 
-def _residual_at(space: Space, curve: Curve, kind: str, n: int, theta: Any) -> Any:
+def _residual_at(curve: Curve, kind: str, n: int, theta: Any) -> Any:
     """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
-    return halfspace.evaluate(space.point(theta), curve, kind=kind)[:n]
+    return halfspace.evaluate(theta, curve, kind=kind)[:n]
 
 
 def _stuck(found: Found, curve: Curve, kind: str) -> Found:
     """Return the result with the notes and reasons for rejection that concern adhesion."""
     press = found.press
-    scaled = halfspace.sticky_area(press.space.point(found.best.theta), curve, kind)
+    scaled = halfspace.sticky_area(found.best.theta, curve, kind)
     alpha, creep = (np.asarray(part)[: press.t.size] for part in scaled)
     radius = float(press.pressing.indenter.radius)
     widest = float(np.sqrt(radius * press.units.depth * alpha.max()))
@@ -123,7 +123,7 @@ def _objective(
 
     @functools.lru_cache(maxsize=2)
     def linear(theta: bytes) -> list[np.ndarray]:
-        both = halfspace.linear(space.point(np.frombuffer(theta)), space.free, curve, kind=kind)
+        both = halfspace.linear(np.frombuffer(theta), space.free, curve, kind=kind)
         return [np.asarray(part)[:n] for part in both]
 
     return Objective(
@@ -141,7 +141,7 @@ def _curve(press: IndentationProblem, points: np.ndarray, knots: np.ndarray, val
     weights = nonlinear.without_weight(press.weights[points])
     return Curve(
         t, load, depth, weights, basis, press.extra, press.bulk, press.probe.power, int(np.argmax(depth)),
-        press.pull, layer=press.layer,
+        press.pull, layer=press.layer, rates=press.rates,
     )  # fmt: skip
 
 
@@ -188,7 +188,7 @@ def _half_space_moves(
         alone = np.where(space.logarithmic, 1.0, best.theta) * space.material / press.sought.volume.share
         found = alone if name == "nu" else np.zeros(best.theta.size)
         return found if press.layer is None else found + _layer_moves(press, best, curve, kind, name)
-    slope = np.asarray(halfspace.bulk_slope(space.point(best.theta), curve, kind))[: press.t.size]
+    slope = np.asarray(halfspace.bulk_slope(best.theta, curve, kind))[: press.t.size]
     return moved(best, space.free, slope * press.units.compliance)
 
 
@@ -202,7 +202,7 @@ def _layer_moves(press: IndentationProblem, best: Best, curve: Curve, kind: str,
         return found._replace(scale=found.scale * depth**found.power)
 
     change = jax.jvp(layer, (held[name],), (1.0,))[1]
-    slope = np.asarray(halfspace.layer_slope(press.space.point(best.theta), curve, change, kind))
+    slope = np.asarray(halfspace.layer_slope(best.theta, curve, change, kind))
     return moved(best, press.space.free, slope[: press.t.size])
 
 
@@ -305,7 +305,7 @@ def _layered_notes(press: IndentationProblem, film: FilmTest, best: Best, fitted
     notes, few = [], int(np.sum(fitted & ~press.kept))
     if few:
         notes.append(f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across")
-    strain = float(np.max(layered.evaluate(press.space.point(best.theta), film)[3]))
+    strain = float(np.max(layered.evaluate(best.theta, film)[3]))
     if strain > STRAIN:
         notes.append(
             f"the strain of the top layer reaches {told_apart(strain, STRAIN)}: beyond {STRAIN:g} linear theory is doubtful"
@@ -338,10 +338,9 @@ def _elastic(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, n
 
 def _minimise(press: IndentationProblem, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
     """Minimise from theta with a loose tolerance on RSS, because each evaluation is expensive."""
-    at = press.space.point
     objective = Objective(
-        lambda theta: layered.evaluate(at(theta), film)[0],
-        lambda theta, free: layered.slopes(at(theta), free, film),
+        lambda theta: layered.evaluate(theta, film)[0],
+        lambda theta, free: layered.slopes(theta, free, film),
         *press.space.bounds, ftol=1e-5, close=1e-2,
     )  # fmt: skip
     return minimise(objective, theta), objective
@@ -359,7 +358,7 @@ def _resolved(
     while True:
         film = layered.scene(press, coating, mesh)
         best, objective = _minimise(press, film, theta)
-        statuses = np.asarray(layered.evaluate(press.space.point(best.theta), film)[1])
+        statuses = np.asarray(layered.evaluate(best.theta, film)[1])
         failed = [code for code in PRECEDENCE[:-1] if code in statuses and code != jc.Status.TOO_COARSE]
         status = failed[0] if failed else jc.Status.FINE
         if status == jc.Status.AT_EDGE and chosen:
@@ -379,7 +378,7 @@ def _coarse_left_out(
     press: IndentationProblem, film: FilmTest, theta: np.ndarray, mesh: Mesh
 ) -> IndentationProblem:
     """Return the test without the samples at which the contact at theta is fewer than ``ACROSS`` cells across."""
-    _, statuses, radius, _ = layered.evaluate(press.space.point(theta), film)
+    _, statuses, radius, _ = layered.evaluate(theta, film)
     few = 2.0 * np.asarray(radius) < ACROSS * mesh.width / mesh.cells
     kept = press.kept & ~_touching(film, few | (np.asarray(statuses) == jc.Status.TOO_COARSE))
     if kept.sum() < max(LEAST_POINTS, press.space.free.size + 1):
@@ -414,7 +413,7 @@ def _corrected(press: IndentationProblem, scene: Scene, best: Best, mesh: Mesh, 
 
     The finer mesh has ``finer`` times the cells and three times the steps.
     """
-    point, coarse = press.space.point(best.theta), scene(mesh)
+    point, coarse = best.theta, scene(mesh)
     fine = scene(mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER))
     bare = {"weights": np.ones(press.t.size), "response": np.zeros(press.t.size)}
     response = lambda film: layered.evaluate(point, film._replace(**bare))[0]
@@ -423,7 +422,7 @@ def _corrected(press: IndentationProblem, scene: Scene, best: Best, mesh: Mesh, 
 
 def _layered_moves(press: IndentationProblem, best: Best, film: FilmTest, name: str) -> np.ndarray:
     """Return d theta/d nuisance at the optimum, (m,)."""
-    slope = layered.nuisance_slope(press.space.point(best.theta), film, name=name)
+    slope = layered.nuisance_slope(best.theta, film, name=name)
     return moved(best, press.space.free, np.asarray(slope))
 
 
@@ -734,7 +733,9 @@ def _slow(found: Found) -> dict[str, float]:
     return {name: float(value) for name, value in space.structure.parameters(values).items()}
 
 
-def _nuisances(space: Space, theta: np.ndarray, ends: np.ndarray) -> dict[str, tuple[float, float, float]]:
+def _nuisances(
+    space: Parameters, theta: np.ndarray, ends: np.ndarray
+) -> dict[str, tuple[float, float, float]]:
     """Return {name: (value, low, high)} in SI units of the nuisance parameters that were fitted."""
     low, high = ends.T
     rows = np.stack([space.to_si(vector) for vector in (theta, low, high)], -1)

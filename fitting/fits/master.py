@@ -18,8 +18,8 @@ from fitting.fits.growth import BOLTZMANN
 from fitting.inference import noise
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Assessment, Sample, Solved
-from fitting.models.search_space import ParameterSpace
+from fitting.inference.verdict import Sample
+from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear, profiles
 from fitting.search.nonlinear import Best, Objective, linear_sd
@@ -252,17 +252,13 @@ class Shifting:
         m = self.sweeps.temperature.size - 1
         return len(self.structure.where), m if self.vertical else 0, self.sweeps.parts * (self.intervals + 3)
 
-    def space(self) -> ParameterSpace:
+    def space(self) -> Parameters:
         """Return the search space about the start."""
         structure, (k, v, c) = self.structure, self.count
         own = self._law_box() if self.law else self._factor_box()
         free = np.tile([-np.inf, np.inf], (v + c, 1))
-        lower, upper = np.concatenate([own, free]).T
         first = np.arange(k + v + c) < k
-        return ParameterSpace(
-            structure=structure, lower=lower, upper=upper, unit=np.ones(lower.size), logarithmic=first, material=first,
-            names=(*structure.where, *[""] * (v + c)), open=np.stack([first, first], -1),
-        )  # fmt: skip
+        return Parameters.of(structure, np.concatenate([own, free]), logarithmic=first, material=first)
 
     def _factor_box(self) -> np.ndarray:
         """Bounds (m - 1, 2) of ln a_T within which a curve keeps its neighbours."""
@@ -429,15 +425,6 @@ SIMILAR = (
 NEGLIGIBLE = 1e-6  # likewise, below which a difference is rounding or the flexibility of the spline
 STRAYED = 0.05  # probability above which a deviation from a law counts as chance in the intervals
 WITHIN = 0.5  # rms deviation from a law [K] that the temperature control of a rheometer leaves
-
-
-class MasterSample(Sample):
-    """The points of all curves, of which ``apart`` and ``off_law`` judge the trends in place of the common tests."""
-
-    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
-        """Return the evidence without reasons for rejection."""
-        found = super().assess(solved, p, level)
-        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
 
 
 def apart(shifting: Shifting, theta: np.ndarray) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -921,7 +908,8 @@ def _superposed(
         shifting = dataclasses.replace(shifting, start=shifting.shifts(first.theta)[0]).resolved()
     sweeps = shifting.sweeps
     curve = ("ln |G*|, phase" if sweeps.parts > 1 else "ln G", "-", sweeps.x, sweeps.y)
-    sample = MasterSample.of(curve, np.ones(sweeps.y.size), LABEL, 2 * sweeps.block + sweeps.part)
+    series = 2 * sweeps.block + sweeps.part
+    sample = Sample.of(curve, np.ones(sweeps.y.size), LABEL, series, own_trends=True)
     table = shifting.table or dict.fromkeys(shifting.structure.where, (0.0, math.inf))
     sought, duration = Sought(shifting.structure, table, None), float(np.exp(-sweeps.x.min()))
     problem = FitProblem(curves, sought, shifting.space(), sample, duration, level)

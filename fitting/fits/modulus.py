@@ -9,7 +9,6 @@ Neither is linear in the compliances, so the fit begins from several retardation
 """
 
 import dataclasses
-import functools
 import itertools
 import math
 from collections.abc import Iterable
@@ -31,8 +30,8 @@ from fitting.inference import noise
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit
 from fitting.inference.verdict import Sample, Solved
-from fitting.models.coordinates import NUISANCES, Coordinates, Space
 from fitting.models.halfspace import relaxation_modes
+from fitting.models.parameters import NUISANCES, Parameters, spectrum
 from fitting.models.structure import Sought, Structure, structure_of
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
@@ -318,13 +317,16 @@ def _fit(data: Any, weighted: tuple[str, Sample, float], sought: Sought, level: 
     space = material_space(sought, unit, duration, first)
     problem = FitProblem(data, sought, space, sample, duration, level)
     scaled = sample.t / duration if kind == "relaxation" else sample.t * duration
-    of = lambda weights: _objective(kind, space, scaled, sample.measured * unit, weights / unit)
+    tau = sought.structure.tau
+    rates = None if tau is None else duration / tau
+    of = lambda weights: _objective(kind, space, rates, scaled, sample.measured * unit, weights / unit)
     few = None
     if kind == "relaxation" and scaled.size > MANY:  # evenly over the logarithm of time, and over the points
         n = scaled.size
         near = np.searchsorted(sample.t, np.geomspace(known.min(), known.max(), MANY // 2))
         some = np.unique(np.append(np.linspace(0, n - 1, MANY // 2).astype(int), np.minimum(near, n - 1)))
-        few = _objective(kind, space, scaled[some], sample.measured[some] * unit, sample.weights[some] / unit)
+        some_measured, some_weights = sample.measured[some] * unit, sample.weights[some] / unit
+        few = _objective(kind, space, rates, scaled[some], some_measured, some_weights)
     solved = least_squares(problem, of, starts(space, itertools.product(start_times(first), SHARES)), few)
     best, objective = solved.whole
     landscape = space.landscape(best.theta, objective.residual)
@@ -345,8 +347,8 @@ def _fit_law(data: Any, sample: Sample, duration: float, sought: Sought, level: 
     assert isinstance(law, Law)
     problem = FitProblem(data, sought, space, sample, duration, level)
     solved = least_squares(problem, lambda w: scaled.objective(space, w * unit), scaled.starts(law))
-    best, _ = solved.whole
-    landscape = scaled.landscape(space, best.theta, solved.weights * unit)
+    best, objective = solved.whole
+    landscape = space.landscape(best.theta, objective.residual, relative=True)
     notes = (*law.notes, *alike(data, solved))
     found = conclude(problem, solved._replace(notes=notes, landscape=landscape))
     return found.fit(ModulusFit, starts=(best.starts, best.agreed))
@@ -405,19 +407,18 @@ def start_times(first: float) -> np.ndarray:
     return np.geomspace(shortest, LONGEST, count)
 
 
-def material_space(sought: Sought, unit: float, duration: float, first: float) -> Space:
+def material_space(sought: Sought, unit: float, duration: float, first: float) -> Parameters:
     """Return the search space of the material parameters alone, in units of compliance [1/Pa] and time [s].
 
     first: the first time over the duration, with which the range of the rates increases.
     """
     units = sought.structure.units(unit, duration)
     box = np.concatenate([sought.structure.box(sought.table) / units[:, None], np.zeros((len(NUISANCES), 2))])
-    return Space.of(
-        sought.structure, box, np.append(units, np.ones(len(NUISANCES))), duration, decades=-math.log(first)
-    )
+    units = np.append(units, np.ones(len(NUISANCES)))
+    return Parameters.of_compliances(sought.structure, box, units, decades=-math.log(first))
 
 
-def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarray]:
+def starts(space: Parameters, pairs: Iterable[tuple[float, float]]) -> list[np.ndarray]:
     """Return starting coordinates from pairs of tau over the duration and the retarded fraction; for a series, equal
     compliances."""
     structure = space.structure
@@ -429,36 +430,25 @@ def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarra
     return [space.near(np.array([1.0, share, 1.0 - share, share / tau]), LEAST) for tau, share in pairs]
 
 
-def _objective(kind: str, space: Space, x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Objective:
-    """Return the least-squares objective of scaled data, which are padded internally."""
-    arrays = nonlinear.repeated(x), nonlinear.repeated(y), nonlinear.without_weight(weight)
-    given = space, arrays, kind, x.size
-    return Objective(
-        functools.partial(_residual_at, *given),
-        functools.partial(_slopes_at, *given),
-        *space.bounds,
-        floor=1e-26 * float(np.sum((weight * y) ** 2)),
-    )
+def _objective(
+    kind: str, space: Parameters, rates: np.ndarray | None, x: np.ndarray, y: np.ndarray, weight: np.ndarray
+) -> Objective:
+    """Return the least-squares objective of scaled data, which are padded internally; rates (k,): of given times."""
+    inputs, measured = (nonlinear.repeated(x), rates), nonlinear.repeated(y)
+    padded, points = nonlinear.without_weight(weight), slice(x.size)
+    return Objective.of(modulus_of, inputs, measured, padded, space, points=points, static=(kind,))
 
 
-def _residual_at(space: Space, arrays: tuple, kind: str, n: int, theta: Any) -> Array:
-    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
-    return _evaluate(space.point(theta), *arrays, kind)[:n]
-
-
-def _slopes_at(space: Space, arrays: tuple, kind: str, n: int, theta: Any, free: Any) -> Array:
-    """Return the Jacobian (n, k) of these residuals."""
-    return _slopes(space.point(theta), free, *arrays, kind)[:n]
-
-
-def residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
-    """Return the weighted residuals (n,) of one kind of test at scaled times or frequencies x (n,)."""
-    c = point.compliances()
+def modulus_of(theta: Array, inputs: tuple[Array, Array | None], kind: str) -> Array:
+    """Return the scaled response (n,) of one kind of test at scaled times or frequencies x (n,); inputs: x, and the rates
+    of a series with given times."""
+    x, rates = inputs
+    c = spectrum(theta, rates)
     if kind == "relaxation":
-        return weight * (_relaxed_modulus(c, x) - y)
+        return _relaxed_modulus(c, x)
     model = _complex_modulus(c, x)
     second = jnp.arange(x.size) >= jnp.argmax(jnp.append(jnp.diff(x) < 0, True)) + 1
-    return weight * (jnp.where(second, model.imag, model.real) - y)
+    return jnp.where(second, model.imag, model.real)
 
 
 @jax.jit
@@ -473,16 +463,3 @@ def _complex_modulus(c: Any, omega: Array) -> Array:
     """Return G' + i G'' at angular frequencies omega of any shape."""
     delayed = jnp.sum(c.amplitudes / (1.0 + 1j * omega[..., None] / c.rates), -1)
     return 1.0 / (c.instantaneous + delayed + c.fluidity / (1j * omega))
-
-
-@functools.partial(jax.jit, static_argnames="kind")
-def _evaluate(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
-    """Return the weighted residuals (n,)."""
-    return residual(point, x, y, weight, kind)
-
-
-@functools.partial(jax.jit, static_argnames="kind")
-def _slopes(point: Coordinates, free: Array, x: Array, y: Array, weight: Array, kind: str) -> Array:
-    """Return the Jacobian (n, k) of the residuals with respect to the coordinates at the places ``free`` (k,)."""
-    some = lambda values: residual(point.moved(free, values), x, y, weight, kind)
-    return jax.jacfwd(some)(point.vector()[free])

@@ -17,8 +17,8 @@ from fitting.fits.force import Deviation
 from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Assessment, Solved
-from fitting.models.search_space import ParameterSpace
+from fitting.inference.verdict import Solved
+from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.models.thin_layer import Base, contact_factors
 from fitting.search import nonlinear
@@ -159,15 +159,6 @@ class ElasticFilm(ParameterList):
         return jc.Elastic(values["G"], self.nu if volume is None else volume.value)
 
 
-class StiffnessSample(verdict.Sample):
-    """The points of a stiffness curve, whose trends ``deviation`` judges in place of the common tests."""
-
-    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
-        """Return the evidence without reasons for rejection."""
-        found = super().assess(solved, p, level)
-        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
-
-
 class StiffnessProblem(NamedTuple):
     """Measured stiffness (n,) [N/m], the body, the tip and the parameters.
 
@@ -177,7 +168,7 @@ class StiffnessProblem(NamedTuple):
     stiffness: np.ndarray
     body: Coated
     tip: Tip
-    sample: StiffnessSample
+    sample: verdict.Sample
     structure: ParameterList
     start: float
 
@@ -188,7 +179,8 @@ class StiffnessProblem(NamedTuple):
         """Return the problem; ValueError on two choices of weights."""
         sigma = data.sigma if weights is None and sigma is None else sigma
         weight, label = choose_weights(data.depth, data.stiffness, weights, sigma)
-        sample = StiffnessSample.of(("stiffness", "N/m", data.depth, data.stiffness), weight, label)
+        curve = ("stiffness", "N/m", data.depth, data.stiffness)
+        sample = verdict.Sample.of(curve, weight, label, own_trends=True)
         units = {"G": "Pa"} | ({"thickness": "m"} if body.base is not None else {})
         structure = dataclasses.replace(ElasticFilm.of(jc.Elastic, units), nu=body.nu)
         half = body._replace(base=None)
@@ -197,7 +189,7 @@ class StiffnessProblem(NamedTuple):
         soft = 1.0 / max(1.0 / rigid - body.tip / (1.0 - body.nu), 0.02 / rigid)
         return cls(data.stiffness, body, tip, sample, structure, float(soft))
 
-    def space(self, table: dict[str, tuple[float, float]]) -> ParameterSpace:
+    def space(self, table: dict[str, tuple[float, float]]) -> Parameters:
         """Return the box of the search for log G and log thickness."""
         middle = [self.start, float(self.tip.radii.max())][: len(table)]
         rows = []
@@ -208,11 +200,9 @@ class StiffnessProblem(NamedTuple):
                 ends = np.log([low, high])
             reach = (-REACH, REACH) if name == "G" else (-math.log(0.5 * WIDEST), REACH)
             rows.append(ends - unit if low == high else np.clip(ends - unit, *reach))
-        return ParameterSpace.of(
-            self.structure, np.array(rows), np.ones(len(rows), dtype=bool), np.array(middle)
-        )
+        return Parameters.of(self.structure, rows, unit=np.array(middle), logarithmic=True)
 
-    def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
+    def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
         """Return the least-squares objective for weights (n,) [m/N]."""
 
         @functools.lru_cache(maxsize=4)
@@ -230,7 +220,7 @@ class StiffnessProblem(NamedTuple):
             floor=1e-26 * float(np.sum((weights * self.stiffness) ** 2)),
         )
 
-    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
+    def starts(self, space: Parameters) -> list[np.ndarray]:
         """Return coordinates: the modulus of a half-space and several thicknesses."""
         low, high = space.bounds
         if low.size == 1 or low[1] == high[1]:
@@ -248,8 +238,8 @@ def deviation(
 ) -> Deviation:
     """Return the systematic deviation of the points from the model; of: objective of weights (n,)."""
     nothing = np.zeros(solved.theta.size)
-    found = verdict.Sample.assess(problem.sample, solved, problem.p, problem.level).evidence
-    if not found.refused:
+    common = problem.sample._replace(own_trends=False)
+    if not common.assess(solved, problem.p, problem.level).evidence.refused:
         return Deviation(nothing, (), ())
     depth, measured = problem.sample.t, problem.sample.measured
     deep = depth > np.median(depth)

@@ -4,13 +4,11 @@ The intervals are profile likelihoods in which the error scale of each test is h
 """
 
 import dataclasses
-import functools
 import itertools
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -25,8 +23,8 @@ from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.noise import basis, lag_one, within
 from fitting.inference.result import Fit
 from fitting.inference.verdict import Assessment, Curve, Sample, Solved
-from fitting.models.coordinates import Coordinates, Space
 from fitting.models.history import Step, columns, merge
+from fitting.models.parameters import Parameters, spectrum
 from fitting.models.structure import Sought, Structure, structure_of
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Best, Objective
@@ -73,11 +71,13 @@ class Part(NamedTuple):
 class Tests(NamedTuple):
     """Several tests that are fitted together, with weights divided by the error scales ``errors`` (k,) of the tests.
 
-    This is the sample of a joint fit. As one curve the tests follow one another, each divided by its unit.
+    This is the sample of a joint fit. As one curve the tests follow one another, each divided by its unit. rates (k,):
+    scaled 1/tau_i of a series with given times, else None.
     """
 
     parts: tuple[Part, ...]
     errors: np.ndarray
+    rates: np.ndarray | None
 
     @property
     def least_count(self) -> int:
@@ -134,7 +134,7 @@ class Tests(NamedTuple):
         """Return the tests with their error scales multiplied by factors (k,)."""
         rows = zip(self.parts, factors, strict=True)
         parts = tuple(part.with_weights(part.sample.weights / factor) for part, factor in rows)
-        return Tests(parts, self.errors * factors)
+        return self._replace(parts=parts, errors=self.errors * factors)
 
     def reweighed(self, solved: Solved, p: int) -> "Tests":
         """Return the tests with weights that follow from the solution."""
@@ -186,7 +186,7 @@ class Tests(NamedTuple):
         return Sample.of(self.curve(solved.kept), np.concatenate(weight), "", np.concatenate(blocks))
 
 
-def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Tests, Solved]:
+def search(space: Parameters, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Tests, Solved]:
     """Return the least-squares solution from several starts, alternating with the error scales and the weights
     that follow from it."""
     first = nonlinear.minimise_from(_objective(space, tests), starts)
@@ -202,7 +202,7 @@ def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Te
     return tests, solution(objective, best, solved.weights)
 
 
-def _turns(space: Space, tests: Tests, best: Best) -> tuple[Tests, Solved]:
+def _turns(space: Parameters, tests: Tests, best: Best) -> tuple[Tests, Solved]:
     """Alternate the least-squares solution and the error scales of the tests until the scales have converged."""
     sizes = np.array([part.sample.t.size for part in tests.parts])
     dof = sizes * (1.0 - space.free.size / sizes.sum())
@@ -217,56 +217,33 @@ def _turns(space: Space, tests: Tests, best: Best) -> tuple[Tests, Solved]:
     return tests, solution(objective, best, np.concatenate([part.sample.weights for part in tests.parts]))
 
 
-def _objective(space: Space, tests: Tests) -> Objective:
+def _objective(space: Parameters, tests: Tests) -> Objective:
     """Return the least-squares objective of all tests, each divided by its error scale."""
-    arrays = tuple(part.arrays for part in tests.parts)
-    kinds, sizes = zip(*((part.kind, part.sample.t.size) for part in tests.parts), strict=True)
-    given = space, arrays, kinds, sizes
-    return Objective(
-        functools.partial(_residual_at, *given),
-        functools.partial(_slopes_at, *given),
-        *space.bounds, floor=1e-26 * sum(float(np.sum((y * w) ** 2)) for _, y, w in arrays),
+    xs, measured, weights = zip(*(part.arrays for part in tests.parts), strict=True)
+    begins = np.cumsum([0, *(y.size for y in measured)])
+    points = np.concatenate(
+        [k + np.arange(part.sample.t.size) for k, part in zip(begins, tests.parts, strict=False)]
+    )
+    return Objective.of(
+        _responses, (xs, tests.rates), np.concatenate(measured), np.concatenate(weights), space, points=points,
+        static=(tuple(part.kind for part in tests.parts),),
     )  # fmt: skip
 
 
-def _residual_at(space: Space, arrays: tuple, kinds: tuple, sizes: tuple, theta: Any) -> Array:
-    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
-    return _evaluate(space.point(theta), arrays, kinds, sizes)
-
-
-def _slopes_at(space: Space, arrays: tuple, kinds: tuple, sizes: tuple, theta: Any, free: Any) -> Array:
-    """Return the Jacobian (n, k) of these residuals."""
-    return _slopes(space.point(theta), free, arrays, kinds, sizes)
-
-
-def _residual(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]) -> Array:
-    """Return the weighted residuals (n,) of all tests."""
-    each = []
-    for (x, y, weight), kind, size in zip(arrays, kinds, sizes, strict=True):
+def _responses(theta: Array, inputs: tuple[tuple, Array | None], kinds: tuple[str, ...]) -> Array:
+    """Return the scaled responses (n,) of all tests one after the other, padded; inputs: their abscissae, and the rates of
+    a series with given times."""
+    each, (xs, rates) = [], inputs
+    for x, kind in zip(xs, kinds, strict=True):
         if kind == "creep":
-            c = point.compliances()
-            parts = jnp.concatenate(
-                [jnp.stack([c.instantaneous]), c.amplitudes, jnp.stack([jnp.asarray(c.fluidity)])]
+            c = spectrum(theta, rates)
+            flow = jnp.asarray(c.fluidity)
+            each.append(
+                columns(x, c.rates) @ jnp.concatenate([c.instantaneous[None], c.amplitudes, flow[None]])
             )
-            one = weight * (columns(x, c.rates) @ parts - y)
         else:
-            one = modulus.residual(point, x, y, weight, kind)
-        each.append(one[:size])
+            each.append(modulus.modulus_of(theta, (x, rates), kind))
     return jnp.concatenate(each)
-
-
-@functools.partial(jax.jit, static_argnames=("kinds", "sizes"))
-def _evaluate(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]) -> Array:
-    return _residual(point, arrays, kinds, sizes)
-
-
-@functools.partial(jax.jit, static_argnames=("kinds", "sizes"))
-def _slopes(
-    point: Coordinates, free: Array, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]
-) -> Array:
-    """Return the Jacobian (n, k) of the residuals with respect to the coordinates at the places ``free`` (k,)."""
-    some = lambda values: _residual(point.moved(free, values), arrays, kinds, sizes)
-    return jax.jacfwd(some)(point.vector()[free])
 
 
 OFFSET = 2.0  # mean residual of a test over the scatter of its points, above which the tests disagree
@@ -360,7 +337,8 @@ def fit_together(
     duration, unit = max(map(_duration, data)), _compliance(data[0])
     first = _first(data) / duration
     space = modulus.material_space(sought, unit, duration, first)
-    tests = Tests(tuple(_part(one, unit, duration) for one in data), np.ones(len(data)))
+    rates = None if structure.tau is None else duration / structure.tau
+    tests = Tests(tuple(_part(one, unit, duration) for one in data), np.ones(len(data)), rates)
     problem = FitProblem(data, sought, space, tests, duration, level)
     starts = modulus.starts(space, itertools.product(_taus(first), SHARES))
     tests, solved = search(space, tests, starts)

@@ -15,7 +15,7 @@ from scipy import special
 
 from fitting.inference import noise
 from fitting.inference.noise import BEYOND_CHANCE, RHO, Noise, basis, lag_one, two_sided, within
-from fitting.models.search_space import Landscape
+from fitting.models.parameters import Landscape
 
 TREND = 5e-3  # probability of a trend, or of systematic residuals, in a series of white noise
 LARGE = 200  # points above which the distribution of the Durbin-Watson statistic is normal
@@ -276,7 +276,8 @@ class Sample(NamedTuple):
     name, unit: of the measured quantity; t (n,) [s], or another abscissa in its unit; measured (n,); weights (n,)
     [1/unit of measured], 0 for a point that is not fitted, and their label; blocks (n,): integers, equal for points of
     one series; final: whether the weights are used unchanged; paired: whether the second half of the values are the
-    imaginary parts of the first.
+    imaginary parts of the first; own_trends: whether the fit judges the trends of the residuals itself, by their size, in
+    place of the common tests.
     """
 
     name: str
@@ -288,14 +289,16 @@ class Sample(NamedTuple):
     blocks: np.ndarray
     final: bool = False
     paired: bool = False
+    own_trends: bool = False
 
     @classmethod
     def of(
-        cls, curve: Curve, weights: np.ndarray, label: str, blocks: np.ndarray | None = None, paired: bool = False
+        cls, curve: Curve, weights: np.ndarray, label: str, blocks: np.ndarray | None = None, paired: bool = False,
+        own_trends: bool = False,
     ) -> "Sample":  # fmt: skip
         """Return the sample of a curve (name, unit, t, measured), one series unless blocks (n,) are given."""
         blocks = np.zeros(weights.size, dtype=int) if blocks is None else blocks
-        return cls(*curve, weights, label, blocks, paired=paired)
+        return cls(*curve, weights, label, blocks, paired=paired, own_trends=own_trends)
 
     @property
     def abscissa(self) -> tuple[str, str]:
@@ -653,7 +656,7 @@ def _weigh(
     # deviations that stay within the stated error and have a trend are no evidence against the model
     real = sample.real(residuals, p) and not (found.known and rss <= 0.5 * dof)
     misfit = bool(real and found.lag1 > BEYOND_CHANCE / math.sqrt(n))
-    matters = real and rss > NEGLIGIBLE * sample.size
+    matters = real and rss > NEGLIGIBLE * sample.size and not sample.own_trends
     # the tests see the residuals without the factors of runs, each run as a series of its own
     level_residuals, order, blocks = residuals, np.arange(n), sample.blocks
     if found.runs is not None:
