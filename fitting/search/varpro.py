@@ -68,6 +68,12 @@ class TauSearch(NamedTuple):
     origin: Array
 
     @property
+    def free(self) -> np.ndarray:
+        """Places (k,) of the fitted compliances among (j0, j2, f, j2/tau)."""
+        lower, upper = self.limits
+        return np.flatnonzero(np.asarray(lower) < np.asarray(upper))
+
+    @property
     def limits(self) -> tuple[Array, Array]:
         """Bounds of (j0, j2, f, j2/tau), (4,) each."""
         return jnp.append(self.lower, self.ratio[0]), jnp.append(self.upper, self.ratio[1])
