@@ -305,7 +305,8 @@ def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray
     landscape = Landscape(residual, np.asarray(best.parts)[own], box[own], unit[own])
     found = conclude(problem, solved._replace(notes=notes, landscape=landscape))
 
-    # J0, slope0 = 1/eta1 + 1/eta2 and J at the last time, with their intervals; ends that are zero have errors of round-off.
+    # J0, slope0 = 1/eta1 + 1/eta2 and J at the last time, with their intervals; ends that are zero have errors of
+    # round-off.
     (j0, j2, f, ratio), tau = np.asarray(best.parts), float(best.tau)
     slopes = np.zeros((len(found.assessment.slopes), 4))
     slopes[:, free] = found.assessment.slopes

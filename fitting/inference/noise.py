@@ -242,8 +242,8 @@ class Calibration:
         """
         (n, k), true = self.Q.shape, np.arange(len(self.floors))
         spread, roots, (share, scale, at, _, rss, least, best), hats, own = self._simulated
-        # half widths, and distances of the estimates from the generalised least-squares ones with the true noise model, over
-        # the standard errors of the latter: (m, s, q) for s simulated data sets of each true a/b
+        # half widths, and distances of the estimates from the generalised least-squares ones with the true noise
+        # model, over the standard errors of the latter: (m, s, q) for s simulated data sets of each true a/b
         variance = np.einsum("kq,ijkl,lq->ijq", directions, spread, directions, optimize=True)
         half = mixture_half_width(share, scale[..., None] * variance[at], level, float(n - self.p), tabulated)
         error = np.stack([np.linalg.norm(np.linalg.solve(R.T, directions), axis=0) for R in roots])
@@ -465,8 +465,8 @@ def noise_model(
     n, rss, Q = residual.size, float(residual @ residual), basis(jacobian)
     likelihood = np.tile(np.where(RHO > 0.0, -np.inf, 0.0), (len(shapes), 1))  # white
     if real:
-        # the restricted log likelihood of every shape and RHO up to a constant, from the triangular factor of [Q, r]^T V^-1
-        # [Q, r]
+        # the restricted log likelihood of every shape and RHO up to a constant, from the triangular factor of [Q,
+        # r]^T V^-1 [Q, r]
         own = basis(jacobian[:, inside])
         k, unit = own.shape[1], math.sqrt(rss / n) or 1.0
         columns = np.column_stack([own, residual / unit])
@@ -511,8 +511,8 @@ def noise_model(
     floor = math.sqrt(float(share * scale @ floors[places[:, 0]] ** 2 / max(float(share @ scale), 1e-300)))
     variance = spread * (1.0 if known else scale[:, None, None])
     if sizes is not None:
-        # weights and variances that were fitted to the same residuals make both smaller, by two degrees of freedom for
-        # each parameter of the change to leading order
+        # weights and variances that were fitted to the same residuals make both smaller, by two degrees of freedom
+        # for each parameter of the change to leading order
         variance = variance / max(1.0 - 2.0 * (DEGREE + 1) / max(n - p, 1), 0.5)
     level, same = residual if sizes is None else residual / shapes[0], within(blocks)
     after = lag_one((level[1:] - rho * level[:-1])[same], blocks[1:][same])  # AR(1) noise is subtracted

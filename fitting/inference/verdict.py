@@ -343,8 +343,8 @@ class Sample(NamedTuple):
             real = rss > 0.5 * dof
             found = noise.noise_model(*given, True, real)
         if real and not self.final:
-            # changes along the curve, beyond those that follow from the fitted values: of the estimated error model, or of
-            # one of its two terms alone where that describes the residuals better
+            # changes along the curve, beyond those that follow from the fitted values: of the estimated error model,
+            # or of one of its two terms alone where that describes the residuals better
             size, best = float(np.max(np.abs(fitted))), None
             bases = (found.floor, FAINT * size, size / FAINT) if self.label == "estimated" else (None,)
             for floor in bases:
@@ -612,9 +612,9 @@ def assess(
         sizes = None if found.spreads is None else found.spreads[order]
         spanned = None if whole is None else whole[order]
         why = reasons(level_residuals[order], own[order], found, where, sizes, spanned)
-    # ... and too little of the data explained, in a fit of any kind: R2, or its counterpart with the weights of the points,
-    # is not positive, unless the model is a constant, which the tests for a trend judge; or the standard deviation of the
-    # points exceeds the fitted values, as quadratic means of weighted values.
+    # ... and too little of the data explained, in a fit of any kind: R2, or its counterpart with the weights of the
+    # points, is not positive, unless the model is a constant, which the tests for a trend judge; or the standard
+    # deviation of the points exceeds the fitted values, as quadratic means of weighted values.
     if real:
         few = []
         mean = float(np.sum(weights**2 * measured) / np.sum(weights**2))
@@ -670,8 +670,9 @@ def assess(
             f" {widening:.2g} and hold only if the model does"
         )
 
-    # AIC and BIC for Gaussian errors, up to a constant common to all models of the same data and weights: -2 log L is rss
-    # where sigma is known and n log(rss/n) otherwise, with one more parameter for it, and the log variances of the points.
+    # AIC and BIC for Gaussian errors, up to a constant common to all models of the same data and weights: -2 log L is
+    # rss where sigma is known and n log(rss/n) otherwise, with one more parameter for it, and the log variances of
+    # the points.
     likelihood = sample.spread() + (rss if known else n * math.log(max(rss, 1e-300) / n))
     count = p if known else p + 1
     evidence = Evidence(
