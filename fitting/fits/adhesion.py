@@ -48,8 +48,7 @@ from fitting.search import nonlinear
 from fitting.search.layered import Coating, march_times, polygon
 from fitting.search.nonlinear import Objective, inverse, minimise_from, moved
 from fitting.search.press import Instrument, indentation_weights
-from fitting.views import text
-from fitting.views.sheet import parameters, title
+from fitting.views import sheet, text
 from jaxcontact._support.prefixes import told_apart
 
 # Search of the fit of an adhesive force curve, approach and retraction, of an elastic half-space or film.
@@ -525,43 +524,6 @@ def _creeping_film_slopes(theta: Array, free: Array, weights: Array, run: Run, m
     return jnp.where(weights[:, None] > 0.0, weights[:, None] * slopes, 0.0)
 
 
-# Figure of the fit of an adhesive force curve: load over depth, residuals, parameters and verdict.
-
-
-def draw(fit: Any, path: Any) -> Any:
-    """Return a figure of an ``AdhesiveFit``; save it where a path is given."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.5, 6.5), layout="constrained")
-    title(figure, fit)
-    places = figure.add_gridspec(3, 1, height_ratios=(3, 1, 0.6))
-    top = figure.add_subplot(places[0])
-    bottom = figure.add_subplot(places[1], sharex=top)
-    data, kept = fit.data, fit.kept
-    depth, load = data.depth * 1e9, data.load * 1e9
-    top.axhline(0.0, color="0.8", linewidth=0.8)
-    top.plot(depth[~kept], load[~kept], ".", markersize=3, color="0.8", label="out of contact, not fitted")
-    for name, colour in (("approach", "C0"), ("hold", "C2"), ("retract", "C1")):
-        on = kept & (data.segments == name)
-        if on.any():
-            top.plot(depth[on], load[on], ".", markersize=3, color=colour, label=name)
-            bottom.plot(depth[on], -fit.residuals[on[kept]], ".", markersize=3, color=colour)
-    order = np.argsort(depth[kept])
-    top.plot(
-        depth[kept][order], 1e9 * fit.fitted[order], color="black", linewidth=1.0, label=fit.model.__name__
-    )
-    top.axhline(-1e9 * fit.pull_off[0], color="0.4", linewidth=0.8, linestyle="--", label="pull-off")
-    top.set(ylabel="load [nN]")
-    top.tick_params(labelbottom=False)
-    top.legend(fontsize="small")
-    bottom.axhline(0.0, color="0.4", linewidth=0.8)
-    bottom.set(xlabel="depth [nm]", ylabel=f"residual\n({fit.weights})")
-    parameters(figure.add_subplot(places[2]), fit)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
-
-
 Interval = tuple[float, float, float]
 
 TENSION = 0.02  # of the tension on a film, by which a curve of the solver at a Tabor number of 3 exceeded JKR
@@ -611,7 +573,26 @@ class AdhesiveFit(Fit):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of load over depth with the fit, and of the residuals; save it where a path is given."""
-        return draw(self, path)
+        data, kept = self.data, self.kept
+        depth, load = data.depth * 1e9, data.load * 1e9
+
+        def panel(top: Any, bottom: Any) -> None:
+            top.axhline(0.0, color="0.8", linewidth=0.8)
+            top.plot(
+                depth[~kept], load[~kept], ".", markersize=3, color="0.8", label="out of contact, not fitted"
+            )
+            for name, colour in (("approach", "C0"), ("hold", "C2"), ("retract", "C1")):
+                on = kept & (data.segments == name)
+                if on.any():
+                    top.plot(depth[on], load[on], ".", markersize=3, color=colour, label=name)
+                    bottom.plot(depth[on], -self.residuals[on[kept]], ".", markersize=3, color=colour)
+            order, label = np.argsort(depth[kept]), self.model.__name__
+            top.plot(depth[kept][order], 1e9 * self.fitted[order], color="black", linewidth=1.0, label=label)
+            top.axhline(-1e9 * self.pull_off[0], color="0.4", linewidth=0.8, linestyle="--", label="pull-off")
+            top.set(ylabel="load [nN]")
+            bottom.set(xlabel="depth [nm]", ylabel=f"residual\n({self.weights})")
+
+        return sheet.draw(self, path, panel)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with pull-off and work of separation, the Tabor number and what was held."""

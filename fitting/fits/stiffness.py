@@ -292,53 +292,6 @@ def _inverse(values: np.ndarray, logs: np.ndarray, at: float) -> float:
     return float(PchipInterpolator(values[known], logs[known])(at))
 
 
-# Figure of the fit of a contact stiffness: stiffness and modulus over depth, residuals and parameters.
-
-
-def draw(fit: Any, path: Any) -> Any:
-    """Return a Figure of a ``StiffnessFit``; saved where a path is given."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.0, 6.0), layout="constrained")
-    sheet.title(figure, fit)
-    places = figure.add_gridspec(3, 2, height_ratios=(3, 1, 0.5))
-    top, bottom = figure.add_subplot(places[0, 0]), figure.add_subplot(places[1, 0])
-    _, unit, depth, measured = fit.curve
-    top.plot(depth, measured, ".", markersize=3, color="0.4", label="data")
-    order = np.argsort(depth)
-    top.plot(depth[order], fit.fitted[order], label="model")
-    top.set_ylabel(f"contact stiffness [{unit}]")
-    top.tick_params(labelbottom=False)
-    top.legend()
-    bottom.plot(depth, 100.0 * (measured / fit.fitted - 1.0), ".", markersize=3, color="0.4")
-    bottom.axhline(0.0, color="0.4", linewidth=0.8)
-    bottom.set_ylabel("residual [%]")
-    _moduli(figure.add_subplot(places[:2, 1]), fit, depth)
-    for axes in (top, bottom):
-        sheet.axis_label(axes.xaxis, "depth", "m", depth)
-    top.set_xlabel("")
-    sheet.parameters(figure.add_subplot(places[2, :]), fit)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
-
-
-def _moduli(axes: Any, fit: Any, depth: np.ndarray) -> None:
-    """Plot the modulus of single depths, and that of the fit with its interval."""
-    if fit.thickness is not None:
-        axes.plot(depth, fit.apparent, ".", markersize=3, color="0.7", label="with the base")
-    axes.plot(depth, fit.moduli, ".", markersize=3, color="0.4", label="of single depths")
-    E, low, high = fit.youngs_modulus
-    axes.axhline(E, label="of all depths")
-    if np.isfinite(high):
-        axes.axhspan(low, high, alpha=0.3, label=f"{100 * fit.level:g} % interval")
-    top = 1.2 * np.nanmax([E, *fit.moduli, *fit.apparent])
-    axes.set_ylim(0.0, min(top, 5.0 * E))
-    sheet.axis_label(axes.xaxis, "depth", "m", depth)
-    sheet.axis_label(axes.yaxis, "Young's modulus", "Pa", np.array([E]))
-    axes.legend()
-
-
 CONTACTS = ("elastic", "oliver-pharr", "stated")
 LEAST = 5  # fewest points of a fit
 APART = 2.0  # factor from the modulus that the instrument states beyond which a fit is rejected
@@ -376,7 +329,32 @@ class StiffnessFit(Fit):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of stiffness and modulus over depth, and of the residuals; saved where a path is given."""
-        return draw(self, path)
+        _, unit, depth, measured = self.curve
+        E, low, high = self.youngs_modulus
+
+        def panel(top: Any, bottom: Any) -> None:
+            order = np.argsort(depth)
+            top.plot(depth, measured, ".", markersize=3, color="0.4", label="data")
+            top.plot(depth[order], self.fitted[order], label="model")
+            top.set_ylabel(f"contact stiffness [{unit}]")
+            bottom.plot(depth, 100.0 * (measured / self.fitted - 1.0), ".", markersize=3, color="0.4")
+            bottom.set_ylabel("residual [%]")
+            sheet.axis_label(bottom.xaxis, "depth", "m", depth)
+
+        def moduli(axes: Any) -> None:
+            """Plot the modulus of single depths, and that of the fit with its interval."""
+            if self.thickness is not None:
+                axes.plot(depth, self.apparent, ".", markersize=3, color="0.7", label="with the base")
+            axes.plot(depth, self.moduli, ".", markersize=3, color="0.4", label="of single depths")
+            axes.axhline(E, label="of all depths")
+            if np.isfinite(high):
+                axes.axhspan(low, high, alpha=0.3, label=f"{100 * self.level:g} % interval")
+            axes.set_ylim(0.0, min(1.2 * np.nanmax([E, *self.moduli, *self.apparent]), 5.0 * E))
+            sheet.axis_label(axes.xaxis, "depth", "m", depth)
+            sheet.axis_label(axes.yaxis, "Young's modulus", "Pa", np.array([E]))
+            axes.legend()
+
+        return sheet.draw(self, path, panel, (moduli,))
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with Young's modulus and the given quantities."""

@@ -116,9 +116,10 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     theta, own, free = solved.theta, space.material, space.free
     assessment = sample.assess(solved, problem.p, level)
     slopes, quality = assessment.slopes, assessment.evidence
+    own_trends = getattr(sample, "own_trends", False)
 
     # The ends of the intervals, and what the course of the searches says about them and about the optimum.
-    notes, against = list(solved.notes), [*quality.refused, *solved.against]
+    notes, against = list(solved.notes), list(solved.against)
     searched = solved.whole if isinstance(solved.whole, tuple) and isinstance(solved.whole[0], Best) else None
     before = searched[1].unfinished if searched else 0
     ends = solved.profile(assessment)
@@ -141,7 +142,9 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
             )
     if solved.left is not None:  # a systematic deviation, which the noise does not include
         ends = np.clip(ends + np.outer(solved.left, (-1.0, 1.0)), *(side[:, None] for side in space.bounds))
-    quality = dataclasses.replace(quality, refused=tuple(dict.fromkeys(against)))
+    # the meaning of a trend that the fit judges comes before what is common to all fits
+    why = [*against, *quality.refused] if own_trends else [*quality.refused, *against]
+    quality = dataclasses.replace(quality, refused=tuple(dict.fromkeys(why)))
 
     # Covariance of the values in SI. Standard deviations are increased by systematic deviations at equal correlations.
     J, varied = np.zeros((len(slopes), theta.size)), np.isin(np.arange(theta.size), free)

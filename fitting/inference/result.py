@@ -163,7 +163,7 @@ class Fit(Evidence):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of data, fit, band, residuals and verdict; save it where a path is given."""
-        return sheet.draw(self, path)
+        return sheet.draw_material(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers with the unit in every key, ready for JSON; an infinite number is None."""
