@@ -14,10 +14,10 @@ import jaxcontact as jc
 from fitting.data.contact import DEGREES, UNTIMED, Drag, baseline, find_drag, sample_noise, signs, smooth
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
-from fitting.inference import noise
+from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Sample, Solved
+from fitting.inference.verdict import Deviation, Sample, Solved
 from fitting.models import thin_layer
 from fitting.models.parameters import Parameters
 from fitting.models.structure import CLASSICAL, Sought
@@ -105,9 +105,10 @@ def _note(data: IndentationData) -> tuple[str, ...]:
 #
 #     force = G size d^p f(d)/(1 - nu) + baseline + tilt t,     d = max(depth - contact point, 0)
 #
-# size and p of the indenter are those of ``data/indentation.py``, and f is the factor of a thin layer (``thin_layer.py``),
-# 1 on a half-space. On an elastic base f depends on G as well; its series is linear in log G about a value of the
-# search, which is repeated until it stays. In scaled form G size/((1 - nu) load unit) depth unit^p = 1/J.
+# size and p of the indenter are those of ``data/indentation.py``, and f is the factor of a thin layer
+# (``thin_layer.py``), 1 on a half-space. On an elastic base f depends on G as well; its series is linear in log G
+# about a value of the search, which is repeated until it stays. In scaled form G size/((1 - nu) load unit) depth
+# unit^p = 1/J.
 
 
 PARTS = ("contact_point", "baseline", "tilt")  # coordinates after the two compliances
@@ -152,6 +153,7 @@ def unit_forces(points: Array, curve: ForceCurve) -> Array:
 # Preparation of a force curve, and the search for modulus, contact point and baseline.
 
 
+PICO = 1e12
 MOST = 1000  # largest number of points, or means of neighbours
 EDGE = 30.0  # bound of the logarithm of the scaled compliance
 TRIALS = 80  # trial contact points
@@ -479,114 +481,87 @@ def _scaled(approach: ApproachCurve, change: float, spring_constant: float) -> A
     return approach._replace(load=approach.load * (1.0 + change), depth=depth)
 
 
-# Judgement of a force curve: systematic deviations from the model, their size, and their meaning.
-#
-# A measured force curve of a real sample is never described to within its noise, so that a trend of the residuals
-# alone is no reason for a rejection. Where the common tests find one (``inference/verdict.py``), the modulus is
-# fitted again to the shallower half of the indentation. The intervals are widened by the change of the parameters,
-# and the fit is rejected if the modulus changes by more than ``CHANGE`` or the trend exceeds ``TREND`` of the largest
-# force.
+# Judgement of a force curve: its indentation and baseline, and systematic deviations from the model by their size.
+# The modulus is fitted again to the shallower half of the indentation (``inference/verdict.py``).
 
 
-CHANGE = 0.4  # of the logarithm of the modulus between half the depth and the whole
-TREND = 0.05  # of the largest force
-WINDOW = 0.05  # fraction of the points in a running mean of the residuals
+CHANGE = 0.4  # of the logarithm of the modulus between half the depth and the whole, beyond which a fit is rejected
+TREND = 0.05  # likewise, trend of the residuals over the largest force
 SEEN = 5.0  # least indentation force in standard deviations of the baseline
 SHORT = 0.02  # least baseline, as a fraction of the depth of the curve
 FEW = 8  # fewest points in contact
 HALF = 0.5  # of the largest depth
 
 
-class Deviation(NamedTuple):
-    """left (5,): change of the coordinates that the intervals must include; against: reasons for rejection; notes."""
-
-    left: np.ndarray
-    against: tuple[str, ...]
-    notes: tuple[str, ...]
-
-
 def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Deviation:
     """Return the systematic deviation of a solved force curve."""
-    nothing = np.zeros(solved.theta.size)
-    missing = _missing(force, solved)
-    if missing:
-        return Deviation(nothing, missing, ())
-    common = problem.sample._replace(own_trends=False)
-    if not common.assess(solved, problem.p, problem.level).evidence.refused:
-        return Deviation(nothing, (), ())
-    trend, softer = _trend(force, solved), _change(force, solved)
-    if softer is None:
-        return Deviation(nothing, ("too few points in contact to judge the trend of the residuals",), ())
-    size = f"a trend of {100 * trend:.1f} % of the largest force ({trend * force.units[0] * 1e12:.3g} pN)"
-    change = math.expm1(abs(softer[0]))
-    way = "falls" if softer[0] > 0 else "rises"
-    if trend > TREND or abs(softer[0]) > CHANGE:
-        why = f"the residuals have {size}, and the modulus {way} by {100 * change:.0f} % from half the depth to the whole"
-        return Deviation(np.abs(softer), (f"{why}: {_meaning(softer[0], force)}",), ())
-    note = (
-        f"the residuals have {size}; the intervals include the change of the modulus from half the depth to the whole,"
-        f" by which it {way} by {100 * change:.1f} %: {_meaning(softer[0], force)}"
-    )
-    return Deviation(np.abs(softer), (), (note,))
+    curve, theta, unit = force.curve, solved.theta, force.units[0]
+    depth, deviations = np.asarray(curve.depth), solved.residual / solved.weights / unit
+    nothing, outside = np.zeros(theta.size), depth < theta[2]
 
-
-def _missing(force: ForceProblem, solved: Solved) -> tuple[str, ...]:
-    """Return the reasons why a curve has no indentation, or no baseline."""
-    curve, theta = force.curve, solved.theta
-    outside = np.asarray(curve.depth) < theta[2]
+    # A curve without indentation or baseline determines nothing.
     if outside.sum() < max(5, SHORT * outside.size):
-        return (
-            f"the contact is among the first points ({int(outside.sum())} before it): the curve has no baseline, so that"
-            " the contact point is not determined",
+        return Deviation(
+            nothing,
+            (
+                f"the contact is among the first points ({int(outside.sum())} before it): the curve has no baseline, so that"
+                " the contact point is not determined",
+            ),
         )
     if (~outside).sum() < FEW:
-        return (f"no indentation: {int((~outside).sum())} points after the contact point",)
-    deviations = solved.residual / solved.weights / force.units[0]
-    noise = float(np.std(deviations[outside]))
+        return Deviation(
+            nothing, (f"no indentation: {int((~outside).sum())} points after the contact point",)
+        )
+    scatter = float(np.std(deviations[outside]))
     pushed = float(indentation_force(theta, curve.depth[-1] - theta[2], curve))
-    if pushed < SEEN * noise:
-        return (
-            f"no indentation: the force rises by {pushed * force.units[0] * 1e12:.3g} pN, the noise of the baseline is"
-            f" {noise * force.units[0] * 1e12:.3g} pN",
+    if pushed < SEEN * scatter:
+        return Deviation(
+            nothing,
+            (
+                f"no indentation: the force rises by {pushed * unit * PICO:.3g} pN, the noise of the baseline is"
+                f" {scatter * unit * PICO:.3g} pN",
+            ),
         )
-    return ()
 
+    def refits() -> list[np.ndarray | None]:
+        """Return the fit up to half the largest depth."""
+        some = depth - theta[2] <= HALF * (depth[-1] - theta[2])
+        if np.sum(some & (depth > theta[2])) < 5:
+            return [None]
+        objective = force.objective(np.where(some, solved.weights, 0.0))
+        return [nonlinear.minimise(objective, theta).theta]
 
-def _trend(force: ForceProblem, solved: Solved) -> float:
-    """Return the largest running mean of the residuals in contact over the largest force."""
-    deviations = solved.residual / solved.weights / force.units[0]
-    width = max(int(WINDOW * deviations.size), 3)
-    mean = np.convolve(deviations, np.ones(width) / width, mode="valid")
-    return float(np.max(np.abs(mean)))
-
-
-def _change(force: ForceProblem, solved: Solved) -> np.ndarray | None:
-    """Return the coordinates (5,) of the fit to all points minus those of the fit up to half the largest depth."""
-    depth, theta = np.asarray(force.curve.depth), solved.theta
-    some = depth - theta[2] <= HALF * (depth[-1] - theta[2])
-    if np.sum(some & (depth > theta[2])) < 5:
-        return None
-    objective = force.objective(np.where(some, solved.weights, 0.0))
-    objective.lower, objective.upper = (bound.copy() for bound in force.space.bounds)
-    return theta - nonlinear.minimise(objective, theta).theta
-
-
-def _meaning(softer: float, force: ForceProblem) -> str:
-    """Return what a change of the modulus with depth may mean, in a microscopist's words."""
-    if softer > 0:
+    def words(trend: float, changes: np.ndarray, rejected: bool) -> str:
+        """Return the size of the trend and of the change with its meaning, in a microscopist's words."""
+        softer = float(changes[0, 0])
+        way, percent = "falls" if softer > 0 else "rises", 100 * math.expm1(abs(softer))
+        if softer > 0:
+            meaning = (
+                "the sample seems to soften with depth: adhesion or repulsion near the contact, a tip blunter than assumed,"
+                " or a stiff surface; fit a larger depth, or check the tip"
+            )
+        elif force.setup.thickness is None:
+            meaning = (
+                "the sample seems to stiffen with depth: a thin sample on a hard base (give its --thickness), a brush or"
+                " membrane above it, or a tip sharper than assumed"
+            )
+        else:
+            meaning = "the sample seems to stiffen with depth: thinner than given, a brush above it, or large strains"
+        size = f"a trend of {100 * trend:.1f} % of the largest force ({trend * unit * PICO:.3g} pN)"
+        if rejected:
+            return (
+                f"the residuals have {size}, and the modulus {way} by {percent:.0f} % from half the depth to the whole:"
+                f" {meaning}"
+            )
         return (
-            "the sample seems to soften with depth: adhesion or repulsion near the contact, a tip blunter than assumed, or"
-            " a stiff surface; fit a larger depth, or check the tip"
+            f"the residuals have {size}; the intervals include the change of the modulus from half the depth to the whole,"
+            f" by which it {way} by {percent:.1f} %: {meaning}"
         )
-    if force.setup.thickness is None:
-        return (
-            "the sample seems to stiffen with depth: a thin sample on a hard base (give its --thickness), a brush or"
-            " membrane above it, or a tip sharper than assumed"
-        )
-    return "the sample seems to stiffen with depth: thinner than given, a brush above it, or large strains"
+
+    trend = lambda: verdict.trend(deviations)
+    return verdict.judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
 
 
-PICO = 1e12
 TURNS, SETTLED = (
     8,
     1e-5,

@@ -13,7 +13,6 @@ import jaxcontact as jc
 from fitting.data.indentation import STIFFNESS, paraboloid_note, probe_of
 from fitting.data.stiffness import StiffnessData
 from fitting.data.weights import choose_weights
-from fitting.fits.force import Deviation
 from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
@@ -143,7 +142,6 @@ CHANGE, TREND = (
     0.2,
     0.1,
 )  # of log G from the deeper half to all points, and of the stiffness: beyond them, rejection
-WINDOW = 0.05  # fraction of the points in a running mean of the residuals
 SPREAD = math.log(100.0)  # of the moduli of single points about that of all
 TRIALS = 13  # moduli at which the stiffness is computed for these
 
@@ -235,39 +233,31 @@ def no_moves(name: str) -> np.ndarray:
 
 def deviation(
     problem: FitProblem, of: Callable[[np.ndarray], Objective], solved: Solved, film: bool
-) -> Deviation:
+) -> verdict.Deviation:
     """Return the systematic deviation of the points from the model; of: objective of weights (n,)."""
-    nothing = np.zeros(solved.theta.size)
-    common = problem.sample._replace(own_trends=False)
-    if not common.assess(solved, problem.p, problem.level).evidence.refused:
-        return Deviation(nothing, (), ())
     depth, measured = problem.sample.t, problem.sample.measured
-    deep = depth > np.median(depth)
-    objective = of(np.where(deep, solved.weights, 0.0))
-    change = solved.theta - nonlinear.minimise(objective, solved.theta).theta
-    width = max(int(WINDOW * depth.size), 3)
-    relative = solved.residual / solved.weights / measured
-    trend = float(np.max(np.abs(np.convolve(relative, np.ones(width) / width, mode="valid"))))
-    size = f"a trend of {100 * trend:.1f} % of the stiffness"
-    stiffer = change[0] > 0
-    how = f"is {100 * math.expm1(abs(change[0])):.1f} % {'higher' if stiffer else 'lower'} with the shallow points"
-    if trend > TREND or abs(change[0]) > CHANGE:
-        return Deviation(
-            np.abs(change),
-            (f"the residuals have {size}, and the modulus {how}: {_meaning(stiffer, film)}",),
-            (),
-        )
-    note = f"the residuals have {size}; the modulus {how}, which the intervals include: {_meaning(stiffer, film)}"
-    return Deviation(np.abs(change), (), (note,))
 
+    def refits() -> list[np.ndarray]:
+        """Return the fit to the deeper half of the points."""
+        objective = of(np.where(depth > np.median(depth), solved.weights, 0.0))
+        return [nonlinear.minimise(objective, solved.theta).theta]
 
-def _meaning(stiffer: bool, film: bool) -> str:
-    """Return what a modulus that depends on the depth may mean, in the words of a user of a nanoindenter."""
-    base = "" if film else ", or the base of a film below (give its thickness)"
-    if stiffer:
-        what = f"a blunt tip (calibrate the area), a hard surface layer, or a soft layer below{base}"
-        return f"{what}; leave out shallow depths"
-    return f"roughness or a soft surface layer, a contact found too early{base}; leave out shallow depths"
+    def words(trend: float, changes: np.ndarray, rejected: bool) -> str:
+        """Return the size of the trend and of the change with its meaning, in the words of a user of a nanoindenter."""
+        change = float(changes[0, 0])
+        base = "" if film else ", or the base of a film below (give its thickness)"
+        if change > 0:
+            way = "higher"
+            meaning = f"a blunt tip (calibrate the area), a hard surface layer, or a soft layer below{base}"
+        else:
+            way, meaning = "lower", f"roughness or a soft surface layer, a contact found too early{base}"
+        said = f"the modulus is {100 * math.expm1(abs(change)):.1f} % {way} with the shallow points"
+        size = f"the residuals have a trend of {100 * trend:.1f} % of the stiffness"
+        said = f"{size}, and {said}" if rejected else f"{size}; {said}, which the intervals include"
+        return f"{said}: {meaning}; leave out shallow depths"
+
+    trend = lambda: verdict.trend(solved.residual / solved.weights / measured)
+    return verdict.judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
 
 
 def pointwise(

@@ -146,7 +146,8 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     why = [*against, *quality.refused] if own_trends else [*quality.refused, *against]
     quality = dataclasses.replace(quality, refused=tuple(dict.fromkeys(why)))
 
-    # Covariance of the values in SI. Standard deviations are increased by systematic deviations at equal correlations.
+    # Covariance of the values in SI. Standard deviations are increased by systematic deviations at equal
+    # correlations.
     J, varied = np.zeros((len(slopes), theta.size)), np.isin(np.arange(theta.size), free)
     J[:, free] = slopes
     unit, values = space.unit[own], space.values(theta)
@@ -158,8 +159,8 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     growth = 1.0 + np.divide(left, sd, out=np.zeros(sd.size), where=sd > 0.0)
     spread = spread * np.outer(growth, growth) + np.diag(np.where(sd > 0.0, 0.0, left**2))
 
-    # Uncertainty of the logarithms by noise alone: the Jacobian with respect to them of what lies inside the bounds, without
-    # the part that the nuisance parameters can take up.
+    # Uncertainty of the logarithms by noise alone: the Jacobian with respect to them of what lies inside the bounds,
+    # without the part that the nuisance parameters can take up.
     inside = np.zeros(theta.size, dtype=bool)
     inside[free] = solved.inside
     by_log, others = (

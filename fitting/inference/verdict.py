@@ -801,3 +801,52 @@ def reason(
         f"the residuals of the {np.unique(curve).size} curves have a common shape, {100 * share:.2g} % of them in size,"
         f" which noise has with a probability of {chance:.1g}: the model lacks an effect that all curves show",
     )
+
+
+# Trends that are judged by their size.
+#
+# A measured curve of a real sample, as of a microscope or a nanoindenter, is never described to within its noise
+# where that is small, so that a trend of the residuals alone is no reason for a rejection. Where the common tests
+# find one, the model is fitted again to parts of the points. The intervals are widened by the largest change of each
+# parameter, and the fit is rejected if the parameters of interest change by more than a limit, or the trend exceeds
+# another one.
+
+
+WINDOW = 0.05  # fraction of the points in a running mean of the residuals
+
+
+class Deviation(NamedTuple):
+    """left (m,): change of the coordinates that the intervals must include; against: reasons for rejection; notes."""
+
+    left: np.ndarray
+    against: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def trend(deviations: np.ndarray) -> float:
+    """Return the largest running mean of deviations (n,), in size."""
+    width = min(max(int(WINDOW * deviations.size), 3), deviations.size)
+    return float(np.max(np.abs(np.convolve(deviations, np.ones(width) / width, mode="valid"))))
+
+
+def judged_by_size(
+    problem: Any, solved: Solved, size: Callable[[], float], refits: Callable[[], Sequence[np.ndarray | None]],
+    watched: int, limits: tuple[float, float], words: Callable[[float, np.ndarray, bool], str],
+) -> Deviation:  # fmt: skip
+    """Return the systematic deviation of a fit whose sample has ``own_trends``.
+
+    size(): of the trend; refits(): coordinates (m,) of fits to parts of the points, None with too few; watched: number of
+    coordinates that are of interest, the first ones; limits: of the trend, and of a change of these; words(trend, changes,
+    rejected): the reason or the note, with changes (r, m) from each refit to the fit to all points.
+    """
+    nothing, common = np.zeros(solved.theta.size), problem.sample._replace(own_trends=False)
+    if not common.assess(solved, problem.p, problem.level).evidence.refused:
+        return Deviation(nothing)
+    found = refits()
+    if any(one is None for one in found):
+        return Deviation(nothing, ("too few points in contact to judge the trend of the residuals",))
+    changes, seen = solved.theta - np.array(found), size()
+    left = np.max(np.abs(changes), axis=0)
+    rejected = bool(seen > limits[0] or np.max(left[:watched]) > limits[1])
+    said = (words(seen, changes, rejected),)
+    return Deviation(left, said, ()) if rejected else Deviation(left, (), said)
