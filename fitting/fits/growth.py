@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import itertools
 import math
 import warnings
 from collections.abc import Callable, Sequence
@@ -317,32 +318,27 @@ class Curves(NamedTuple):
 
     def starts(self, space: Parameters) -> list[np.ndarray]:
         """Return coordinates (5,) for several removal rates and induction times: growth rates of the curves, and their
-        regression."""
+        regression, in which the logarithm of a growth rate is linear in log rate, energy and work."""
         lower, upper = space.bounds
-        removal = np.unique(np.clip(STARTS, lower[3], upper[3]))
+        removals = np.unique(np.clip(STARTS, lower[3], upper[3]))
         waits = np.unique(np.clip(WAITS if upper[4] > lower[4] else lower[4:], lower[4], upper[4]))
-        found = [
-            np.append(self._regression(decay, wait, lower[:3], upper[:3]), [decay, wait])
-            for decay in removal
-            for wait in waits
-        ]
-        return [np.clip(one, lower, upper) for one in found]
-
-    def _regression(self, removal: float, wait: float, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-        """Log rate, energy and work (3,) within bounds, for a removal rate and an induction time over the duration."""
-        since = np.maximum(self.t - wait * self.duration, 0.0)
-        decay = removal * since / self.duration
-        grown, rest = since * np.asarray(phi1(decay)), self.measured - self.initial * np.exp(-decay)
         of_curve = lambda values: np.bincount(self.which, values)
-        speed = of_curve(grown * rest) / of_curve(grown**2)
-        A = self._design()
-        y = np.log(np.maximum(speed, 1e-3 * np.max(np.abs(speed))))
-        A, y = np.concatenate([A, WEAK * np.eye(3)[1:]]), np.append(y, WEAK * np.array(EXPECTED))
-        free, x = lower < upper, lower.copy()
-        if free.any():
-            rest = y - A[:, ~free] @ x[~free]
-            x[free] = scipy.optimize.lsq_linear(A[:, free], rest, (lower[free], upper[free])).x
-        return x
+        A = np.concatenate([self._design(), WEAK * np.eye(3)[1:]])
+        low, high, found = lower[:3], upper[:3], []
+        free = low < high
+        for removal, wait in itertools.product(removals, waits):
+            since = np.maximum(self.t - wait * self.duration, 0.0)
+            decay = removal * since / self.duration
+            grown, rest = since * np.asarray(phi1(decay)), self.measured - self.initial * np.exp(-decay)
+            speed = of_curve(grown * rest) / of_curve(grown**2)
+            y = np.log(np.maximum(speed, 1e-3 * np.max(np.abs(speed))))
+            y = np.append(y, WEAK * np.array(EXPECTED))
+            x = low.copy()
+            if free.any():
+                y = y - A[:, ~free] @ x[~free]
+                x[free] = scipy.optimize.lsq_linear(A[:, free], y, (low[free], high[free])).x
+            found.append(np.clip(np.append(x, [removal, wait]), lower, upper))
+        return found
 
     def _design(self) -> np.ndarray:
         """Derivative (curves, 3) of the log growth rate of each curve with respect to log rate, energy and work."""
@@ -358,16 +354,6 @@ class Curves(NamedTuple):
         A = self._design()[:, free]
         rank = lambda columns: np.linalg.matrix_rank(columns, tol=SAME)
         return tuple(i for k, i in enumerate(free) if rank(np.delete(A, k, 1)) == rank(A))
-
-    def notes(self, table: dict[str, tuple[float, float]]) -> list[str]:
-        """Return a note on such parameters."""
-        lost = ", ".join(list(DIMENSIONS)[i] for i in self.lost(table))
-        temperatures, stresses = (np.unique(values).size for values in (self.temperature, self.stress))
-        note = (
-            f"temperatures: {temperatures}, stresses: {stresses}: the curves do not determine {lost} separately, only the"
-            " growth rate; hold what is known by fixed=, or add curves at other temperatures or stresses"
-        )
-        return [note] if lost else []
 
 
 def _within(whole: tuple[float, float], given: np.ndarray) -> tuple[float, float]:
@@ -597,20 +583,51 @@ def fit_growth(
     curves = Curves.of(_checked(data))
     sample = curves.sample(weights)
     sought = Sought(STRUCTURE, limits(STRUCTURE, fixed, bounds), None)
-    _check_induction(induction, curves, contact)
+    known = induction is None or induction == "fit"
+    if not known and np.ndim(induction) == 0 and np.asarray(induction).dtype.kind in "fiu":
+        known = 0.0 <= float(induction) < curves.duration  # type: ignore[arg-type]
+    if not known:
+        raise ValueError(
+            f'induction: expected "fit", None or a time from 0 to the end of the data, {curves.duration:g} s, got'
+            f" {induction!r}"
+        )
+    if induction is not None and contact is not None:
+        raise ValueError(f"induction: expected None with contact=, got {induction!r}")
     space = curves.space(sought.table, induction)
     problem = FitProblem(curves.data, sought, space, sample, curves.duration, level)
     solved = least_squares(problem, lambda weights: curves.objective(space, weights), curves.starts(space))
     best, _ = solved.whole
+    notes = [note for one in curves.data for note in one.notes]
+    lost = ", ".join(list(DIMENSIONS)[i] for i in curves.lost(sought.table))
+    if lost:
+        temperatures, stresses = (np.unique(values).size for values in (curves.temperature, curves.stress))
+        notes.append(
+            f"temperatures: {temperatures}, stresses: {stresses}: the curves do not determine {lost} separately, only the"
+            " growth rate; hold what is known by fixed=, or add curves at other temperatures or stresses"
+        )
+
+    # In a contact the search begins with the parameters at the prescribed stresses.
     if contact is not None:
-        _check_contact(contact, curves)
+        if not isinstance(contact, RubbedContact):
+            raise ValueError(f"contact: expected RubbedContact or None, got {type(contact).__name__}")
+        contact.check()
+        without = sum(one.load is None for one in curves.data)
+        if without:
+            raise ValueError(
+                f"load: expected one for every curve with contact=, got none for {without} of {len(curves.data)}"
+            )
         start = np.clip(solved.theta, *space.bounds)
         solved = least_squares(problem, lambda weights: curves.objective_in(contact, space, weights), [start])
-    notes = [note for one in curves.data for note in one.notes] + curves.notes(sought.table)
-    if contact is not None:
-        notes += _of_contact(
-            contact, curves, GrowthKinetics(*to_si(jnp.asarray(solved.theta[:4]), curves.unit))
-        )
+        kinetics = GrowthKinetics(*to_si(jnp.asarray(solved.theta[:4]), curves.unit))
+        said: list[tuple[str, str]] = []
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the fit has them as notes
+            for one in curves.data:
+                given = {"load": one.load, "temperature": one.temperature, "initial": one.initial}
+                said += [(note.kind, note) for note in contact.run(kinetics, one.t, **given).notes]
+        notes += [f"contact of {line}" for line in text.counted(said, len(curves.data))]
+
+    # Residuals that all curves have in common.
     noise = sample.noise(solved, problem.p)
     against = verdict.reason(solved.residual, solved.jacobian, curves.which, curves.t, noise.white)
     if against and induction is None and contact is None:
@@ -625,47 +642,6 @@ def fit_growth(
         starts=(best.starts, best.agreed),
         slopes=found.assessment.slopes,
     )
-
-
-def _of_contact(contact: RubbedContact, curves: Curves, kinetics: GrowthKinetics) -> list[str]:
-    """Return each kind of note on the contacts of the curves, with the number of its curves and the note of the first."""
-    notes: list[tuple[str, str]] = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the fit has them as notes
-        for one in curves.data:
-            run = contact.run(
-                kinetics, one.t, load=one.load, temperature=one.temperature, initial=one.initial
-            )
-            notes += [(note.kind, note) for note in run.notes]
-    return [f"contact of {line}" for line in text.counted(notes, len(curves.data))]
-
-
-def _check_induction(induction: Any, curves: Curves, contact: Any) -> None:
-    """Raise ValueError for an induction time that is neither None, "fit" nor a time before the end of the data."""
-    if induction is None or induction == "fit":
-        known = True
-    else:
-        known = np.ndim(induction) == 0 and np.asarray(induction).dtype.kind in "fiu"
-        known = known and 0.0 <= float(induction) < curves.duration
-    if not known:
-        raise ValueError(
-            f'induction: expected "fit", None or a time from 0 to the end of the data, {curves.duration:g} s, got'
-            f" {induction!r}"
-        )
-    if induction is not None and contact is not None:
-        raise ValueError(f"induction: expected None with contact=, got {induction!r}")
-
-
-def _check_contact(contact: Any, curves: Curves) -> None:
-    """Raise ValueError for what is no contact, or curves without a load."""
-    if not isinstance(contact, RubbedContact):
-        raise ValueError(f"contact: expected RubbedContact or None, got {type(contact).__name__}")
-    contact.check()
-    without = sum(one.load is None for one in curves.data)
-    if without:
-        raise ValueError(
-            f"load: expected one for every curve with contact=, got none for {without} of {len(curves.data)}"
-        )
 
 
 def _checked(data: Any) -> tuple[GrowthData, ...]:
