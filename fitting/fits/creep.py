@@ -1,6 +1,6 @@
-"""Fit of a material to creep data, with profile-likelihood intervals (``evidence.py``).
+"""Fit of a material to creep data, with profile-likelihood intervals (``inference/verdict.py``).
 
-The search is deterministic and needs no initial guess (``creep_search.py``).
+The search is deterministic and needs no initial guess (``search/varpro.py``).
 """
 
 import dataclasses
@@ -230,7 +230,7 @@ def fit_creep(
             more. For a fractional law the returned material is its Prony approximation (``jc.Springpot.prony``) over
             the times of the data, and no point is left out of the fit.
         weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data (``weights.py``) and
-            then from the residuals (``noise.py``), with isolated outliers left out (``unsupported.py``);
+            then from the residuals (``noise.py``), with isolated outliers left out;
             "proportional" (errors are a fraction of the fitted J); "relative" (of the measured J, which makes a fit too low
             by about the square of the relative error; a note says where this matters); "absolute" (one error for all).
         sigma: the known standard deviation, a number or (n,) [unit of the data]; by default the standard deviation that

@@ -27,7 +27,7 @@ from fitting.views import sheet
 # Stiffness dF/d depth of an elastic contact with a half-space or with a layer bonded to a base.
 #
 # On a half-space S = 4 G a/(1 - nu) at the contact radius a (G. M. Pharr, W. C. Oliver, F. R. Brotzen, J. Mater. Res.
-# 7 (1992) 613), and on a layer that times the factor of a flat punch of the radius a (``layered_contact.py``), for
+# 7 (1992) 613), and on a layer that times the factor of a flat punch of the radius a (``models/thin_layer.py``), for
 # any tip of revolution, also after plastic flow. An elastic tip adds (1 - nu)/G to the compliance at every
 # wavenumber.
 #

@@ -33,7 +33,7 @@ class FitProblem:
     """The data, the sought structure and the search space of one fit.
 
     data: as the user gave them; sought: the material or law with its bounds; space: the coordinates of the search;
-    sample: the fitted curve, a ``Sample``, or several curves that are judged together (``joint_search.Tests``);
+    sample: the fitted curve, a ``Sample``, or several curves that are judged together (``together.Tests``);
     duration: time [s] that the data cover; level: confidence level of the intervals. ValueError unless intervals at
     this level can be found from the number of points.
     """

@@ -5,7 +5,7 @@ While the contact grows (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438
     depth^(3/2) = 3/(8 sqrt(R)) int [(1 - nu) J(t - s) + A] dP(s),
     P = 8 sqrt(R)/(3 (1 - nu)) int G(t - s) d(depth^(3/2))                (and so with a bulk modulus: ``surface``),
 
-(other powers and sizes for other probes, ``probe.py``),
+(other powers and sizes for other probes, ``data/indentation.py``),
 
 with A = (1 - nu)/G of an elastic ball, and once it shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966)
 845) the second integral ends at the earlier time t1(t) of equal contact, int_t1^t G(t - s) d(depth) = 0.
@@ -15,7 +15,7 @@ In a layer bonded to a rigid base, with a constant nu, the modulus is a factor o
 that both arguments hold with depth^(3/2) f(depth) in place of depth^(3/2), f of ``thin_layer.py``.
 
 The measured depth is depth + contact point + drift t + machine compliance P. Adhesive
-contact is derived in ``adhesion.py``.
+contact is derived in ``adhesive_contact.py``.
 
 Times are scaled by the duration, load and depth by their largest values, and compliances so that
 depth^(3/2) = int (J + extra) dP.
@@ -156,7 +156,7 @@ def _hereditary(c: Spectrum, curve: Curve) -> Array:
 
 
 def _neck(c: Spectrum, curve: Curve) -> Array:
-    """Return kappa of ``adhesion.py``, (n,)."""
+    """Return kappa of ``adhesive_contact.py``, (n,)."""
     creep = c.creep(curve.t - curve.t[0]) - c.instantaneous
     return adhesive_contact.root(curve.pull * (c.instantaneous + curve.edge * creep + curve.extra))
 
