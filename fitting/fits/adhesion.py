@@ -694,118 +694,73 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
     weights, label = indentation_weights(data, seen.contact, "depth", choices.weights, choices.sigma)
     model = {"jkr": JKR, "fit": MaugisDugdale}[adhesion.lower()]
     test = AdhesiveTest(data, seen, body, model, weights, noise.two_sided(choices.level) * zero_sd)
-    return _concluded(test, _found(test, label, choices), choices, started)
+    film, radius = body.film, float(body.ball.radius)
 
-
-class _Searched(NamedTuple):
-    """A problem with its solution and what follows from it."""
-
-    problem: FitProblem
-    solved: Any
-    concluded: Conclusion
-
-
-def _found(test: AdhesiveTest, label: str, choices: AdhesiveChoices) -> _Searched:
-    """Return the conclusion of the search of a test."""
-    table = table_of(test.model, choices.fixed, choices.bounds)
+    # The search.
+    table = table_of(model, choices.fixed, choices.bounds)
     space = test.space(table, choices.instrument)
-    sought = Sought(space.structure, table, Volume.of(test.body.nu, None))
-    blocks = np.cumsum(np.append(False, test.data.segments[1:] != test.data.segments[:-1]))
-    curve = ("load", "N", test.data.t, test.data.load)
-    sample = Sample.of(curve, test.weights, label, blocks, own_trends=True)
-    problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
+    sought = Sought(space.structure, table, Volume.of(body.nu, None))
+    blocks = np.cumsum(np.append(False, data.segments[1:] != data.segments[:-1]))
+    sample = Sample.of(("load", "N", data.t, data.load), weights, label, blocks, own_trends=True)
+    problem = FitProblem(data, sought, space, sample, float(np.ptp(data.t)), choices.level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
     best, objective = solved.whole
-    # what an error of the zero of the load changes
-    off = np.abs(moved(best, objective.free, solved.weights * test.zero))
-    solved = solved._replace(kept=test.seen.contact)
-    ranged = test.model is JKR and test.body.film is None
-    other = (lambda: _with_range(test, solved.weights, choices)) if ranged else None
-    found = deviation(test, problem, solved, other)
-    left = found.left + (off if test.zero > 0.0 else 0.0)
-    notes = found.notes
-    if test.body.film is not None:
-        tension = TENSION * np.minimum(test.data.load, 0.0)
-        left = left + np.abs(moved(best, objective.free, solved.weights * tension))
-        notes = (*notes, FILM_NOTE)
-    solved = solved._replace(left=left, against=found.against, notes=(*solved.notes, *notes))
-    return _Searched(problem, solved, conclude(problem, solved))
+    change = lambda load: np.abs(moved(best, objective.free, solved.weights * load))
 
+    def with_range() -> np.ndarray:
+        """Return the coordinates (m,) of the fit of Maugis's theory, without that of the strength."""
+        other = test._replace(model=MaugisDugdale)
+        ranged = other.space(table_of(other.model, choices.fixed, choices.bounds), choices.instrument)
+        found = minimise_from(other.objective(ranged, solved.weights), other.starts(ranged))
+        return np.delete(found.theta, MaugisDugdale._fields.index("strength"))
 
-def _with_range(test: AdhesiveTest, weights: np.ndarray, choices: AdhesiveChoices) -> np.ndarray:
-    """Return the coordinates (m,) of the fit of Maugis's theory, without that of the strength."""
-    other = test._replace(model=MaugisDugdale)
-    space = other.space(table_of(other.model, choices.fixed, choices.bounds), choices.instrument)
-    best = minimise_from(other.objective(space, weights), other.starts(space))
-    return np.delete(best.theta, MaugisDugdale._fields.index("strength"))
+    # Systematic deviations: a trend, an error of the zero of the load, and on a film a range of the attraction.
+    solved = solved._replace(kept=seen.contact)
+    off = deviation(test, problem, solved, with_range if model is JKR and film is None else None)
+    left, notes = off.left + (change(test.zero) if test.zero > 0.0 else 0.0), off.notes
+    if film is not None:
+        left, notes = left + change(TENSION * np.minimum(data.load, 0.0)), (*notes, FILM_NOTE)
+    solved = solved._replace(left=left, against=off.against, notes=(*solved.notes, *notes))
+    found = conclude(problem, solved)
+    values, intervals = found.fields["values"], found.fields["intervals"]
+    G, work = values["G"], values["work"]
 
+    # The law of adhesion, none for JKR, and whether the curve determines its range.
+    law, tabor, notes = None, math.nan, found.fields["notes"]
+    if model is not JKR:
+        of = lambda law: float(law.tabor_number(radius, body.modulus(G)))
+        law = jc.DugdaleAdhesion(work, values["strength"])
+        tabor = of(law)
+        if not found.fields["identified"]["strength"]:
+            low, high = intervals["strength"]
+            ends = [of(jc.DugdaleAdhesion(work, s)) if 0.0 < s < math.inf else s for s in (low, high)]
+            notes = (
+                *notes,
+                f"the range of the attraction is not identified: strength {text.span(low, high)} Pa, a Tabor number"
+                f" {text.span(*ends)}; the interval of the work of adhesion allows for it",
+            )
 
-def _tabor(body: Body, G: float, work: float, largest: float) -> float:
-    """Return the Tabor number of a law of adhesion with the attraction ``largest`` [Pa] in contact."""
-    law = jc.DugdaleAdhesion(work, largest)
-    return float(law.tabor_number(float(body.ball.radius), body.modulus(G)))
-
-
-def _concluded(test: AdhesiveTest, found: _Searched, choices: AdhesiveChoices, started: float) -> AdhesiveFit:
-    """Return the fit that follows from the search."""
-    space, (best, objective), body = found.problem.space, found.solved.whole, test.body
-    values = found.concluded.fields["values"]
-    law = _law(test, values)
-    tabor = (
-        math.nan if law is None else _tabor(body, values["G"], values["work"], float(law.largest_traction))
-    )
-    z, seen = noise.two_sided(choices.level), test.seen
-    rows = np.stack([space.to_si(v) for v in (best.theta, *found.concluded.ends.T)], -1)
-    nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
-    deepest = float(test.data.depth.max()) - dict(zip(space.names, rows[:, 0], strict=True))["contact_point"]
-    notes = (
-        *found.concluded.fields["notes"],
-        *_range_note(test, found, law),
-        *paraboloid_note(body.ball, deepest),
-    )
-    return found.concluded.fit(
-        AdhesiveFit, material=jc.Elastic(values["G"], body.nu), law=law, tabor_number=tabor, notes=notes,
-        pull_off=_pull_off(test, found), separation_work=seen.separation_work(z),
-        nu=body.nu, indenter=body.ball, film=body.film, nuisances=nuisances, kept=seen.contact,
-        runs=(objective.residual_runs, objective.jacobian_runs), starts=(best.starts, best.agreed),
-        seconds=time.perf_counter() - started,
-    )  # fmt: skip
-
-
-def _law(test: AdhesiveTest, values: dict[str, float]) -> Any:
-    """Return the law of adhesion with the fitted parameters; None for JKR."""
-    if test.model is JKR:
-        return None
-    return jc.DugdaleAdhesion(values["work"], values["strength"])
-
-
-def _range_note(test: AdhesiveTest, found: _Searched, law: Any) -> tuple[str, ...]:
-    """Return a note if the curve does not determine the strength of a law that was fitted."""
-    fields = found.concluded.fields
-    if law is None or fields["identified"]["strength"]:
-        return ()
-    low, high = fields["intervals"]["strength"]
-    G, work = fields["values"]["G"], fields["values"]["work"]
-    tabor = [_tabor(test.body, G, work, s) if math.isfinite(s) and s > 0.0 else s for s in (low, high)]
-    return (
-        f"the range of the attraction is not identified: strength {text.span(low, high)} Pa, a Tabor number"
-        f" {text.span(*tabor)}; the interval of the work of adhesion allows for it",
-    )
-
-
-def _pull_off(test: AdhesiveTest, found: _Searched) -> Interval:
-    """Return the largest tension of the fitted curve with its interval [N].
-
-    On a half-space with JKR it is 3/2 pi w R, whose interval is that of the work. Otherwise it depends on the other
-    parameters too, and its interval is that of its logarithm by linearisation.
-    """
-    body, fields = test.body, found.concluded.fields
-    radius = float(body.ball.radius)
-    if body.film is None and test.model is JKR:
+    # The largest tension of the fitted curve. On a half-space with JKR it is 3/2 pi w R, whose interval is that of
+    # the work; otherwise it depends on the other parameters too, and its interval is that of its logarithm by
+    # linearisation.
+    if film is None and model is JKR:
         unit = 1.5 * math.pi * radius
-        return tuple(unit * v for v in (fields["values"]["work"], *fields["intervals"]["work"]))  # type: ignore[return-value]
-    force, slope = test.pull_off(found.problem.space, found.solved.whole[0].theta)
-    return interval_of_tension(force, slope[found.problem.space.free], found.solved, found.concluded)
+        low, high = intervals["work"]
+        pull_off = unit * work, unit * low, unit * high
+    else:
+        force, slope = test.pull_off(space, best.theta)
+        pull_off = interval_of_tension(force, slope[space.free], solved, found)
+
+    rows = np.stack([space.to_si(v) for v in (best.theta, *found.ends.T)], -1)
+    nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
+    deepest = float(data.depth.max()) - dict(zip(space.names, rows[:, 0], strict=True))["contact_point"]
+    return found.fit(
+        AdhesiveFit, material=jc.Elastic(G, body.nu), law=law, tabor_number=tabor,
+        notes=(*notes, *paraboloid_note(body.ball, deepest)), pull_off=pull_off,
+        separation_work=seen.separation_work(noise.two_sided(choices.level)), nu=body.nu, indenter=body.ball,
+        film=film, nuisances=nuisances, kept=seen.contact, starts=(best.starts, best.agreed),
+        runs=(objective.residual_runs, objective.jacobian_runs), seconds=time.perf_counter() - started,
+    )  # fmt: skip
 
 
 def interval_of_tension(force: float, slope: np.ndarray, solved: Any, concluded: Conclusion) -> Interval:
