@@ -25,11 +25,10 @@ from fitting.data.indentation import (
     read_pull_off,
     zeroed,
 )
-from fitting.fits.force import Deviation
-from fitting.inference import noise
+from fitting.inference import noise, verdict
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Assessment, Sample, Solved
+from fitting.inference.verdict import Deviation, Sample, Solved
 from fitting.models.adhesive_contact import (
     JKR,
     Extent,
@@ -42,22 +41,20 @@ from fitting.models.adhesive_contact import (
 )
 from fitting.models.adhesive_contact import film_largest_tension as film_tension
 from fitting.models.adhesive_contact import film_load_at as film_load
-from fitting.models.coordinates import NUISANCES
-from fitting.models.search_space import ParameterSpace
+from fitting.models.parameters import NUISANCES, Parameters, instrument_offset
 from fitting.models.structure import ParameterList, Sought, Volume, limits, resolve
 from fitting.search import nonlinear
 from fitting.search.layered import Coating, march_times, polygon
 from fitting.search.nonlinear import Objective, inverse, minimise_from, moved
 from fitting.search.press import Instrument, indentation_weights
-from fitting.views import text
-from fitting.views.sheet import parameters, title
+from fitting.views import sheet, text
 from jaxcontact._support.prefixes import told_apart
 
 # Search of the fit of an adhesive force curve, approach and retraction, of an elastic half-space or film.
 #
 # The load is fitted as a function of the measured depth by a closed form (``fitting.models.adhesive_contact``), on a
-# film by that of ``fitting.models.adhesive_contact``. Coordinates are the logarithms of shear modulus, work of adhesion
-# and strength, over starting values that follow from the lowest and the highest point of the curve, and the
+# film by that of ``fitting.models.adhesive_contact``. Coordinates are the logarithms of shear modulus, work of
+# adhesion and strength, over starting values that follow from the lowest and the highest point of the curve, and the
 # contributions of the instrument to the depth.
 
 
@@ -145,7 +142,7 @@ class AdhesiveTest(NamedTuple):
         a = np.cbrt(0.75 * R / modulus * (load + pull + math.sqrt(max(2.0 * pull * load + pull**2, 0.0))))
         return float(a**2 / R - math.sqrt(2.0 * math.pi * a * work / modulus))
 
-    def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> ParameterSpace:
+    def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> Parameters:
         """Return the coordinates of the search."""
         structure, start, sizes = structure_of_model(self.model), self.start(), sizes_of(self.data)
         rows = [
@@ -157,7 +154,7 @@ class AdhesiveTest(NamedTuple):
             nuisances[0] += float(self.data.depth.min()) / sizes[0] + np.array([0.0, 1.0])
         return space_of(structure, start, sizes, np.concatenate([np.array(rows), nuisances]))
 
-    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
+    def starts(self, space: Parameters) -> list[np.ndarray]:
         """Return starting coordinates, for the closed form with a strength at several of them."""
         k = space.structure.size
         theta = np.zeros(space.lower.size)
@@ -168,23 +165,27 @@ class AdhesiveTest(NamedTuple):
         rows = [np.where((np.arange(theta.size) == place) & (place < k), shift, theta) for shift in several]
         return [np.clip(row, *space.bounds) for row in rows]
 
-    def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
+    def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
         """Return the least squares over the coordinates."""
         n = self.data.t.size
         times = self.data.t - self.data.t[0]
         samples = tuple(nonlinear.repeated(x) for x in (times, self.data.depth, self.data.load))
         body = jnp.array([self.body.nu, self.body.own, float(self.body.ball.radius)])
-        # numbers of points share a program
-        given = (nonlinear.without_weight(weights), samples, space.unit, body)
-        residual, slopes = self._functions(space)
-        return Objective(
-            lambda theta: np.asarray(residual(theta, *given))[:n],
-            lambda theta, free: np.asarray(slopes(theta, *given)[:, free])[:n],
-            *space.bounds,
-            ftol=1e-12, close=2e-3, floor=1e-26 * float(np.sum((weights * self.data.load) ** 2)),
-        )  # fmt: skip
+        padded = nonlinear.without_weight(weights)  # so that numbers of points share a program
+        inputs, film = (padded > 0.0, samples, space.unit, body), self.body.film
+        if film is None:
+            return Objective.of(_load, inputs, samples[2], padded, space, points=slice(n))
+        size = film.thickness, self._extent(film)
 
-    def pull_off(self, space: ParameterSpace, theta: np.ndarray) -> tuple[float, np.ndarray]:
+        def about(theta: Any) -> Any:
+            """Return the inputs with the series about a modulus."""
+            log_G = float(theta[0]) + math.log(space.unit[0])
+            series = series_of(log_G, self.body.nu, self.body.own, film, size[1])
+            return inputs, series, float(theta[0]), size
+
+        return Objective.of(_film_load, about, samples[2], padded, space, points=slice(n))
+
+    def pull_off(self, space: Parameters, theta: np.ndarray) -> tuple[float, np.ndarray]:
         """Return the largest tension [N] of the curve at a point, and the derivative (m,) of its logarithm by the
         coordinates."""
         nu, own, radius, film = self.body.nu, self.body.own, float(self.body.ball.radius), self.body.film
@@ -204,22 +205,6 @@ class AdhesiveTest(NamedTuple):
 
         log, slope = jax.value_and_grad(log_force)(jnp.asarray(theta[:k]))
         return math.exp(float(log)), np.append(np.asarray(slope), np.zeros(theta.size - k))
-
-    def _functions(self, space: ParameterSpace) -> tuple[Callable[..., Array], Callable[..., Array]]:
-        """Return the residuals and their Jacobian as functions of the coordinates and the arrays of ``objective``."""
-        film = self.body.film
-        if film is None:
-            return _residual, _curve_slopes
-        size = film.thickness, self._extent(film)
-
-        def at(theta: np.ndarray) -> tuple[FilmSeries, float, tuple[float, Extent]]:
-            log_G = float(theta[0]) + math.log(space.unit[0])
-            return series_of(log_G, self.body.nu, self.body.own, film, size[1]), float(theta[0]), size
-
-        return (
-            lambda theta, *given: _film_residual(theta, *at(theta), *given),
-            lambda theta, *given: _film_slopes(theta, *at(theta), *given),
-        )
 
     def _extent(self, film: FilmOnBase) -> Extent:
         """Return a range beyond the contact radius of the deepest point for any base, equal for similar curves."""
@@ -248,17 +233,16 @@ def log_bounds(given: tuple[float, float], unit: float, whole: tuple[float, floa
 
 def space_of(
     structure: ParameterList, start: dict[str, float], sizes: np.ndarray, box: np.ndarray
-) -> ParameterSpace:
+) -> Parameters:
     """Return the coordinates: logarithms of the parameters over their starting values, and the instrument's contributions.
 
     sizes (3,): units of the latter; box (k + 3, 2): bounds of all.
     """
     unit = np.array([start[name] for name in structure.where])
     own = np.arange(len(box)) < structure.size
-    return ParameterSpace(
-        structure=structure, lower=box[:, 0], upper=box[:, 1], unit=np.append(unit, sizes), logarithmic=own,
-        material=own, names=(*structure.where, *NUISANCES), open=np.ones((len(box), 2), dtype=bool),
-    )  # fmt: skip
+    return Parameters.of(
+        structure, box, unit=np.append(unit, sizes), logarithmic=own, material=own, nuisances=tuple(NUISANCES)
+    )
 
 
 def table_of(
@@ -268,75 +252,36 @@ def table_of(
     return limits(structure_of_model(model), fixed, bounds)
 
 
-def _offset(instrument: Array, t: Array, load: Array) -> Array:
-    """Return the contribution of the instrument to the depth [m], (n,)."""
-    point, drift, machine = instrument
-    return point + drift * t + machine * load
+def _load(theta: Array, inputs: tuple[Array, tuple[Array, Array, Array], Array, Array]) -> Array:
+    """Return the load (n,) [N] of the closed form.
 
-
-@jax.jit
-def _residual(
-    theta: Array, weights: Array, samples: tuple[Array, Array, Array], unit: Array, body: Array
-) -> Array:
-    """Return the weighted residuals (n,) of the closed form.
-
-    samples: times, depths and loads, (n,); body: Poisson's ratio, and compliance and radius of the ball.
+    inputs: points with a weight (n,) bool; times, depths and loads, (n,); units; Poisson's ratio, and compliance and
+    radius of the ball.
     """
-    values, (nu, own, radius), (t, depth, load) = jnp.exp(theta[:-3]) * unit[:-3], body, samples
-    approach = depth - _offset(theta[-3:] * unit[-3:], t, load)
-    approach = jnp.where(weights > 0.0, approach, 0.0)
+    fitted, (t, depth, load), unit, (nu, own, radius) = inputs
+    values = jnp.exp(theta[:-3]) * unit[:-3]
+    approach = depth - instrument_offset(theta * unit, t, load)
+    approach = jnp.where(fitted, approach, 0.0)
     strength = values[2] if values.size > 2 else None
-    model = load_at(approach, 2.0 / ((1.0 - nu) / values[0] + own), values[1], radius, strength)
-    return weights * (model - load)
+    return load_at(approach, 2.0 / ((1.0 - nu) / values[0] + own), values[1], radius, strength)
 
 
-@jax.jit
-def _film_residual(
-    theta: Array, series: FilmSeries, at: Array, size: tuple[Array, Extent],
-    weights: Array, samples: tuple[Array, Array, Array], unit: Array, body: Array,
-) -> Array:  # fmt: skip
-    """Return the weighted residuals (n,) on a film; series: for the coordinate ``at`` of its modulus."""
-    (G, work), (nu, own, radius), (t, depth, load) = jnp.exp(theta[:2]) * unit[:2], body, samples
-    approach = depth - _offset(theta[-3:] * unit[-3:], t, load)
-    approach = jnp.where(weights > 0.0, approach, 0.0)
-    model = film_load(approach, theta[0] - at, series, ((1.0 - nu) / G + own, work, radius), size)
-    return weights * (model - load)
+def _film_load(theta: Array, inputs: tuple[tuple, FilmSeries, Array, tuple[Array, Extent]]) -> Array:
+    """Return the load (n,) [N] on a film; inputs: those of ``_load``, and the series for a coordinate of its modulus."""
+    (fitted, (t, depth, load), unit, (nu, own, radius)), series, at, size = inputs
+    G, work = jnp.exp(theta[:2]) * unit[:2]
+    approach = jnp.where(fitted, depth - instrument_offset(theta * unit, t, load), 0.0)
+    return film_load(approach, theta[0] - at, series, ((1.0 - nu) / G + own, work, radius), size)
 
 
-@jax.jit
-def _film_slopes(theta: Array, *given: Any) -> Array:
-    """Return the Jacobian (n, m) of the residuals on a film."""
-    return jax.jacfwd(lambda at: _film_residual(at, *given))(jnp.asarray(theta))
+# Judgement of an adhesive force curve: systematic deviations from the model by their size. The model is fitted again
+# to the shallower and to the deeper half of the contact, and, without a range of the attraction (JKR), with one
+# (``inference/verdict.py``).
 
 
-@jax.jit
-def _curve_slopes(theta: Array, *given: Array) -> Array:
-    """Return the Jacobian (n, m) of the residuals."""
-    return jax.jacfwd(lambda at: _residual(at, *given))(jnp.asarray(theta))
-
-
-# Judgement of an adhesive force curve: systematic deviations from the model, their size, and their meaning.
-#
-# As with other force curves (``force_verdict``), a curve of a real sample whose noise is small is never described to
-# within it, so that a trend of the residuals alone is no reason for a rejection. Where the common tests find one, the
-# model is fitted again to the shallower and to the deeper half of the contact, and, without a range of the attraction
-# (JKR), with one. The intervals are widened by the largest change of each parameter, and the fit is rejected if
-# modulus or work change by more than ``CHANGE`` or the trend exceeds ``TREND`` of the largest force.
-
-
-CHANGE = 0.4  # of the logarithm of a parameter between half the contact and the whole
-TREND = 0.05  # of the largest force, in size
-WINDOW = 0.05  # fraction of the points in a running mean of the residuals
+CHANGE = 0.4  # of the logarithm of modulus or work between half the contact and the whole, beyond which a fit is rejected
+TREND = 0.05  # likewise, trend of the residuals over the largest force in contact
 FEW = 8  # fewest points in half the contact
-
-
-class AdhesiveSample(Sample):
-    """The points of an adhesive force curve, whose trends this module judges in place of the common tests."""
-
-    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
-        """Return the evidence without reasons for rejection."""
-        found = super().assess(solved, p, level)
-        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
 
 
 def deviation(
@@ -346,71 +291,47 @@ def deviation(
 
     with_range: returns the coordinates (m,) of the fit with a range of the attraction; None where the model has one.
     """
-    nothing = np.zeros(solved.theta.size)
-    if not Sample.assess(problem.sample, solved, problem.p, problem.level).evidence.refused:
-        return Deviation(nothing, (), ())
-    halves = [_half(test, problem, solved, deep) for deep in (False, True)]
-    if any(half is None for half in halves):
-        return Deviation(nothing, ("too few points in contact to judge the trend of the residuals",), ())
-    others = halves if with_range is None else [*halves, with_range()]
-    left = np.max(np.abs(np.array(others) - solved.theta), axis=0)
-    trends = {mark: _trend(test, solved, mark) for mark in ("approach", "retract")}
-    found = _words(test, max(trends.values()), left)
-    if max(trends.values()) > TREND or np.max(left[:2]) > CHANGE:
-        return Deviation(left, (f"{found}: {_meaning(trends)}",), ())
-    return Deviation(left, (), (f"{found}, which the intervals include",))
+    contact, depth = test.seen.contact, test.data.depth
+    largest = float(np.max(np.abs(test.data.load[contact])))
+    trends = {"approach": 0.0, "retract": 0.0}
+    for mark in trends:
+        some = contact & (test.data.segments == mark)
+        if np.any(some):
+            trends[mark] = verdict.trend(solved.residual[some] / solved.weights[some]) / largest
 
+    def refits() -> list[np.ndarray | None]:
+        found: list[np.ndarray | None] = []
+        middle = 0.5 * (depth[contact].min() + depth[contact].max())
+        for deep in (False, True):
+            some = contact & ((depth >= middle) == deep)
+            if np.sum(some) < FEW:
+                return [None]
+            half = test.objective(problem.space, np.where(some, solved.weights, 0.0))
+            found.append(nonlinear.minimise(half, solved.theta).theta)
+        return found if with_range is None else [*found, with_range()]
 
-def _words(test: AdhesiveTest, trend: float, left: np.ndarray) -> str:
-    """Return the size of a trend and of the changes of modulus and work in words."""
-    force = trend * _largest(test)
-    G, work = (100.0 * math.expm1(change) for change in left[:2])
-    other = " or a range of the attraction" if test.model is JKR and test.body.film is None else ""
-    return (
-        f"the residuals have a trend of {100 * trend:.1f} % of the largest force ({force:.3g} N); with half the contact"
-        f"{other} G changes by {G:.1f} % and work by {work:.1f} %"
-    )
-
-
-def _largest(test: AdhesiveTest) -> float:
-    """Return the largest force in contact, in size [N]."""
-    return float(np.max(np.abs(test.data.load[test.seen.contact])))
-
-
-def _trend(test: AdhesiveTest, solved: Solved, mark: str) -> float:
-    """Return the largest running mean of the residuals of one segment in contact over the largest force; 0 without it."""
-    some = test.seen.contact & (test.data.segments == mark)
-    if not np.any(some):
-        return 0.0
-    deviations = solved.residual[some] / solved.weights[some]
-    width = min(max(int(WINDOW * deviations.size), 3), deviations.size)
-    mean = np.convolve(deviations, np.ones(width) / width, mode="valid")
-    return float(np.max(np.abs(mean)) / _largest(test))
-
-
-def _half(test: AdhesiveTest, problem: FitProblem, solved: Solved, deep: bool) -> np.ndarray | None:
-    """Return the coordinates (m,) of the fit to the deeper or shallower half; None with too few points."""
-    depth, contact = test.data.depth, test.seen.contact
-    middle = 0.5 * (depth[contact].min() + depth[contact].max())
-    some = contact & ((depth >= middle) == deep)
-    if np.sum(some) < FEW:
-        return None
-    half = test.objective(problem.space, np.where(some, solved.weights, 0.0))
-    half.lower, half.upper = (bound.copy() for bound in problem.space.bounds)
-    return nonlinear.minimise(half, solved.theta).theta
-
-
-def _meaning(trends: dict[str, float]) -> str:
-    """Return what a trend may mean."""
-    if trends["approach"] > TREND:
-        return (
-            "approach and retraction may have different works of adhesion, as an edge that advances and one that recedes"
-            ' often have: fit the retraction alone (data.only("retract"))'
+    def words(trend: float, changes: np.ndarray, rejected: bool) -> str:
+        """Return the size of the trend and of the changes of modulus and work, and what it may mean."""
+        G, work = (100.0 * math.expm1(change) for change in np.max(np.abs(changes), axis=0)[:2])
+        other = " or a range of the attraction" if test.model is JKR and test.body.film is None else ""
+        said = (
+            f"the residuals have a trend of {100 * trend:.1f} % of the largest force ({trend * largest:.3g} N); with half"
+            f" the contact{other} G changes by {G:.1f} % and work by {work:.1f} %"
         )
-    return (
-        "the sample may creep, be a film on a base, or be rough, the ball may have another radius, or the attraction a range"
-        " that the model does not have"
-    )
+        if not rejected:
+            return f"{said}, which the intervals include"
+        if trends["approach"] > TREND:
+            return (
+                f"{said}: approach and retraction may have different works of adhesion, as an edge that advances and one"
+                ' that recedes often have: fit the retraction alone (data.only("retract"))'
+            )
+        return (
+            f"{said}: the sample may creep, be a film on a base, or be rough, the ball may have another radius, or the"
+            " attraction a range that the model does not have"
+        )
+
+    size, limits = (lambda: max(trends.values())), (TREND, CHANGE)
+    return verdict.judged_by_size(problem, solved, size, refits, 2, limits, words)
 
 
 # Search of the fit of an adhesive force curve, approach, dwell and retraction, of a viscoelastic film on a base.
@@ -484,13 +405,13 @@ class CreepingFilm(NamedTuple):
     radius: float
     weights: np.ndarray
 
-    def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> ParameterSpace:
+    def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> Parameters:
         """Return the coordinates of the search."""
         structure, sizes = structure_with_work(self.material), sizes_of(self.data)
         rows = [log_bounds(table[name], self.start[name], (-WIDE, WIDE)) for name in structure.where]
         return space_of(structure, self.start, sizes, np.concatenate([np.array(rows), instrument.box(sizes)]))
 
-    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
+    def starts(self, space: Parameters) -> list[np.ndarray]:
         """Return starting coordinates, for each of ``TIMES`` where there is a retardation time."""
         theta, names = np.zeros(space.lower.size), list(space.structure.where)
         if "eta2" not in names:
@@ -498,7 +419,7 @@ class CreepingFilm(NamedTuple):
         place = np.arange(theta.size) == names.index("eta2")
         return [np.clip(np.where(place, math.log(time), theta), *space.bounds) for time in TIMES]
 
-    def run(self, space: ParameterSpace, width: float, finer: int = 1) -> Run:
+    def run(self, space: Parameters, width: float, finer: int = 1) -> Run:
         """Return the inputs of the solver on a grid of a width [m], with ``finer`` times the cells and the steps."""
         since = self.data.t - self.data.t[0]
         size = float(np.ptp(self.data.depth))
@@ -513,7 +434,7 @@ class CreepingFilm(NamedTuple):
         )  # fmt: skip
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), numbers)
 
-    def objective(self, space: ParameterSpace, weights: np.ndarray, run: Run) -> Objective:
+    def objective(self, space: Parameters, weights: np.ndarray, run: Run) -> Objective:
         """Return the least squares over the coordinates."""
         weighted = jnp.asarray(weights)
         return Objective(
@@ -522,7 +443,7 @@ class CreepingFilm(NamedTuple):
             *space.bounds, ftol=1e-5, close=1e-2,
         )  # fmt: skip
 
-    def correction(self, theta: np.ndarray, space: ParameterSpace, run: Run) -> np.ndarray:
+    def correction(self, theta: np.ndarray, space: Parameters, run: Run) -> np.ndarray:
         """Return the load on a finer grid with shorter steps less that of a run, (n,) [N]."""
         finer = self.run(space, float(run.grid.width[0]), FINER)
         difference = loads(theta, finer, self.material)[0] - loads(theta, run, self.material)[0]
@@ -570,43 +491,6 @@ def _creeping_film_slopes(theta: Array, free: Array, weights: Array, run: Run, m
     at = jnp.asarray(theta)
     slopes = jax.jacfwd(lambda some: loads(at.at[free].set(some), run, material)[0])(at[free])
     return jnp.where(weights[:, None] > 0.0, weights[:, None] * slopes, 0.0)
-
-
-# Figure of the fit of an adhesive force curve: load over depth, residuals, parameters and verdict.
-
-
-def draw(fit: Any, path: Any) -> Any:
-    """Return a figure of an ``AdhesiveFit``; save it where a path is given."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.5, 6.5), layout="constrained")
-    title(figure, fit)
-    places = figure.add_gridspec(3, 1, height_ratios=(3, 1, 0.6))
-    top = figure.add_subplot(places[0])
-    bottom = figure.add_subplot(places[1], sharex=top)
-    data, kept = fit.data, fit.kept
-    depth, load = data.depth * 1e9, data.load * 1e9
-    top.axhline(0.0, color="0.8", linewidth=0.8)
-    top.plot(depth[~kept], load[~kept], ".", markersize=3, color="0.8", label="out of contact, not fitted")
-    for name, colour in (("approach", "C0"), ("hold", "C2"), ("retract", "C1")):
-        on = kept & (data.segments == name)
-        if on.any():
-            top.plot(depth[on], load[on], ".", markersize=3, color=colour, label=name)
-            bottom.plot(depth[on], -fit.residuals[on[kept]], ".", markersize=3, color=colour)
-    order = np.argsort(depth[kept])
-    top.plot(
-        depth[kept][order], 1e9 * fit.fitted[order], color="black", linewidth=1.0, label=fit.model.__name__
-    )
-    top.axhline(-1e9 * fit.pull_off[0], color="0.4", linewidth=0.8, linestyle="--", label="pull-off")
-    top.set(ylabel="load [nN]")
-    top.tick_params(labelbottom=False)
-    top.legend(fontsize="small")
-    bottom.axhline(0.0, color="0.4", linewidth=0.8)
-    bottom.set(xlabel="depth [nm]", ylabel=f"residual\n({fit.weights})")
-    parameters(figure.add_subplot(places[2]), fit)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
 
 
 Interval = tuple[float, float, float]
@@ -658,7 +542,26 @@ class AdhesiveFit(Fit):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of load over depth with the fit, and of the residuals; save it where a path is given."""
-        return draw(self, path)
+        data, kept = self.data, self.kept
+        depth, load = data.depth * 1e9, data.load * 1e9
+
+        def panel(top: Any, bottom: Any) -> None:
+            top.axhline(0.0, color="0.8", linewidth=0.8)
+            top.plot(
+                depth[~kept], load[~kept], ".", markersize=3, color="0.8", label="out of contact, not fitted"
+            )
+            for name, colour in (("approach", "C0"), ("hold", "C2"), ("retract", "C1")):
+                on = kept & (data.segments == name)
+                if on.any():
+                    top.plot(depth[on], load[on], ".", markersize=3, color=colour, label=name)
+                    bottom.plot(depth[on], -self.residuals[on[kept]], ".", markersize=3, color=colour)
+            order, label = np.argsort(depth[kept]), self.model.__name__
+            top.plot(depth[kept][order], 1e9 * self.fitted[order], color="black", linewidth=1.0, label=label)
+            top.axhline(-1e9 * self.pull_off[0], color="0.4", linewidth=0.8, linestyle="--", label="pull-off")
+            top.set(ylabel="load [nN]")
+            bottom.set(xlabel="depth [nm]", ylabel=f"residual\n({self.weights})")
+
+        return sheet.draw(self, path, panel)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with pull-off and work of separation, the Tabor number and what was held."""
@@ -791,117 +694,73 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
     weights, label = indentation_weights(data, seen.contact, "depth", choices.weights, choices.sigma)
     model = {"jkr": JKR, "fit": MaugisDugdale}[adhesion.lower()]
     test = AdhesiveTest(data, seen, body, model, weights, noise.two_sided(choices.level) * zero_sd)
-    return _concluded(test, _found(test, label, choices), choices, started)
+    film, radius = body.film, float(body.ball.radius)
 
-
-class _Searched(NamedTuple):
-    """A problem with its solution and what follows from it."""
-
-    problem: FitProblem
-    solved: Any
-    concluded: Conclusion
-
-
-def _found(test: AdhesiveTest, label: str, choices: AdhesiveChoices) -> _Searched:
-    """Return the conclusion of the search of a test."""
-    table = table_of(test.model, choices.fixed, choices.bounds)
+    # The search.
+    table = table_of(model, choices.fixed, choices.bounds)
     space = test.space(table, choices.instrument)
-    sought = Sought(space.structure, table, Volume.of(test.body.nu, None))
-    blocks = np.cumsum(np.append(False, test.data.segments[1:] != test.data.segments[:-1]))
-    sample = AdhesiveSample.of(("load", "N", test.data.t, test.data.load), test.weights, label, blocks)
-    problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
+    sought = Sought(space.structure, table, Volume.of(body.nu, None))
+    blocks = np.cumsum(np.append(False, data.segments[1:] != data.segments[:-1]))
+    sample = Sample.of(("load", "N", data.t, data.load), weights, label, blocks, own_trends=True)
+    problem = FitProblem(data, sought, space, sample, float(np.ptp(data.t)), choices.level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
     best, objective = solved.whole
-    # what an error of the zero of the load changes
-    off = np.abs(moved(best, objective.free, solved.weights * test.zero))
-    solved = solved._replace(kept=test.seen.contact)
-    ranged = test.model is JKR and test.body.film is None
-    other = (lambda: _with_range(test, solved.weights, choices)) if ranged else None
-    found = deviation(test, problem, solved, other)
-    left = found.left + (off if test.zero > 0.0 else 0.0)
-    notes = found.notes
-    if test.body.film is not None:
-        tension = TENSION * np.minimum(test.data.load, 0.0)
-        left = left + np.abs(moved(best, objective.free, solved.weights * tension))
-        notes = (*notes, FILM_NOTE)
-    solved = solved._replace(left=left, against=found.against, notes=(*solved.notes, *notes))
-    return _Searched(problem, solved, conclude(problem, solved))
+    change = lambda load: np.abs(moved(best, objective.free, solved.weights * load))
 
+    def with_range() -> np.ndarray:
+        """Return the coordinates (m,) of the fit of Maugis's theory, without that of the strength."""
+        other = test._replace(model=MaugisDugdale)
+        ranged = other.space(table_of(other.model, choices.fixed, choices.bounds), choices.instrument)
+        found = minimise_from(other.objective(ranged, solved.weights), other.starts(ranged))
+        return np.delete(found.theta, MaugisDugdale._fields.index("strength"))
 
-def _with_range(test: AdhesiveTest, weights: np.ndarray, choices: AdhesiveChoices) -> np.ndarray:
-    """Return the coordinates (m,) of the fit of Maugis's theory, without that of the strength."""
-    other = test._replace(model=MaugisDugdale)
-    space = other.space(table_of(other.model, choices.fixed, choices.bounds), choices.instrument)
-    best = minimise_from(other.objective(space, weights), other.starts(space))
-    return np.delete(best.theta, MaugisDugdale._fields.index("strength"))
+    # Systematic deviations: a trend, an error of the zero of the load, and on a film a range of the attraction.
+    solved = solved._replace(kept=seen.contact)
+    off = deviation(test, problem, solved, with_range if model is JKR and film is None else None)
+    left, notes = off.left + (change(test.zero) if test.zero > 0.0 else 0.0), off.notes
+    if film is not None:
+        left, notes = left + change(TENSION * np.minimum(data.load, 0.0)), (*notes, FILM_NOTE)
+    solved = solved._replace(left=left, against=off.against, notes=(*solved.notes, *notes))
+    found = conclude(problem, solved)
+    values, intervals = found.fields["values"], found.fields["intervals"]
+    G, work = values["G"], values["work"]
 
+    # The law of adhesion, none for JKR, and whether the curve determines its range.
+    law, tabor, notes = None, math.nan, found.fields["notes"]
+    if model is not JKR:
+        of = lambda law: float(law.tabor_number(radius, body.modulus(G)))
+        law = jc.DugdaleAdhesion(work, values["strength"])
+        tabor = of(law)
+        if not found.fields["identified"]["strength"]:
+            low, high = intervals["strength"]
+            ends = [of(jc.DugdaleAdhesion(work, s)) if 0.0 < s < math.inf else s for s in (low, high)]
+            notes = (
+                *notes,
+                f"the range of the attraction is not identified: strength {text.span(low, high)} Pa, a Tabor number"
+                f" {text.span(*ends)}; the interval of the work of adhesion allows for it",
+            )
 
-def _tabor(body: Body, G: float, work: float, largest: float) -> float:
-    """Return the Tabor number of a law of adhesion with the attraction ``largest`` [Pa] in contact."""
-    law = jc.DugdaleAdhesion(work, largest)
-    return float(law.tabor_number(float(body.ball.radius), body.modulus(G)))
-
-
-def _concluded(test: AdhesiveTest, found: _Searched, choices: AdhesiveChoices, started: float) -> AdhesiveFit:
-    """Return the fit that follows from the search."""
-    space, (best, objective), body = found.problem.space, found.solved.whole, test.body
-    values = found.concluded.fields["values"]
-    law = _law(test, values)
-    tabor = (
-        math.nan if law is None else _tabor(body, values["G"], values["work"], float(law.largest_traction))
-    )
-    z, seen = noise.two_sided(choices.level), test.seen
-    rows = np.stack([space.to_si(v) for v in (best.theta, *found.concluded.ends.T)], -1)
-    nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
-    deepest = float(test.data.depth.max()) - dict(zip(space.names, rows[:, 0], strict=True))["contact_point"]
-    notes = (
-        *found.concluded.fields["notes"],
-        *_range_note(test, found, law),
-        *paraboloid_note(body.ball, deepest),
-    )
-    return found.concluded.fit(
-        AdhesiveFit, material=jc.Elastic(values["G"], body.nu), law=law, tabor_number=tabor, notes=notes,
-        pull_off=_pull_off(test, found), separation_work=seen.separation_work(z),
-        nu=body.nu, indenter=body.ball, film=body.film, nuisances=nuisances, kept=seen.contact,
-        runs=(objective.residual_runs, objective.jacobian_runs), starts=(best.starts, best.agreed),
-        seconds=time.perf_counter() - started,
-    )  # fmt: skip
-
-
-def _law(test: AdhesiveTest, values: dict[str, float]) -> Any:
-    """Return the law of adhesion with the fitted parameters; None for JKR."""
-    if test.model is JKR:
-        return None
-    return jc.DugdaleAdhesion(values["work"], values["strength"])
-
-
-def _range_note(test: AdhesiveTest, found: _Searched, law: Any) -> tuple[str, ...]:
-    """Return a note if the curve does not determine the strength of a law that was fitted."""
-    fields = found.concluded.fields
-    if law is None or fields["identified"]["strength"]:
-        return ()
-    low, high = fields["intervals"]["strength"]
-    G, work = fields["values"]["G"], fields["values"]["work"]
-    tabor = [_tabor(test.body, G, work, s) if math.isfinite(s) and s > 0.0 else s for s in (low, high)]
-    return (
-        f"the range of the attraction is not identified: strength {text.span(low, high)} Pa, a Tabor number"
-        f" {text.span(*tabor)}; the interval of the work of adhesion allows for it",
-    )
-
-
-def _pull_off(test: AdhesiveTest, found: _Searched) -> Interval:
-    """Return the largest tension of the fitted curve with its interval [N].
-
-    On a half-space with JKR it is 3/2 pi w R, whose interval is that of the work. Otherwise it depends on the other
-    parameters too, and its interval is that of its logarithm by linearisation.
-    """
-    body, fields = test.body, found.concluded.fields
-    radius = float(body.ball.radius)
-    if body.film is None and test.model is JKR:
+    # The largest tension of the fitted curve. On a half-space with JKR it is 3/2 pi w R, whose interval is that of
+    # the work; otherwise it depends on the other parameters too, and its interval is that of its logarithm by
+    # linearisation.
+    if film is None and model is JKR:
         unit = 1.5 * math.pi * radius
-        return tuple(unit * v for v in (fields["values"]["work"], *fields["intervals"]["work"]))  # type: ignore[return-value]
-    force, slope = test.pull_off(found.problem.space, found.solved.whole[0].theta)
-    return interval_of_tension(force, slope[found.problem.space.free], found.solved, found.concluded)
+        low, high = intervals["work"]
+        pull_off = unit * work, unit * low, unit * high
+    else:
+        force, slope = test.pull_off(space, best.theta)
+        pull_off = interval_of_tension(force, slope[space.free], solved, found)
+
+    rows = np.stack([space.to_si(v) for v in (best.theta, *found.ends.T)], -1)
+    nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
+    deepest = float(data.depth.max()) - dict(zip(space.names, rows[:, 0], strict=True))["contact_point"]
+    return found.fit(
+        AdhesiveFit, material=jc.Elastic(G, body.nu), law=law, tabor_number=tabor,
+        notes=(*notes, *paraboloid_note(body.ball, deepest)), pull_off=pull_off,
+        separation_work=seen.separation_work(noise.two_sided(choices.level)), nu=body.nu, indenter=body.ball,
+        film=film, nuisances=nuisances, kept=seen.contact, starts=(best.starts, best.agreed),
+        runs=(objective.residual_runs, objective.jacobian_runs), seconds=time.perf_counter() - started,
+    )  # fmt: skip
 
 
 def interval_of_tension(force: float, slope: np.ndarray, solved: Any, concluded: Conclusion) -> Interval:

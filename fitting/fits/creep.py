@@ -1,6 +1,6 @@
-"""Fit of a material to creep data, with profile-likelihood intervals (``evidence.py``).
+"""Fit of a material to creep data, with profile-likelihood intervals (``inference/verdict.py``).
 
-The search is deterministic and needs no initial guess (``creep_search.py``).
+The search is deterministic and needs no initial guess (``search/varpro.py``).
 """
 
 import dataclasses
@@ -25,7 +25,7 @@ from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import basis
 from fitting.inference.result import Fit, linear_band, plain
 from fitting.inference.verdict import Assessment, Sample, Solved, settled
-from fitting.models.search_space import Landscape, SearchSpace
+from fitting.models.parameters import Landscape, Parameters
 from fitting.models.structure import Sought, Structure
 from fitting.search import nonlinear, varpro
 from fitting.search.nonlinear import linear_sd
@@ -48,79 +48,48 @@ LEAST = 1e-2  # smallest relative deviation of a dropped point
 MOST = 0.05  # largest fraction of the points that may be left out
 
 
-class SupportedPoints(NamedTuple):
-    """The points of a creep curve that remain after outliers are dropped.
-
-    kept (n,) bool: the remaining points; problem: with zero weight on the others; best: its optimum.
-    """
-
-    kept: np.ndarray
-    problem: varpro.TauSearch
-    best: Optimum
-
-
-def keep_all(problem: varpro.TauSearch, n: int) -> SupportedPoints:
-    """Return the optimum of all points."""
-    return SupportedPoints(np.ones(n, dtype=bool), problem, varpro.minimise(problem))
-
-
-def leave_out(problem: varpro.TauSearch, n: int) -> SupportedPoints:
-    """Return the optimum without outliers, or of all points if there are too many outliers."""
-    found = whole = keep_all(problem, n)
-    while (worse := _worst(problem, found)) is not None:
-        if np.sum(~worse.kept) > max(MOST * n, 2):
+def leave_out(problem: TauSearch, n: int) -> tuple[np.ndarray, TauSearch, Optimum]:
+    """Return which of n points remain without outliers (n,) bool, the problem with zero weight on the others, and its
+    optimum; those of all points if there are too many outliers."""
+    found = whole = np.ones(n, dtype=bool), problem, varpro.minimise(problem)
+    while True:
+        kept, fewer, best = found
+        on = np.flatnonzero(kept)
+        # points of high leverage, alone and with the following point, and points of large residual
+        J, residual = varpro.inside_jacobian(fewer, best)[on], np.asarray(best.residual)[on]
+        leverage = np.sum(basis(J) ** 2, 1)
+        much = [int(i) for i in np.argsort(-leverage)[:TRIED] if leverage[i] > MUCH]
+        off = sorted(verdict.outlying(residual, basis(J)), key=lambda i: -abs(residual[i]))[:TRIED]
+        trials = [[int(on[i])] for i in dict.fromkeys([*much, *off])]
+        trials += [[int(on[i]), int(on[i + 1])] for i in much if i + 1 < on.size]
+        worst, highest = None, 1.0
+        for points in trials:
+            some, weights = kept.copy(), np.array(problem.weights)
+            some[points] = False
+            weights[:n][~some] = 0.0
+            without = problem._replace(weights=weights)
+            optimum = varpro.minimise(without)
+            # the residuals of all points about the fit to the others
+            rest, away = np.flatnonzero(some), np.asarray(varpro.residuals(problem, optimum))[:n]
+            value = np.abs(away + np.asarray(problem.weights * problem.data)[:n])
+            J = varpro.inside_jacobian(problem, optimum)[:n]
+            dof, size = rest.size - J.shape[1], np.min(np.abs(away[points]))
+            beside = [i for i in (min(points) - 1, max(points) + 1) if 0 <= i < n]
+            if dof < 2 or size < LEAST * np.max(value[points]):
+                continue
+            if np.max(np.abs(away[beside])) > verdict.ISOLATED * size:  # the neighbours deviate too
+                continue
+            # the smallest deleted residual over its limit of significance
+            variance = away[rest] @ away[rest] / dof * (1.0 + _spread(J[rest], J[points]))
+            limit = noise.two_sided(1.0 - CHANCE / n, dof)
+            score = float(np.min(np.abs(away[points]) / np.sqrt(variance + 1e-300))) / limit
+            if score > highest:
+                worst, highest = (some, without, optimum), score
+        if worst is None:
+            return found
+        if np.sum(~worst[0]) > max(MOST * n, 2):
             return whole
-        found = worse
-    return found
-
-
-def _worst(problem: varpro.TauSearch, now: SupportedPoints) -> SupportedPoints | None:
-    """Return the state without the most significant outliers, None if there are none."""
-    found, highest = None, 1.0
-    for points in _candidates(now):
-        trial = _without(problem, now.kept, points)
-        score = _score(problem, trial, points)
-        if score > highest:
-            found, highest = trial, score
-    return found
-
-
-def _without(problem: varpro.TauSearch, kept: np.ndarray, points: list[int]) -> SupportedPoints:
-    kept = kept.copy()
-    kept[points] = False
-    weights = np.array(problem.weights)
-    weights[: kept.size][~kept] = 0.0
-    fewer = problem._replace(weights=weights)
-    return SupportedPoints(kept, fewer, varpro.minimise(fewer))
-
-
-def _candidates(now: SupportedPoints) -> list[list[int]]:
-    """Return points of high leverage or large residual, alone and, of the first kind, with the following point."""
-    on = np.flatnonzero(now.kept)
-    J = varpro.inside_jacobian(now.problem, now.best)[on]
-    residual, say = np.asarray(now.best.residual)[on], np.sum(basis(J) ** 2, 1)
-    much = [int(i) for i in np.argsort(-say)[:TRIED] if say[i] > MUCH]
-    off = sorted(verdict.outlying(residual, basis(J)), key=lambda i: -abs(residual[i]))[:TRIED]
-    alone = [[int(on[i])] for i in dict.fromkeys([*much, *off])]
-    return alone + [[int(on[i]), int(on[i + 1])] for i in much if i + 1 < on.size]
-
-
-def _score(problem: varpro.TauSearch, trial: SupportedPoints, points: list[int]) -> float:
-    """Return the smallest deleted residual over its significance limit; 0 where the neighbouring points deviate too."""
-    n, on = trial.kept.size, np.flatnonzero(trial.kept)
-    away = np.asarray(varpro.residuals(problem, trial.best))[:n]
-    value = np.abs(away + np.asarray(problem.weights * problem.data)[:n])
-    J = varpro.inside_jacobian(problem, trial.best)[:n]
-    dof = on.size - J.shape[1]
-    beside = [i for i in (min(points) - 1, max(points) + 1) if 0 <= i < n]
-    size = np.min(np.abs(away[points]))
-    if dof < 2 or size < LEAST * np.max(value[points]):
-        return 0.0
-    if np.max(np.abs(away[beside])) > verdict.ISOLATED * size:
-        return 0.0
-    variance = away[on] @ away[on] / dof * (1.0 + _spread(J[on], J[points]))
-    limit = noise.two_sided(1.0 - CHANCE / n, dof)
-    return float(np.min(np.abs(away[points]) / np.sqrt(variance + 1e-300))) / limit
+        found = worst
 
 
 def _spread(J: np.ndarray, rows: np.ndarray) -> np.ndarray:
@@ -132,7 +101,7 @@ def _spread(J: np.ndarray, rows: np.ndarray) -> np.ndarray:
         return np.nan_to_num(np.sum((along / np.where(s > 1e-9 * s[0], s, 0.0)) ** 2, 1), nan=math.inf)
 
 
-# Search of a classical creep fit in the form that ``conclusion.py`` takes: optimum, profiles and combinations.
+# Profiles of a classical creep fit. A problem here is in the units ``scaled``.
 
 
 SINGLY = 64  # most times of which each has a run of its own, with the program that every fit compiles for its duration
@@ -140,117 +109,41 @@ OTHER_FUNCTIONS = 5  # functions before J(t) in a profile
 ROUND_OFF = 1e-14  # of a compliance in scaled units
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class CreepSearch:
-    """A creep curve in scaled units, and the rule that selects the fitted points."""
+def profiles(scaled: Scaled, best: Optimum, assessment: Assessment, t: np.ndarray) -> np.ndarray:
+    """Return the ends (5 + k, 2) of the intervals of ``varpro.profile`` at times t (k,) [s], scaled.
 
-    data: CreepData
-    structure: Structure
-    scaled: Scaled
-    choose: Callable[..., SupportedPoints]
+    Many times are padded so that only a few values of k are compiled.
+    """
+    times = t / scaled.time
+    times = nonlinear.repeated(times) if t.size > SINGLY else times
+    levels = assessment.levels(_gradients(best, times)[scaled.problem.free])
 
-    @classmethod
-    def of(cls, data: CreepData, sought: Sought, sample: Sample) -> "CreepSearch":
-        """Return the search for a classical material; points are left out where the weights are estimated."""
-        scaled = varpro.scale(data, sample.weights, sought.structure, sought.table)
-        return cls(data, sought.structure, scaled, leave_out if sample.robust else keep_all)
+    def run(which: np.ndarray, at: np.ndarray) -> np.ndarray:
+        own = levels[which]
+        same = np.ptp(own) <= 1e-12 * own[0]  # as they often are
+        return np.asarray(varpro.profile(scaled.problem, best, own[0] if same else own, at))
 
-    @property
-    def space(self) -> SearchSpace:
-        """The compliances (j0, j2, f, j2/tau), over their units."""
-        compliance, time = self.scaled.compliance, self.scaled.time
-        box = np.stack([np.asarray(side) for side in self.scaled.problem.limits], -1)
-        unit = compliance / np.array([1.0, 1.0, time, time])
-        own = np.isin(np.arange(4), PLACES[self.structure.size])
-        return SearchSpace.linear(self.structure, box, unit, own)
-
-    def solve(self, weights: np.ndarray) -> Solved:
-        """Return the optimum with weights (n,) [1/unit of the response], with the residuals and the Jacobian at all
-        points."""
-        padded = nonlinear.without_weight(weights * float(np.max(np.abs(self.data.response))))
-        problem, n = self.scaled.problem._replace(weights=padded), weights.size
-        kept, fewer, best = self.choose(problem, n)
-        residual = np.asarray(varpro.residuals(problem, best))[:n]
-        free, inside = places(problem), varpro.strictly_inside(best.parts, *problem.limits)
-        J = np.asarray(varpro.jacobian(problem, best))[:n, free]
-        found = Extents(fewer, best, self.scaled)
-        return Solved(
-            np.asarray(best.parts), residual, J, np.asarray(inside)[free], kept, weights,
-            lambda assessment: found.at(assessment, self.data.t[-1:]), found,
-        )  # fmt: skip
+    if not 0 < t.size <= SINGLY:
+        return run(np.arange(levels.size), times)[: OTHER_FUNCTIONS + t.size]
+    first = np.arange(OTHER_FUNCTIONS)
+    rows = [run(np.append(first, OTHER_FUNCTIONS + k), times[[k]]) for k in range(t.size)]
+    return np.concatenate([rows[0], *(row[OTHER_FUNCTIONS:] for row in rows[1:])])
 
 
-def places(problem: TauSearch) -> np.ndarray:
-    """Return the places of the fitted compliances among (j0, j2, f, j2/tau)."""
-    lower, upper = (np.asarray(side) for side in problem.limits)
-    return np.flatnonzero(lower < upper)
+def creep_limits(scaled: Scaled, best: Optimum, assessment: Assessment, t: np.ndarray) -> np.ndarray:
+    """Return the limits (2, k) of J [1/Pa] at times t (k,) [s]."""
+    return profiles(scaled, best, assessment, t)[OTHER_FUNCTIONS:].T * scaled.compliance
 
 
-class Extents(NamedTuple):
-    """Profile likelihoods about the optimum of a problem in the units ``scaled``."""
-
-    problem: TauSearch
-    best: Optimum
-    scaled: Scaled
-
-    def at(self, assessment: Assessment, t: np.ndarray) -> np.ndarray:
-        """Return the ends (5 + k, 2) of the intervals of ``creep_search.profile`` at times t (k,) [s].
-
-        Many times are padded so that only a few values of k are compiled.
-        """
-        times = t / self.scaled.time
-        times = nonlinear.repeated(times) if t.size > SINGLY else times
-        levels = assessment.levels(self._gradients(times)[places(self.problem)])
-        if not 0 < t.size <= SINGLY:
-            return self._profile(levels, times)[: OTHER_FUNCTIONS + t.size]
-        each = range(OTHER_FUNCTIONS, levels.size)
-        rows = [
-            self._profile(levels[[*range(OTHER_FUNCTIONS), k]], times[[k - OTHER_FUNCTIONS]]) for k in each
-        ]
-        return np.concatenate([rows[0], *(row[OTHER_FUNCTIONS:] for row in rows[1:])])
-
-    def _profile(self, levels: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return the ends (5 + k, 2) at scaled times (k,) for levels (5 + k,), which are often the same."""
-        same = np.ptp(levels) <= 1e-12 * levels[0]
-        return np.asarray(varpro.profile(self.problem, self.best, levels[0] if same else levels, times))
-
-    def creep(self, assessment: Assessment, t: np.ndarray) -> np.ndarray:
-        """Return the limits (2, k) of J [1/Pa] at times t (k,) [s]."""
-        return self.at(assessment, t)[OTHER_FUNCTIONS:].T * self.scaled.compliance
-
-    def combinations(self, ends: np.ndarray, slopes: np.ndarray) -> dict[str, Any]:
-        """Return {name: (value, sd, low, high)} of J0 [1/Pa], slope0 [1/(Pa s)] and J(T) [1/Pa], with T the duration.
-
-        ends (6, 2): the interval ends at T, scaled, of which those that are zero have errors of round-off; slopes (m, k):
-        the whitened Jacobian of the fitted compliances.
-        """
-        (j0, j2, f, ratio), tau = np.asarray(self.best.parts), float(self.best.tau)
-        free, whole = places(self.problem), np.zeros((len(slopes), 4))
-        whole[:, free] = slopes
-        gradients = self._gradients(np.ones(1))[:, [0, 4, 5]].T
-        sd = linear_sd(whole, gradients, np.isin(np.arange(4), free))
-        values = [j0, ratio + f, j0 - j2 * math.expm1(-1.0 / tau) + f]
-        ends = np.where(ends > ROUND_OFF, ends, 0.0)[[0, 4, 5]]
-        units = self.scaled.compliance * np.array([1.0, 1.0 / self.scaled.time, 1.0])
-        rows = zip(("J0", "slope0", "J(T)"), values, sd, ends, units, strict=True)
-        return {name: tuple(float(u) for u in (v * k, s * k, *(e * k))) for name, v, s, e, k in rows}
-
-    def landscape(self, space: SearchSpace) -> Landscape:
-        """Return the residuals as a function of the compliances of the material."""
-        own = space.material
-        residual = Partial(varpro.residuals_at, self.problem)
-        box = np.stack(space.bounds, -1)[own]
-        return Landscape(residual, np.asarray(self.best.parts)[own], box, space.unit[own])
-
-    def _gradients(self, times: np.ndarray) -> np.ndarray:
-        """Return the gradients of j0, j2, f, j2/tau, slope0 and J(times) with respect to (j0, j2, f, j2/tau), (4, m),
-        scaled."""
-        (_, j2, _, _), tau = np.asarray(self.best.parts), float(self.best.tau)
-        decay, one = np.exp(-times / tau), np.ones(times.size)
-        # with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio)
-        turn = -decay * times / tau if j2 > 0 else 0.0 * times
-        creep = np.stack([one, 1.0 - decay + turn, times, -turn * tau])
-        return np.column_stack([np.eye(4), [0.0, 0.0, 1.0, 1.0], creep])
+def _gradients(best: Optimum, times: np.ndarray) -> np.ndarray:
+    """Return the gradients of j0, j2, f, j2/tau, slope0 and J(times) with respect to (j0, j2, f, j2/tau), (4, m),
+    scaled."""
+    (_, j2, _, _), tau = np.asarray(best.parts), float(best.tau)
+    decay, one = np.exp(-times / tau), np.ones(times.size)
+    # with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio)
+    turn = -decay * times / tau if j2 > 0 else 0.0 * times
+    creep = np.stack([one, 1.0 - decay + turn, times, -turn * tau])
+    return np.column_stack([np.eye(4), [0.0, 0.0, 1.0, 1.0], creep])
 
 
 # for data other than a creep curve: the fit, and the weights in a comparison of models unless others are given
@@ -337,7 +230,7 @@ def fit_creep(
             more. For a fractional law the returned material is its Prony approximation (``jc.Springpot.prony``) over
             the times of the data, and no point is left out of the fit.
         weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data (``weights.py``) and
-            then from the residuals (``noise.py``), with isolated outliers left out (``unsupported.py``);
+            then from the residuals (``noise.py``), with isolated outliers left out;
             "proportional" (errors are a fraction of the fitted J); "relative" (of the measured J, which makes a fit too low
             by about the square of the relative error; a note says where this matters); "absolute" (one error for all).
         sigma: the known standard deviation, a number or (n,) [unit of the data]; by default the standard deviation that
@@ -367,27 +260,65 @@ def fit_creep(
 def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray | None = None) -> CreepFit:
     """Fit a creep curve as ``fit_creep`` does; given (n,): estimated weights to use unchanged, without leaving a point
     out."""
-    sample = creep_sample(data, options["weights"], options["sigma"])
+    sample, level = creep_sample(data, options["weights"], options["sigma"]), options["level"]
     if given is not None:
         sample = sample._replace(weights=given, final=True)
     sought = Sought.of(structure, options["fixed"], options["bounds"], options["nu"])
-    fit = _fit_law if isinstance(structure, Law) else _fit_classical
-    return fit(data, sought, sample, options)
+    if isinstance(structure, Law):
+        return _fit_law(data, sought, sample, options)
 
+    # The search in scaled units, over the compliances (j0, j2, f, j2/tau).
+    scaled = varpro.scale(data, sample.weights, structure, sought.table)
+    n, size, free = data.t.size, float(np.max(np.abs(data.response))), scaled.problem.free
+    box = np.stack([np.asarray(side) for side in scaled.problem.limits], -1)
+    own = np.isin(np.arange(4), PLACES[structure.size])
+    unit = scaled.compliance / np.array([1.0, 1.0, scaled.time, scaled.time])
+    open_sides = np.stack([box[:, 0] == 0.0, np.isinf(box[:, 1])], -1)
+    space = Parameters.of(structure, box, unit=unit, material=own, open=open_sides)
+    problem = FitProblem(data, sought, space, sample, scaled.time, level)
 
-def _fit_classical(data: CreepData, sought: Sought, sample: Sample, options: dict) -> CreepFit:
-    """Fit a material with at most one retardation time."""
-    search = CreepSearch.of(data, sought, sample)
-    problem = FitProblem(data, sought, search.space, sample, search.scaled.time, options["level"])
-    first, again = search.solve(sample.weights), lambda weights: [search.solve(weights[0])]
-    (solved,) = settled([sample], [first], again, problem.p)
-    extents, kept = solved.whole, solved.kept
-    landscape = extents.landscape(search.space)
-    found = conclude(problem, solved._replace(notes=_left_out(data, kept), landscape=landscape))
+    def solve(weights: np.ndarray) -> Solved:
+        """Return the optimum with weights (n,) [1/unit of the response], with residuals and Jacobian at all points."""
+        whole = scaled.problem._replace(weights=nonlinear.without_weight(weights * size))
+        if sample.robust:
+            kept, fewer, best = leave_out(whole, n)
+        else:
+            kept, fewer, best = np.ones(n, dtype=bool), whole, varpro.minimise(whole)
+        residual = np.asarray(varpro.residuals(whole, best))[:n]
+        J = np.asarray(varpro.jacobian(whole, best))[:n, free]
+        inside = np.asarray(varpro.strictly_inside(best.parts, *whole.limits))[free]
+        profile = functools.partial(profiles, scaled._replace(problem=fewer), best, t=data.t[-1:])
+        return Solved(
+            np.asarray(best.parts), residual, J, inside, kept, weights, profile, (fewer, best)
+        )  # fmt: skip
+
+    # The weights and the optimum follow from each other.
+    again = lambda weights: [solve(weights[0])]
+    (solved,) = settled([sample], again([sample.weights]), again, problem.p)
+    (fewer, best), kept = solved.whole, solved.kept
+    scaled = scaled._replace(problem=fewer)
+    notes = []
+    if not kept.all():
+        times = ", ".join(f"{t:.4g}" for t in data.t[~kept][:5])
+        notes.append(f"{np.sum(~kept)} of {n} points left out as isolated outliers: t = {times} s")
+    residual = Partial(varpro.residuals_at, fewer)
+    landscape = Landscape(residual, np.asarray(best.parts)[own], box[own], unit[own])
+    found = conclude(problem, solved._replace(notes=notes, landscape=landscape))
+
+    # J0, slope0 = 1/eta1 + 1/eta2 and J at the last time, with their intervals; ends that are zero have errors of
+    # round-off.
+    (j0, j2, f, ratio), tau = np.asarray(best.parts), float(best.tau)
+    slopes = np.zeros((len(found.assessment.slopes), 4))
+    slopes[:, free] = found.assessment.slopes
+    sd = linear_sd(slopes, _gradients(best, np.ones(1))[:, [0, 4, 5]].T, np.isin(np.arange(4), free))
+    values = np.array([j0, ratio + f, j0 - j2 * math.expm1(-1.0 / tau) + f])
+    ends = np.where(found.ends > ROUND_OFF, found.ends, 0.0)[[0, 4, 5]]
+    units = scaled.compliance * np.array([1.0, 1.0 / scaled.time, 1.0])
+    rows = np.column_stack([values, sd, ends]) * units[:, None]
     return found.fit(
         CreepFit, options=options, kept=kept, point_weights=solved.weights,
-        combinations=extents.combinations(found.ends, found.assessment.slopes),
-        profile=functools.partial(extents.creep, found.assessment),
+        combinations={name: tuple(row.tolist()) for name, row in zip(("J0", "slope0", "J(T)"), rows, strict=True)},
+        profile=functools.partial(creep_limits, scaled, best, found.assessment),
     )  # fmt: skip
 
 
@@ -401,20 +332,13 @@ def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> 
     solved = least_squares(
         problem, lambda weights: ScaledCreepCurve.of(data, weights).objective(space), curve.starts(law)
     )
-    landscape = ScaledCreepCurve.of(data, solved.weights).landscape(space, solved.theta)
+    landscape = space.landscape(solved.theta, solved.whole[1].residual, relative=True)
     found = conclude(problem, solved._replace(notes=law.notes, landscape=landscape))
     band = functools.partial(linear_band, law, found.fields["estimate"], options["level"])
     return found.fit(
         CreepFit, options=options, kept=solved.kept, point_weights=solved.weights, combinations={},
         profile=band,
     )  # fmt: skip
-
-
-def _left_out(data: CreepData, kept: np.ndarray) -> list[str]:
-    """Return a note on the points that were left out, those not in ``kept`` (n,) bool."""
-    times = ", ".join(f"{t:.4g}" for t in data.t[~kept][:5])
-    left = f"{np.sum(~kept)} of {kept.size} points left out as isolated outliers: t = {times} s"
-    return [] if kept.all() else [left]
 
 
 def creep_sample(data: CreepData, weights: str | None, sigma: Any) -> Sample:
@@ -424,11 +348,6 @@ def creep_sample(data: CreepData, weights: str | None, sigma: Any) -> Sample:
         sigma = data.error
         weights = "estimated" if sigma is None and data.scatter is None else None
     return Sample.of(data.curve, *choose_weights(data.t, data.response, weights, sigma, data.scatter))
-
-
-def _r2(fit: Fit) -> str:
-    """Return R2 as text for a table, "-" where it is not defined."""
-    return "-" if math.isnan(fit.r2) else f"{fit.r2:.6f}"
 
 
 class Comparison(NamedTuple):
@@ -442,8 +361,9 @@ class Comparison(NamedTuple):
 
     def __str__(self) -> str:
         head = f"{'model':22s}{'parameters':>11s}{'R2':>12s}{'AIC':>12s}{'BIC':>12s}{'lag-1':>8s}  misfit  verdict"
+        r2 = lambda f: "-" if math.isnan(f.r2) else f"{f.r2:.6f}"  # not defined for constant data
         rows = [
-            f"{f.model.__name__:22s}{f.p:11d}{_r2(f):>12s}{f.aic:12.1f}{f.bic:12.1f}{f.lag1:8.2f}"
+            f"{f.model.__name__:22s}{f.p:11d}{r2(f):>12s}{f.aic:12.1f}{f.bic:12.1f}{f.lag1:8.2f}"
             f"  {'yes' if f.misfit else 'no':6s}  {f.verdict}"
             for f in self.fits
         ]

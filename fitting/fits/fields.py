@@ -24,7 +24,7 @@ from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.noise import two_sided
 from fitting.inference.result import Fit
 from fitting.inference.verdict import Sample
-from fitting.models.search_space import ParameterSpace
+from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear, profiles
 from fitting.search.nonlinear import Best, Objective, inverse
@@ -534,7 +534,7 @@ class FieldSearch:
     units: np.ndarray
     blur: float
     start: np.ndarray
-    space: ParameterSpace
+    space: Parameters
     noise: str
     scale: dict[str, float]
     known: dict[str, np.ndarray]
@@ -824,7 +824,7 @@ def _within(image: jc.Grid, model: jc.Grid) -> np.ndarray:
     return inside[0][:, None] & inside[1][None, :]
 
 
-def _space(sought: Sought, logs: np.ndarray, nuisances: tuple[str, ...], units: np.ndarray) -> ParameterSpace:
+def _space(sought: Sought, logs: np.ndarray, nuisances: tuple[str, ...], units: np.ndarray) -> Parameters:
     """Return the box of the search."""
     with np.errstate(divide="ignore"):
         table = np.log(np.array(list(sought.table.values())))
@@ -832,11 +832,8 @@ def _space(sought: Sought, logs: np.ndarray, nuisances: tuple[str, ...], units: 
     own = np.where((table[:, 0] == table[:, 1])[:, None], table, own)
     box = np.concatenate([own, np.array([BOX[name] for name in nuisances]).reshape(-1, 2)])
     material = np.arange(len(box)) < logs.size
-    return ParameterSpace(
-        structure=sought.structure, lower=box[:, 0], upper=box[:, 1], unit=np.append(np.ones(logs.size), units),
-        logarithmic=material, material=material,
-        names=(*sought.structure.where, *("" for _ in nuisances)), open=np.ones((len(box), 2), dtype=bool),
-    )  # fmt: skip
+    unit = np.append(np.ones(logs.size), units)
+    return Parameters.of(sought.structure, box, unit=unit, logarithmic=material, material=material)
 
 
 # The figure of a fit to fields: data, model and difference.

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -14,12 +13,12 @@ import jaxcontact as jc
 from fitting.data.contact import DEGREES, UNTIMED, Drag, baseline, find_drag, sample_noise, signs, smooth
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
-from fitting.inference import noise
+from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Assessment, Sample, Solved
+from fitting.inference.verdict import Deviation, Sample, Solved
 from fitting.models import thin_layer
-from fitting.models.search_space import SearchSpace
+from fitting.models.parameters import Parameters
 from fitting.models.structure import CLASSICAL, Sought
 from fitting.models.thin_layer import RIGID, Base, ThinLayer
 from fitting.search import nonlinear
@@ -40,36 +39,30 @@ SEEN_DRAG, DRAG_PART = (
 )  # least drag in standard deviations, and as a part of the largest force, for a note
 
 
-class Corrected(NamedTuple):
-    """A curve without drag; drag: that was subtracted, None without a correction; notes."""
-
-    data: IndentationData
-    drag: Drag | None
-    notes: tuple[str, ...]
-
-    def interval(self, level: float) -> dict[str, tuple[float, float, float]]:
-        """Return {"drag": (value, low, high)} [N s/m], {} without a correction."""
-        if self.drag is None:
-            return {}
-        b, half = self.drag.coefficient, noise.two_sided(level, DEGREES) * self.drag.sd
-        return {"drag": (b, b - half, b + half)}
-
-    def error(self, raw: IndentationData, modulus: Callable[[IndentationData], float]) -> float:
-        """Return the standard deviation of the logarithm of a modulus due to that of the drag; modulus: of another curve."""
-        if self.drag is None or self.drag.sd == 0.0:
-            return 0.0
-        b, sd = self.drag.coefficient, self.drag.sd
-        ends = [modulus(raw.without_drag(max(b + sign * sd, 0.0))) for sign in (1.0, -1.0)]
-        return 0.5 * abs(math.log(ends[0] / ends[1]))
-
-
-def corrected(data: IndentationData, drag: float | str | None) -> Corrected:
-    """Return a curve without drag; ValueError on bad input, and where the baselines show none."""
+def without_drag(
+    data: IndentationData, drag: float | str | None
+) -> tuple[IndentationData, Drag | None, tuple[str, ...]]:
+    """Return a curve without drag, the drag that was subtracted, None without a correction, and notes; ValueError on bad
+    input, and where the baselines show none."""
     if drag is None:
-        return Corrected(data, None, _note(data))
+        try:
+            found = find_drag(data)
+        except ValueError:
+            return data, None, ()
+        shift = found.coefficient * found.velocity
+        part = shift / float(np.ptp(data.load))
+        if found.coefficient < SEEN_DRAG * found.sd or part < DRAG_PART:
+            return data, None, ()
+        note = (
+            f"the baseline of the approach is {2e12 * shift:.3g} pN above that of the retraction, as by a drag of"
+            f" {found.coefficient:.3g} N s/m on the lever in liquid, {100 * part:.2g} % of the largest force on either side:"
+            ' drag="fit" subtracts it, which matters where the tip slows down in contact'
+        )
+        return data, None, (note,)
+    known = isinstance(drag, int | float | np.number) and 0.0 <= drag < np.inf
+    if drag != "fit" and not known:
+        raise ValueError(f'drag: expected a coefficient >= 0 N s/m, "fit" or None, got {drag!r}')
     if isinstance(drag, str):
-        if drag != "fit":
-            raise ValueError(f'drag: expected a coefficient >= 0 N s/m, "fit" or None, got {drag!r}')
         found = find_drag(data)
         if found.coefficient < -SEEN_DRAG * found.sd:
             raise ValueError(
@@ -78,36 +71,18 @@ def corrected(data: IndentationData, drag: float | str | None) -> Corrected:
             )
         found = found._replace(coefficient=max(found.coefficient, 0.0))
     else:
-        if not (isinstance(drag, int | float | np.number) and 0.0 <= drag < np.inf):
-            raise ValueError(f'drag: expected a coefficient >= 0 N s/m, "fit" or None, got {drag!r}')
         found = Drag(float(drag), 0.0, 0.0)
-    return Corrected(data.without_drag(found.coefficient), found, ())
-
-
-def _note(data: IndentationData) -> tuple[str, ...]:
-    """Return a note where the baselines of approach and retraction differ as by drag."""
-    try:
-        found = find_drag(data)
-    except ValueError:
-        return ()
-    shift = found.coefficient * found.velocity
-    part = shift / float(np.ptp(data.load))
-    if found.coefficient < SEEN_DRAG * found.sd or part < DRAG_PART:
-        return ()
-    return (
-        f"the baseline of the approach is {2e12 * shift:.3g} pN above that of the retraction, as by a drag of"
-        f" {found.coefficient:.3g} N s/m on the lever in liquid, {100 * part:.2g} % of the largest force on either side:"
-        ' drag="fit" subtracts it, which matters where the tip slows down in contact',
-    )
+    return data.without_drag(found.coefficient), found, ()
 
 
 # Force curve of an elastic sample: baseline, contact point and indentation, scaled for the search.
 #
 #     force = G size d^p f(d)/(1 - nu) + baseline + tilt t,     d = max(depth - contact point, 0)
 #
-# size and p of the indenter are those of ``data/indentation.py``, and f is the factor of a thin layer (``thin_layer.py``),
-# 1 on a half-space. On an elastic base f depends on G as well; its series is linear in log G about a value of the
-# search, which is repeated until it stays. In scaled form G size/((1 - nu) load unit) depth unit^p = 1/J.
+# size and p of the indenter are those of ``data/indentation.py``, and f is the factor of a thin layer
+# (``thin_layer.py``), 1 on a half-space. On an elastic base f depends on G as well; its series is linear in log G
+# about a value of the search, which is repeated until it stays. In scaled form G size/((1 - nu) load unit) depth
+# unit^p = 1/J.
 
 
 PARTS = ("contact_point", "baseline", "tilt")  # coordinates after the two compliances
@@ -138,17 +113,9 @@ def indentation_force(theta: Array, depth: Array, curve: ForceCurve) -> Array:
     return jnp.where(inside, force, 0.0)
 
 
-@jax.jit
-def residuals(theta: Array, curve: ForceCurve) -> Array:
-    """Return the weighted force of the model minus the measured one, (n,); theta = (log J, 0, *``PARTS``)."""
-    model = indentation_force(theta, curve.depth - theta[2], curve) + theta[3] + theta[4] * curve.t
-    return curve.weights * (model - curve.load)
-
-
-@jax.jit
-def slopes(theta: Array, curve: ForceCurve) -> Array:
-    """Return the derivative (n, 5) of the residuals."""
-    return jax.jacfwd(residuals)(theta, curve)
+def force_with_baseline(theta: Array, curve: ForceCurve) -> Array:
+    """Return the scaled force (n,) at the samples; theta = (log J, 0, *``PARTS``)."""
+    return indentation_force(theta, curve.depth - theta[2], curve) + theta[3] + theta[4] * curve.t
 
 
 @jax.jit
@@ -160,6 +127,7 @@ def unit_forces(points: Array, curve: ForceCurve) -> Array:
 # Preparation of a force curve, and the search for modulus, contact point and baseline.
 
 
+PICO = 1e12
 MOST = 1000  # largest number of points, or means of neighbours
 EDGE = 30.0  # bound of the logarithm of the scaled compliance
 TRIALS = 80  # trial contact points
@@ -233,98 +201,83 @@ class ApproachCurve(NamedTuple):
         return moved._replace(zero=self.zero + float(depth[0]))
 
 
-class Setup(NamedTuple):
-    """Indenter, sample and spring of a force curve.
-
-    sought: the elastic solid; thickness [m] of a bonded layer, None for a half-space; substrate: its elastic base, None for
-    a rigid one; guess: shear modulus [Pa] of the layer at which the factor of an elastic base is linearised.
-    """
-
-    indenter: Any
-    sought: Sought
-    thickness: float | None
-    substrate: jc.Elastic | None = None
-    guess: float = 0.0
-
-    @property
-    def base(self) -> Base:
-        """The base of a layer, with the modulus of the layer at the guess."""
-        if self.substrate is None:
-            return RIGID
-        return Base(self.guess / float(self.substrate.G), float(self.substrate.nu))
-
-    @classmethod
-    def of(
-        cls, indenter: Any, nu: float, thickness: float | None, bounds: Any, substrate: Any = None
-    ) -> "Setup":
-        """Return the checked setup; ValueError on bad input."""
-        probe_of(indenter)
-        if substrate is not None and (thickness is None or not isinstance(substrate, jc.Elastic)):
-            got = "no thickness" if thickness is None else type(substrate).__name__
-            raise ValueError(f"substrate: expected Elastic, below a sample with a thickness, got {got}")
-        if thickness is not None:
-            thin_layer.check(thickness, nu)
-            if indenter.material is not None:
-                raise ValueError("indenter: expected a rigid one on a thin layer, got one with a material")
-        structure = CLASSICAL[jc.Elastic]
-        return cls(indenter, Sought.of(structure, None, bounds, nu), thickness, substrate)
-
-
-class ForceSample(Sample):
-    """The points of a force curve, whose trends ``force_verdict.py`` judges in place of the common tests."""
-
-    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
-        """Return the evidence without reasons for rejection."""
-        found = super().assess(solved, p, level)
-        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
-
-
 class ForceProblem(NamedTuple):
     """A scaled force curve with its search space.
 
-    units (load [N], depth [m], duration [s], compliance [1/Pa]); sample: load over depth [m].
+    indenter; sought: the elastic solid; thickness [m] of a bonded layer, None for a half-space; substrate: its elastic base,
+    None for a rigid one; units (load [N], depth [m], duration [s], compliance [1/Pa]); sample: load over depth [m].
     """
 
     approach: ApproachCurve
-    setup: Setup
+    indenter: Any
+    sought: Sought
+    thickness: float | None
+    substrate: jc.Elastic | None
     curve: ForceCurve
     units: tuple[float, float, float, float]
-    space: SearchSpace
+    space: Parameters
     sample: Sample
 
     @classmethod
-    def of(cls, approach: ApproachCurve, setup: Setup, weights: str | None, sigma: Any) -> "ForceProblem":
-        """Return the scaled problem of an approach; ValueError where nothing changes in it."""
-        probe, share = probe_of(setup.indenter), setup.sought.volume.share
+    def of(
+        cls, approach: ApproachCurve, indenter: Any, sought: Sought, thickness: float | None,
+        substrate: jc.Elastic | None, guess: float, weights: str | None, sigma: Any,
+    ) -> "ForceProblem":  # fmt: skip
+        """Return the scaled problem of an approach; ValueError where nothing changes in it.
+
+        guess: shear modulus [Pa] of the layer at which the factor of an elastic base is linearised.
+        """
+        probe, share, nu = probe_of(indenter), sought.volume.share, sought.volume.value
         load, depth, T = float(np.ptp(approach.load)), float(approach.depth[-1]), float(approach.t[-1])
         if not (load > 0 and depth > 0 and T > 0):
             raise ValueError(
                 f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
             )
-        base = float(np.median(approach.load[: max(approach.load.size // 10, 5)]))
+        above = approach.load - float(np.median(approach.load[: max(approach.load.size // 10, 5)]))
         compliance = probe.size * depth**probe.power / (share * load)
-        units = load, depth, T, compliance
-        rise, at = 0.0, 0.0
-        if setup.base.ratio:
-            kind = thin_layer.kind_of(setup.indenter)
-            rise = thin_layer.table(setup.sought.volume.value, setup.base, True)[kind][1]
-            at = -np.log(setup.guess * compliance)
-        extra = float(setup.indenter.compliance()) / share / compliance
-        above = approach.load - base
+
+        # the factor of a layer over scaled depths, 1 on a half-space, and its change with the modulus on an elastic
+        # base
+        layer, rise, at = ThinLayer(np.zeros(2), 0.0, 1.0), 0.0, 0.0
+        if thickness is not None:
+            base = RIGID if substrate is None else Base(guess / float(substrate.G), float(substrate.nu))
+            layer = ThinLayer.of(indenter, thickness, nu, base)
+            layer = layer._replace(scale=layer.scale * depth**layer.power)
+            if base.ratio:
+                rise = thin_layer.table(nu, base, True)[thin_layer.kind_of(indenter)][1]
+                at = -np.log(guess * compliance)
         weight, label = choose_weights(approach.t, above, weights, sigma)
+        extra = float(indenter.compliance()) / share / compliance
         curve = ForceCurve(
             approach.t / T,
             approach.depth / depth,
             above / load,
             weight * load,
             probe.power,
-            _layer(setup, depth),
+            layer,
             extra,
             rise,
             at,
         )
-        sample = ForceSample.of(("load", "N", approach.depth, above), weight, label)
-        return cls(approach, setup, curve, units, _space(setup, units), sample)
+        sample = Sample.of(("load", "N", approach.depth, above), weight, label, own_trends=True)
+
+        # the box of log J, the fluidity (held at 0), contact point, baseline and tilt
+        low, high = sought.structure.box(sought.table)[0] / compliance
+        with np.errstate(divide="ignore"):
+            ends = np.clip(np.log([low, high]), -EDGE, EDGE)
+        open_sides = np.zeros((5, 2), dtype=bool)
+        open_sides[0] = low == 0.0, np.isinf(high)
+        space = Parameters.of(
+            sought.structure, [ends, [0.0, 0.0], [0.0, 1.0], [-2.0, 2.0], [-4.0, 4.0]],
+            unit=np.array([compliance, compliance / T, depth, load, load / T]), logarithmic=np.arange(5) == 0,
+            material=np.arange(5) < 2, nuisances=PARTS, open=open_sides,
+        )  # fmt: skip
+        units = load, depth, T, compliance
+        return cls(approach, indenter, sought, thickness, substrate, curve, units, space, sample)
+
+    def modulus(self, theta: np.ndarray) -> float:
+        """Return the shear modulus [Pa]."""
+        return float(1.0 / (self.space.values(theta)[0] * self.units[3]))
 
     @property
     def padded(self) -> ForceCurve:
@@ -336,17 +289,9 @@ class ForceProblem(NamedTuple):
 
     def objective(self, weights: np.ndarray) -> Objective:
         """Return the least-squares objective for weights (n,) [1/N]."""
-        curve, n, space = (
-            self._replace(curve=self.curve._replace(weights=weights * self.units[0])).padded,
-            weights.size,
-            self.space,
-        )
-        return Objective(
-            lambda theta: np.asarray(residuals(theta, curve))[:n],
-            lambda theta, free: np.asarray(slopes(theta, curve))[:n, free],
-            *space.bounds,
-            floor=1e-26 * float(np.sum((weights * self.sample.measured) ** 2)),
-        )
+        curve, own = self.padded, nonlinear.without_weight(weights * self.units[0])
+        points = slice(weights.size)
+        return Objective.of(force_with_baseline, curve, curve.load, own, self.space, points=points)
 
     def starts(self) -> list[np.ndarray]:
         """Return coordinates (5,) at the three best local minima over trial contact points; the rest is linear."""
@@ -358,9 +303,16 @@ class ForceProblem(NamedTuple):
         chi = f"expected a sample with chi (sqrt(R depth)/thickness of a ball) up to {thin_layer.LARGEST:g}, got more"
         if not np.any(inside):
             raise ValueError(f"thickness: {chi} for every contact point on a way of {self.units[1]:.3g} m")
-        found = [_linear(force, self.curve, point) for force, point in zip(forces, points, strict=True)]
-        rss = np.array([one[0] for one in found])
-        rss[~inside] = np.inf
+        # weighted RSS and coordinates (5,) for each contact point; inf where the sample would pull
+        w, rss, found = np.asarray(self.curve.weights), np.full(TRIALS, np.inf), np.zeros((TRIALS, 5))
+        for i, (force, point) in enumerate(zip(forces, points, strict=True)):
+            if not inside[i] or not np.any(force > 0.0):
+                continue
+            A = np.stack([force, np.ones(n), np.asarray(self.curve.t)], -1) * w[:, None]
+            x = np.linalg.lstsq(A, w * self.curve.load, rcond=None)[0]
+            if x[0] > 0.0:
+                rss[i] = float(np.sum((A @ x - w * self.curve.load) ** 2))
+                found[i] = -np.log(x[0]), 0.0, point, x[1], x[2]
         lowest = [
             i for i in range(TRIALS) if rss[i] <= rss[max(i - 1, 0)] and rss[i] <= rss[min(i + 1, TRIALS - 1)]
         ]
@@ -376,58 +328,7 @@ class ForceProblem(NamedTuple):
                 f"thickness: {chi} for the contact point that describes the curve: leave out the deep points with a window,"
                 " or take the sample as a half-space"
             )
-        return [np.clip(found[i][1], *self.space.bounds) for i in best]
-
-
-def _linear(force: np.ndarray, curve: ForceCurve, point: float) -> tuple[float, np.ndarray]:
-    """Return the weighted RSS and the coordinates (5,) for a contact point; inf where the sample would pull."""
-    w = np.asarray(curve.weights)
-    if not np.all(np.isfinite(force)) or not np.any(force > 0.0):
-        return np.inf, np.zeros(5)
-    A = np.stack([force, np.ones(w.size), np.asarray(curve.t)], -1) * w[:, None]
-    x = np.linalg.lstsq(A, w * curve.load, rcond=None)[0]
-    if not x[0] > 0.0:
-        return np.inf, np.zeros(5)
-    return float(np.sum((A @ x - w * curve.load) ** 2)), np.array([-np.log(x[0]), 0.0, point, x[1], x[2]])
-
-
-def _layer(setup: Setup, depth: float) -> ThinLayer:
-    """Return the factor over depths in units of ``depth``; 1 on a half-space."""
-    if setup.thickness is None:
-        return ThinLayer(np.zeros(2), 0.0, 1.0)
-    layer = ThinLayer.of(setup.indenter, setup.thickness, setup.sought.volume.value, setup.base)
-    return layer._replace(scale=layer.scale * depth**layer.power)
-
-
-def _space(setup: Setup, units: tuple[float, float, float, float]) -> SearchSpace:
-    """Return the box of log J, the fluidity (held at 0), contact point, baseline and tilt."""
-    load, depth, T, compliance = units
-    structure = setup.sought.structure
-    low, high = structure.box(setup.sought.table)[0] / compliance
-    with np.errstate(divide="ignore"):
-        ends = np.clip(np.log([low, high]), -EDGE, EDGE)
-    box = np.array([ends, [0.0, 0.0], [0.0, 1.0], [-2.0, 2.0], [-4.0, 4.0]])
-    material = np.array([True, True, False, False, False])
-    names = (next(iter(structure.where)), "", *PARTS)
-    unit = np.array([compliance, compliance / T, depth, load, load / T])
-    return SearchSpace(
-        structure=structure, lower=box[:, 0], upper=box[:, 1], unit=unit,
-        logarithmic=np.arange(5) == 0, material=material, names=names,
-        open=np.stack([np.array([low == 0.0, *[False] * 4]), np.array([np.isinf(high), *[False] * 4])], -1),
-    )  # fmt: skip
-
-
-def trimmed(approach: ApproachCurve, setup: Setup) -> ApproachCurve:
-    """Return the approach with at most ``BASE`` largest depths of baseline before the contact, with a note."""
-    coarse = approach.thinned(200)
-    problem = ForceProblem.of(coarse, setup, "absolute", None)
-    point = problem.starts()[0][2] * problem.units[1]
-    begin = point - BASE * (approach.depth[-1] - point)
-    first = int(np.argmax(approach.depth >= begin))
-    if first == 0:
-        return approach
-    note = f"baseline: {first} points further than {BASE:g} largest depths from the contact left out"
-    return approach.since(first)._replace(notes=(*approach.notes, note))
+        return [np.clip(found[i], *self.space.bounds) for i in best]
 
 
 # Errors of the calibration of a cantilever in the interval of a modulus.
@@ -446,43 +347,10 @@ STEP = 0.02  # relative change of the sensitivity in the difference quotient
 KINDS = ("spring_constant", "sensitivity")
 
 
-def check(errors: dict[str, float] | None, spring_constant: float | None) -> dict[str, float]:
-    """Return the relative standard deviations; ValueError for unknown or bad ones."""
-    for name, value in (errors or {}).items():
-        if name not in KINDS:
-            raise ValueError(f"errors: expected keys among {', '.join(KINDS)}, got {name!r}")
-        if not (isinstance(value, int | float) and 0.0 <= value < 1.0):
-            raise ValueError(
-                f"errors[{name!r}]: expected a relative standard deviation from 0 to 1, got {value!r}"
-            )
-    if "sensitivity" in (errors or {}) and not (spring_constant or 0.0) > 0.0:
-        raise ValueError(
-            "spring_constant: expected the spring constant of the cantilever [N/m] with an error of the sensitivity,"
-            f" got {spring_constant!r}"
-        )
-    return errors or {}
-
-
-def calibrated(
-    fields: dict[str, Any], problem: FitProblem, approach: ApproachCurve, errors: dict[str, float],
-    spring_constant: float | None, modulus: Callable[[ApproachCurve], float],
-) -> dict[str, Any]:  # fmt: skip
-    """Return the fields of a fit that the errors of the calibration change; modulus: G [Pa] of another approach."""
-    slope = 0.0
-    if errors.get("sensitivity"):
-        ends = [
-            modulus(_scaled(approach, sign * STEP, float(spring_constant or 1.0))) for sign in (1.0, -1.0)
-        ]
-        slope = math.log(ends[0] / ends[1]) / math.log((1.0 + STEP) / (1.0 - STEP))
-    total = math.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
-    given = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
-    return widened(fields, problem, total, f"calibration ({given})")
-
-
 def widened(fields: dict[str, Any], problem: FitProblem, total: float, cause: str) -> dict[str, Any]:
-    """Return the fields of a fit that a further standard deviation of log G, independent of the noise, changes."""
+    """Return the fields of a fit with a further standard deviation of log G, independent of the noise."""
     if not total:
-        return {}
+        return fields
     G, (low, high), z = fields["values"]["G"], fields["intervals"]["G"], noise.two_sided(problem.level)
     grow = lambda ratio: (
         math.exp(math.hypot(math.log(ratio), z * total)) if 0.0 < ratio < math.inf else math.inf
@@ -492,6 +360,7 @@ def widened(fields: dict[str, Any], problem: FitProblem, total: float, cause: st
     estimate = fields["estimate"]
     covariance = estimate.covariance + np.diag((total * estimate.best) ** 2)  # of 1/G
     return {
+        **fields,
         **with_intervals(problem, intervals, fields["refused"]),
         "estimate": estimate._replace(covariance=covariance),
         "sd_log": {"G": math.hypot(fields["sd_log"]["G"], total)},
@@ -499,167 +368,85 @@ def widened(fields: dict[str, Any], problem: FitProblem, total: float, cause: st
     }
 
 
-def _scaled(approach: ApproachCurve, change: float, spring_constant: float) -> ApproachCurve:
-    """Return the approach with a sensitivity that is larger by a relative change."""
-    deflection = approach.load / spring_constant
-    depth = approach.depth - change * (deflection - deflection[0])
-    return approach._replace(load=approach.load * (1.0 + change), depth=depth)
+# Judgement of a force curve: its indentation and baseline, and systematic deviations from the model by their size.
+# The modulus is fitted again to the shallower half of the indentation (``inference/verdict.py``).
 
 
-# Judgement of a force curve: systematic deviations from the model, their size, and their meaning.
-#
-# A measured force curve of a real sample is never described to within its noise, so that a trend of the residuals
-# alone is no reason for a rejection. Where the common tests find one (``inference/verdict.py``), the modulus is
-# fitted again to the shallower half of the indentation. The intervals are widened by the change of the parameters,
-# and the fit is rejected if the modulus changes by more than ``CHANGE`` or the trend exceeds ``TREND`` of the largest
-# force.
-
-
-CHANGE = 0.4  # of the logarithm of the modulus between half the depth and the whole
-TREND = 0.05  # of the largest force
-WINDOW = 0.05  # fraction of the points in a running mean of the residuals
+CHANGE = 0.4  # of the logarithm of the modulus between half the depth and the whole, beyond which a fit is rejected
+TREND = 0.05  # likewise, trend of the residuals over the largest force
 SEEN = 5.0  # least indentation force in standard deviations of the baseline
 SHORT = 0.02  # least baseline, as a fraction of the depth of the curve
 FEW = 8  # fewest points in contact
 HALF = 0.5  # of the largest depth
 
 
-class Deviation(NamedTuple):
-    """left (5,): change of the coordinates that the intervals must include; against: reasons for rejection; notes."""
-
-    left: np.ndarray
-    against: tuple[str, ...]
-    notes: tuple[str, ...]
-
-
 def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Deviation:
     """Return the systematic deviation of a solved force curve."""
-    nothing = np.zeros(solved.theta.size)
-    missing = _missing(force, solved)
-    if missing:
-        return Deviation(nothing, missing, ())
-    found = Sample.assess(problem.sample, solved, problem.p, problem.level).evidence
-    if not found.refused:
-        return Deviation(nothing, (), ())
-    trend, softer = _trend(force, solved), _change(force, solved)
-    if softer is None:
-        return Deviation(nothing, ("too few points in contact to judge the trend of the residuals",), ())
-    size = f"a trend of {100 * trend:.1f} % of the largest force ({trend * force.units[0] * 1e12:.3g} pN)"
-    change = math.expm1(abs(softer[0]))
-    way = "falls" if softer[0] > 0 else "rises"
-    if trend > TREND or abs(softer[0]) > CHANGE:
-        why = f"the residuals have {size}, and the modulus {way} by {100 * change:.0f} % from half the depth to the whole"
-        return Deviation(np.abs(softer), (f"{why}: {_meaning(softer[0], force)}",), ())
-    note = (
-        f"the residuals have {size}; the intervals include the change of the modulus from half the depth to the whole,"
-        f" by which it {way} by {100 * change:.1f} %: {_meaning(softer[0], force)}"
-    )
-    return Deviation(np.abs(softer), (), (note,))
+    curve, theta, unit = force.curve, solved.theta, force.units[0]
+    depth, deviations = np.asarray(curve.depth), solved.residual / solved.weights / unit
+    nothing, outside = np.zeros(theta.size), depth < theta[2]
 
-
-def _missing(force: ForceProblem, solved: Solved) -> tuple[str, ...]:
-    """Return the reasons why a curve has no indentation, or no baseline."""
-    curve, theta = force.curve, solved.theta
-    outside = np.asarray(curve.depth) < theta[2]
+    # A curve without indentation or baseline determines nothing.
     if outside.sum() < max(5, SHORT * outside.size):
-        return (
-            f"the contact is among the first points ({int(outside.sum())} before it): the curve has no baseline, so that"
-            " the contact point is not determined",
+        return Deviation(
+            nothing,
+            (
+                f"the contact is among the first points ({int(outside.sum())} before it): the curve has no baseline, so that"
+                " the contact point is not determined",
+            ),
         )
     if (~outside).sum() < FEW:
-        return (f"no indentation: {int((~outside).sum())} points after the contact point",)
-    deviations = solved.residual / solved.weights / force.units[0]
-    noise = float(np.std(deviations[outside]))
+        return Deviation(
+            nothing, (f"no indentation: {int((~outside).sum())} points after the contact point",)
+        )
+    scatter = float(np.std(deviations[outside]))
     pushed = float(indentation_force(theta, curve.depth[-1] - theta[2], curve))
-    if pushed < SEEN * noise:
-        return (
-            f"no indentation: the force rises by {pushed * force.units[0] * 1e12:.3g} pN, the noise of the baseline is"
-            f" {noise * force.units[0] * 1e12:.3g} pN",
+    if pushed < SEEN * scatter:
+        return Deviation(
+            nothing,
+            (
+                f"no indentation: the force rises by {pushed * unit * PICO:.3g} pN, the noise of the baseline is"
+                f" {scatter * unit * PICO:.3g} pN",
+            ),
         )
-    return ()
 
+    def refits() -> list[np.ndarray | None]:
+        """Return the fit up to half the largest depth."""
+        some = depth - theta[2] <= HALF * (depth[-1] - theta[2])
+        if np.sum(some & (depth > theta[2])) < 5:
+            return [None]
+        objective = force.objective(np.where(some, solved.weights, 0.0))
+        return [nonlinear.minimise(objective, theta).theta]
 
-def _trend(force: ForceProblem, solved: Solved) -> float:
-    """Return the largest running mean of the residuals in contact over the largest force."""
-    deviations = solved.residual / solved.weights / force.units[0]
-    width = max(int(WINDOW * deviations.size), 3)
-    mean = np.convolve(deviations, np.ones(width) / width, mode="valid")
-    return float(np.max(np.abs(mean)))
-
-
-def _change(force: ForceProblem, solved: Solved) -> np.ndarray | None:
-    """Return the coordinates (5,) of the fit to all points minus those of the fit up to half the largest depth."""
-    depth, theta = np.asarray(force.curve.depth), solved.theta
-    some = depth - theta[2] <= HALF * (depth[-1] - theta[2])
-    if np.sum(some & (depth > theta[2])) < 5:
-        return None
-    objective = force.objective(np.where(some, solved.weights, 0.0))
-    objective.lower, objective.upper = (bound.copy() for bound in force.space.bounds)
-    return theta - nonlinear.minimise(objective, theta).theta
-
-
-def _meaning(softer: float, force: ForceProblem) -> str:
-    """Return what a change of the modulus with depth may mean, in a microscopist's words."""
-    if softer > 0:
+    def words(trend: float, changes: np.ndarray, rejected: bool) -> str:
+        """Return the size of the trend and of the change with its meaning, in a microscopist's words."""
+        softer = float(changes[0, 0])
+        way, percent = "falls" if softer > 0 else "rises", 100 * math.expm1(abs(softer))
+        if softer > 0:
+            meaning = (
+                "the sample seems to soften with depth: adhesion or repulsion near the contact, a tip blunter than assumed,"
+                " or a stiff surface; fit a larger depth, or check the tip"
+            )
+        elif force.thickness is None:
+            meaning = (
+                "the sample seems to stiffen with depth: a thin sample on a hard base (give its --thickness), a brush or"
+                " membrane above it, or a tip sharper than assumed"
+            )
+        else:
+            meaning = "the sample seems to stiffen with depth: thinner than given, a brush above it, or large strains"
+        size = f"a trend of {100 * trend:.1f} % of the largest force ({trend * unit * PICO:.3g} pN)"
+        if rejected:
+            return (
+                f"the residuals have {size}, and the modulus {way} by {percent:.0f} % from half the depth to the whole:"
+                f" {meaning}"
+            )
         return (
-            "the sample seems to soften with depth: adhesion or repulsion near the contact, a tip blunter than assumed, or"
-            " a stiff surface; fit a larger depth, or check the tip"
+            f"the residuals have {size}; the intervals include the change of the modulus from half the depth to the whole,"
+            f" by which it {way} by {percent:.1f} %: {meaning}"
         )
-    if force.setup.thickness is None:
-        return (
-            "the sample seems to stiffen with depth: a thin sample on a hard base (give its --thickness), a brush or"
-            " membrane above it, or a tip sharper than assumed"
-        )
-    return "the sample seems to stiffen with depth: thinner than given, a brush above it, or large strains"
 
-
-# Figure of the fit of a force curve: force over depth with the contact point, and the residuals.
-
-
-PICO = 1e12
-
-
-def draw(fit: Any, path: Any) -> Any:
-    """Return a Figure of a ``ForceFit``; saved where a path is given."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.5, 6.5), layout="constrained")
-    sheet.title(figure, fit)
-    places = figure.add_gridspec(3, 1, height_ratios=(3, 1, 0.5))
-    top = figure.add_subplot(places[0])
-    bottom = figure.add_subplot(places[1], sharex=top)
-    _, low, high = fit.nuisances["contact_point"]
-    half = 0.5 * abs(high - low)
-    top.plot(fit.depth, fit.force, ".", markersize=3, color="0.4", label="data, baseline subtracted")
-    top.plot(fit.depth, fit.model_force, color="C0", label="model")
-    top.plot(0.0, 0.0, "o", color="C1", label="contact point")
-    for axes in (top, bottom):
-        axes.axvspan(-half, half, color="C1", alpha=0.3, linewidth=0)
-        axes.axvline(0.0, color="C1", linewidth=0.8)
-    sheet.axis_label(top.yaxis, "force", "N", fit.force)
-    top.tick_params(labelbottom=False)
-    top.legend()
-    bottom.plot(fit.depth, PICO * (fit.force - fit.model_force), ".", markersize=3, color="0.4")
-    bottom.axhline(0.0, color="0.4", linewidth=0.8)
-    sheet.axis_label(bottom.xaxis, "depth below the contact point", "m", np.abs(fit.depth))
-    bottom.set_ylabel("residual [pN]")
-    _values(figure.add_subplot(places[2]), fit)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
-
-
-def _values(axes: Any, fit: Any) -> None:
-    """Print Young's modulus and the contact point with their intervals, and what the modulus is conditional on."""
-    axes.axis("off")
-    factor, unit = sheet.multiple("Pa", fit.youngs_modulus[0])
-    E, low, high = (value / factor for value in fit.youngs_modulus)
-    lines = [f"E = {E:.4g} {unit}, {100 * fit.level:g} % interval {low:.4g} to {high:.4g} {unit}"]
-    value, first, last = fit.nuisances["contact_point"]
-    factor, unit = sheet.multiple("m", max(abs(first), abs(last)))
-    place = f"{value / factor:.5g} {unit}, {first / factor:.5g} to {last / factor:.5g} {unit}"
-    lines.append(f"contact point at {place}")
-    axes.text(0.0, 1.0, "\n".join(lines), va="top", family="monospace", fontsize="x-small")
+    trend = lambda: verdict.trend(deviations)
+    return verdict.judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
 
 
 TURNS, SETTLED = (
@@ -704,7 +491,31 @@ class ForceFit(Fit):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of force over depth with the contact point, and of the residuals; saved where a path is given."""
-        return draw(self, path)
+        value, low, high = self.nuisances["contact_point"]
+
+        def panel(top: Any, bottom: Any) -> None:
+            top.plot(
+                self.depth, self.force, ".", markersize=3, color="0.4", label="data, baseline subtracted"
+            )
+            top.plot(self.depth, self.model_force, color="C0", label="model")
+            top.plot(0.0, 0.0, "o", color="C1", label="contact point")
+            for axes in (top, bottom):
+                axes.axvspan(
+                    -0.5 * abs(high - low), 0.5 * abs(high - low), color="C1", alpha=0.3, linewidth=0
+                )
+                axes.axvline(0.0, color="C1", linewidth=0.8)
+            sheet.axis_label(top.yaxis, "force", "N", self.force)
+            bottom.plot(self.depth, PICO * (self.force - self.model_force), ".", markersize=3, color="0.4")
+            sheet.axis_label(bottom.xaxis, "depth below the contact point", "m", np.abs(self.depth))
+            bottom.set_ylabel("residual [pN]")
+
+        factor, unit = sheet.multiple("Pa", self.youngs_modulus[0])
+        E, least, most = (modulus / factor for modulus in self.youngs_modulus)
+        percent = f"{100 * self.level:g} % interval"
+        lines = [f"E = {E:.4g} {unit}, {percent} {least:.4g} to {most:.4g} {unit}"]
+        factor, unit = sheet.multiple("m", max(abs(low), abs(high)))
+        place = f"{value / factor:.5g} {unit}, {low / factor:.5g} to {high / factor:.5g} {unit}"
+        return sheet.draw(self, path, panel, lines=[*lines, f"contact point at {place}"])
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with Young's modulus, the nuisance parameters and the given quantities."""
@@ -815,95 +626,126 @@ def fit_force(
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     weights = "estimated" if weights is None and sigma is None else weights
-    setup = Setup.of(indenter, nu, thickness, bounds, substrate)
-    errors = check(errors, spring_constant)
-    bare = corrected(data, drag)
-    taken = lambda curve: trimmed(ApproachCurve.of(curve), setup).thinned()
+    _check(indenter, nu, thickness, substrate, errors, spring_constant)
+    sought = Sought.of(CLASSICAL[jc.Elastic], None, bounds, nu)
+    given, errors = (indenter, sought, thickness, substrate), errors or {}
+    bare, dragged, notes = without_drag(data, drag)
 
-    def searched(
-        curve: ApproachCurve, own: Setup = setup, left: int = TURNS
-    ) -> tuple[ForceProblem, FitProblem, Solved]:
-        force = ForceProblem.of(curve, own, weights, sigma)
-        problem = FitProblem(bare.data, own.sought, force.space, force.sample, float(curve.t[-1]), level)
-        solved = least_squares(problem, force.objective, force.starts())
-        G = _modulus(force, problem, solved)
-        if substrate is None or left == 0 or abs(G - own.guess) <= SETTLED * G:
-            return force, problem, solved
-        return searched(curve, own._replace(guess=G), left - 1)
+    def taken(curve: IndentationData) -> ApproachCurve:
+        """Return the approach with at most ``BASE`` largest depths of baseline before the contact, with a note."""
+        approach = ApproachCurve.of(curve)
+        coarse = ForceProblem.of(approach.thinned(200), *given, 0.0, "absolute", None)
+        point = coarse.starts()[0][2] * coarse.units[1]
+        first = int(np.argmax(approach.depth >= point - BASE * (approach.depth[-1] - point)))
+        if first:
+            note = f"baseline: {first} points further than {BASE:g} largest depths from the contact left out"
+            approach = approach.since(first)._replace(notes=(*approach.notes, note))
+        return approach.thinned()
 
-    approach = taken(bare.data)
+    def searched(curve: ApproachCurve) -> tuple[ForceProblem, FitProblem, Solved]:
+        """Return the solution; on an elastic base the search is repeated until the modulus stays."""
+        guess = 0.0
+        for _ in range(TURNS + 1):
+            force = ForceProblem.of(curve, *given, guess, weights, sigma)
+            problem = FitProblem(bare, sought, force.space, force.sample, float(curve.t[-1]), level)
+            solved = least_squares(problem, force.objective, force.starts())
+            before, guess = guess, force.modulus(solved.theta)
+            if substrate is None or abs(guess - before) <= SETTLED * guess:
+                break
+        return force, problem, solved
+
+    def modulus(curve: ApproachCurve) -> float:
+        force, _, solved = searched(curve)
+        return force.modulus(solved.theta)
+
+    approach = taken(bare)
     force, problem, solved = searched(approach)
-    off = deviation(problem, force, solved)
-    notes = (*_notes(force, solved.theta), *bare.notes, *off.notes)
-    solved = solved._replace(left=off.left, against=off.against, notes=notes)
+    off, theta, (unit, deepest, *_) = deviation(problem, force, solved), solved.theta, force.units
+
+    # Notes on the curve, and on the strain of a thin layer.
+    said, depth = list(approach.notes), float((1.0 - theta[2]) * deepest)
+    if approach.each > 1:
+        said.append(f"{approach.t.size} points are means of {approach.each} samples each")
+    said += paraboloid_note(indenter, depth, thickness=thickness)
+    if thickness is not None and depth > STRAIN * thickness:
+        said.append(
+            f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"
+        )
+    solved = solved._replace(left=off.left, against=off.against, notes=(*said, *notes, *off.notes))
     found = conclude(problem, solved)
-    modulus = lambda curve: _modulus(*searched(curve))
-    fields, given = found.fields, (errors, spring_constant, modulus)
-    fields = fields | calibrated(fields, problem, approach, *given)
-    extra = bare.error(data, lambda curve: modulus(taken(curve)))
-    fields = fields | widened(fields, problem, extra, "drag")
-    own = _own(force, solved, found._replace(fields=fields), polynomials, bare.interval(level))
-    return found._replace(fields=fields).fit(ForceFit, **own)
 
+    # Errors of the calibration and of the drag, from fits to curves that are changed by them.
+    slope, b = 0.0, 0.0
+    if errors.get("sensitivity"):
+        deflection = approach.load / float(spring_constant or 1.0)
+        ends = []
+        for change in (STEP, -STEP):
+            moved = approach.depth - change * (deflection - deflection[0])
+            ends.append(modulus(approach._replace(load=approach.load * (1.0 + change), depth=moved)))
+        slope = math.log(ends[0] / ends[1]) / math.log((1.0 + STEP) / (1.0 - STEP))
+    total = math.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
+    kinds = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
+    fields, nuisances = widened(found.fields, problem, total, f"calibration ({kinds})"), {}
+    if dragged is not None:
+        b, half = dragged.coefficient, noise.two_sided(level, DEGREES) * dragged.sd
+        nuisances["drag"] = b, b - half, b + half
+        if dragged.sd > 0.0:
+            ends = [modulus(taken(data.without_drag(max(b + s * dragged.sd, 0.0)))) for s in (1.0, -1.0)]
+            fields = widened(fields, problem, 0.5 * abs(math.log(ends[0] / ends[1])), "drag")
 
-def _modulus(force: ForceProblem, _: FitProblem, solved: Solved) -> float:
-    """Return the shear modulus [Pa] of a search."""
-    compliance = force.space.values(solved.theta)[0] * force.units[3]
-    return float(1.0 / compliance)
-
-
-def _own(
-    force: ForceProblem, solved: Any, concluded: Any, polynomials: bool, drag: dict[str, tuple]
-) -> dict[str, Any]:
-    """Return the fields of a ``ForceFit`` that other fits do not have."""
-    setup, theta, (load, depth, *_) = force.setup, solved.theta, force.units
-    G, nu = concluded.fields["values"]["G"], setup.sought.volume.value
-    E = tuple(2.0 * (1.0 + nu) * value for value in (G, *concluded.fields["intervals"]["G"]))
-    below = np.asarray(force.curve.depth) - theta[2]
-    base = theta[3] + theta[4] * np.asarray(force.curve.t)
-    return {
-        "indenter": setup.indenter, "nu": nu, "thickness": setup.thickness, "substrate": setup.substrate,
-        "youngs_modulus": E,
-        "nuisances": _nuisances(force, theta, concluded.ends) | drag,
-        "polynomials": _polynomials(force, solved, E[0]) if polynomials else {},
-        "depth": below * depth, "force": (np.asarray(force.curve.load) - base) * load,
-        "model_force": np.asarray(indentation_force(theta, below, force.curve)) * load,
-    }  # fmt: skip
-
-
-def _nuisances(
-    force: ForceProblem, theta: np.ndarray, ends: np.ndarray
-) -> dict[str, tuple[float, float, float]]:
-    """Return {name: (value, low, high)} in SI units; the contact point as a measured depth."""
-    rows = np.column_stack([theta, ends])[2:] * force.space.unit[2:, None]
-    approach = force.approach
+    # Nuisance parameters in SI units; the contact point as a measured depth.
+    rows = np.column_stack([theta, found.ends])[2:] * force.space.unit[2:, None]
     rows[0] = approach.inward * (rows[0] + approach.zero)
     if approach.inward < 0:
         rows[0] = rows[0, [0, 2, 1]]
-    return {name: tuple(row.tolist()) for name, row in zip(PARTS, rows, strict=True)}
+    nuisances = {name: tuple(row.tolist()) for name, row in zip(PARTS, rows, strict=True)} | nuisances
+    E = tuple(2.0 * (1.0 + nu) * value for value in (fields["values"]["G"], *fields["intervals"]["G"]))
+    below = np.asarray(force.curve.depth) - theta[2]
+    baseline_load = theta[3] + theta[4] * np.asarray(force.curve.t)
+    return found._replace(fields=fields).fit(
+        ForceFit, indenter=indenter, nu=nu, thickness=thickness, substrate=substrate, youngs_modulus=E,
+        nuisances=nuisances, polynomials=_polynomials(force, solved, E[0]) if polynomials else {},
+        depth=below * deepest, force=(np.asarray(force.curve.load) - baseline_load) * unit,
+        model_force=np.asarray(indentation_force(theta, below, force.curve)) * unit,
+    )  # fmt: skip
 
 
-def _notes(force: ForceProblem, theta: np.ndarray) -> tuple[str, ...]:
-    """Return notes on the curve, and on the strain of a thin layer."""
-    notes, approach = list(force.approach.notes), force.approach
-    if approach.each > 1:
-        notes.append(f"{approach.t.size} points are means of {approach.each} samples each")
-    thickness, depth = force.setup.thickness, float((1.0 - theta[2]) * force.units[1])
-    notes += paraboloid_note(force.setup.indenter, depth, thickness=thickness)
-    if thickness is not None and depth > STRAIN * thickness:
-        notes.append(
-            f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"
+def _check(
+    indenter: Any,
+    nu: float,
+    thickness: float | None,
+    substrate: Any,
+    errors: Any,
+    spring_constant: float | None,
+) -> None:
+    """Raise ValueError for a bad body or indenter, and for unknown or bad errors of the calibration."""
+    probe_of(indenter)
+    if substrate is not None and (thickness is None or not isinstance(substrate, jc.Elastic)):
+        got = "no thickness" if thickness is None else type(substrate).__name__
+        raise ValueError(f"substrate: expected Elastic, below a sample with a thickness, got {got}")
+    if thickness is not None:
+        thin_layer.check(thickness, nu)
+        if indenter.material is not None:
+            raise ValueError("indenter: expected a rigid one on a thin layer, got one with a material")
+    for name, value in (errors or {}).items():
+        if name not in KINDS:
+            raise ValueError(f"errors: expected keys among {', '.join(KINDS)}, got {name!r}")
+        if not (isinstance(value, int | float) and 0.0 <= value < 1.0):
+            raise ValueError(
+                f"errors[{name!r}]: expected a relative standard deviation from 0 to 1, got {value!r}"
+            )
+    if "sensitivity" in (errors or {}) and not (spring_constant or 0.0) > 0.0:
+        raise ValueError(
+            "spring_constant: expected the spring constant of the cantilever [N/m] with an error of the sensitivity,"
+            f" got {spring_constant!r}"
         )
-    return tuple(notes)
 
 
 def _polynomials(force: ForceProblem, solved: Any, E: float) -> dict[str, tuple[float, float]]:
     """Return {name: (E [Pa], relative deviation)} with the approximations for this indenter and nu."""
-    found = {}
-    setup, depth = force.setup, force.units[1]
-    for name, layer in thin_layer.approximations(
-        setup.indenter, setup.thickness, setup.sought.volume.value
-    ).items():
+    found, depth = {}, force.units[1]
+    layers = thin_layer.approximations(force.indenter, force.thickness, force.sought.volume.value)
+    for name, layer in layers.items():
         scaled = layer._replace(scale=layer.scale * depth**layer.power)
         other = force._replace(curve=force.curve._replace(layer=scaled, rise=0.0))
         theta = nonlinear.minimise(other.objective(solved.weights), solved.theta).theta

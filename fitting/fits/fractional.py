@@ -18,17 +18,15 @@ import itertools
 import math
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jax.scipy.special import gammaln
-from jax.tree_util import Partial
 
 import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.models import history
-from fitting.models.search_space import Landscape, ParameterSpace
+from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, Structure, by_name, resolve
 from fitting.search import nonlinear, varpro
 from fitting.search.nonlinear import Objective
@@ -104,26 +102,24 @@ def orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, floa
     return table | {"alpha": (low, min(high, 1.0))}
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
-class LawSpace(ParameterSpace):
-    """Search space with the coordinates log G, log V and alpha."""
+def law_parameters(law: Structure, rows: dict[str, tuple[float, float]]) -> Parameters:
+    """Return the coordinates log G, log V and alpha of a law within ``rows``."""
+    names = tuple(law.where)
+    by_log = np.array([name != "alpha" for name in names])
+    hidden = functools.partial(_undetermined, names)
+    return Parameters.of(law, [rows[name] for name in names], logarithmic=by_log, undetermined=hidden)
 
-    def spans(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Return the interval ends of ``ParameterSpace``, open for parameters that a bound of alpha makes
-        unidentifiable."""
-        hidden = self._hidden(theta, ends)[:, None] & (self.lower < self.upper)[:, None]
-        return super().spans(theta, np.where(hidden, np.stack(self.bounds, -1), ends))
 
-    def _hidden(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Return which parameters (m,) bool are unidentifiable because alpha is at a bound, where the law is nearly a
-        spring or a dashpot.
+def _undetermined(names: tuple[str, ...], theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return which parameters (m, 1) bool are unidentifiable because alpha is at a bound, where the law is nearly a
+    spring or a dashpot.
 
-        V is unidentifiable where the interval of alpha reaches the bound, G also where the best value does.
-        """
-        alpha = self.structure.where["alpha"]
-        found = bool(np.isin(theta[alpha], ORDERS))  # at alpha = 1 the law is classical with viscosity V
-        reached = found or bool(np.any(np.isin(ends[alpha], ORDERS)))
-        return np.array([{"V": reached, "G": found, "alpha": False}[name] for name in self.structure.where])
+    V is unidentifiable where the interval of alpha reaches the bound, G also where the best value does.
+    """
+    alpha = names.index("alpha")
+    found = bool(np.isin(theta[alpha], ORDERS))  # at alpha = 1 the law is classical with viscosity V
+    reached = found or bool(np.any(np.isin(ends[alpha], ORDERS)))
+    return np.array([[{"V": reached, "G": found, "alpha": False}[name]] for name in names])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -157,44 +153,28 @@ class ScaledCreepCurve:
         """Shortest and longest times [s] that the data resolve."""
         return self.duration * 10.0**-self.decades, self.duration
 
-    @property
-    def arrays(self) -> tuple[Any, ...]:
-        """Arguments of the residual function after the coordinates."""
-        return self.basis, self.y, self.weight, self.compliance, math.log(self.duration)
-
     def bounded(self, sought: Sought) -> Sought:
         """Return the sought structure with bounds of alpha, its material approximated over the times of the data."""
         assert isinstance(sought.structure, Law)
         law = dataclasses.replace(sought.structure, span=self.span)
         return sought._replace(structure=law, table=orders(sought.table))
 
-    def space(self, sought: Sought) -> LawSpace:
+    def space(self, sought: Sought) -> Parameters:
         """Return the search space with its bounds."""
         size, lapse = -math.log(self.compliance), math.log(self.duration)
         V = (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0))
         highest = self.highest(sought.structure.model)
         whole = {"G": (size - EDGE, size + EDGE), "V": V, "alpha": (ORDERS[0], highest)}
-        names = sought.structure.where
-        rows = [_within(whole[name], name, sought.table[name]) for name in names]
-        return LawSpace.of(sought.structure, np.array(rows), np.array([name != "alpha" for name in names]))
+        rows = {name: _within(whole[name], name, bounds) for name, bounds in sought.table.items()}
+        return law_parameters(sought.structure, rows)
 
-    def objective(self, space: LawSpace) -> Objective:
+    def objective(self, space: Parameters) -> Objective:
         """Return the least-squares objective over the coordinates (m,)."""
-        kind = {"model": space.structure.model, "decades": self.decades}
-        return Objective(
-            lambda theta: np.asarray(_residual(theta, *self.arrays, **kind))[: self.n],
-            lambda theta, free: np.asarray(_slopes(theta, *self.arrays, **kind))[: self.n, free],
-            *space.bounds,
-            floor=1e-26 * float(np.sum((self.weight * self.y) ** 2)),
+        inputs = self.basis, self.compliance, math.log(self.duration)
+        static = space.structure.model, self.decades
+        return Objective.of(
+            _response, inputs, self.y, self.weight, space, points=slice(self.n), static=static
         )
-
-    def landscape(self, space: LawSpace, theta: np.ndarray) -> Landscape:
-        """Return the residuals as a function of the parameters about theta (m,), relative to their best values."""
-        values = space.values(theta)
-        box = np.stack([space.values(end) for end in space.bounds], -1) / values[:, None]
-        logs = tuple(space.logarithmic.tolist())
-        kind = functools.partial(_at_values, space.structure.model, self.decades, logs)
-        return Landscape(Partial(kind, values, *self.arrays), np.ones(values.size), box, values)
 
     def highest(self, model: type) -> float:
         """Return the upper bound of alpha in the search."""
@@ -226,25 +206,13 @@ def _within(whole: tuple[float, float], name: str, bounds: tuple[float, float]) 
     return (low, high) if low == high else (max(whole[0], low), min(whole[1], high))
 
 
-def _at_values(
-    model: type, decades: int, logs: tuple[bool, ...], unit: Array, *arrays_and_values: Any
-) -> Array:
-    """Return the weighted residuals at parameters relative to ``unit``, which come last; logs: logarithmic coordinates."""
-    *arrays, values = arrays_and_values
-    by_log = np.array(logs)
-    theta = jnp.where(by_log, jnp.log(values * unit), values * unit)
-    return _residual(theta, *arrays, model=model, decades=decades)
-
-
-@functools.partial(jax.jit, static_argnames=("model", "decades"))
-def _residual(
-    theta: Array, basis: Any, y: Array, weight: Array, compliance: Array, lapse: Array, *, model: type, decades: int
-) -> Array:  # fmt: skip
-    """Return the weighted residuals (n,) at coordinates (m,), of which the last two are log V and alpha."""
-    *spring, log_V, alpha = theta
+def _response(theta: Array, inputs: tuple[Any, Array, Array], model: type, decades: int) -> Array:
+    """Return the scaled response (n,) at coordinates (m,), of which the last two are log V and alpha; inputs: the stress,
+    the unit of compliance and the logarithm of the duration."""
+    (*spring, log_V, alpha), (basis, compliance, lapse) = theta, inputs
     given = {"G": jnp.exp(spring[0]) * compliance} if spring else {}
     law = model(**given, V=jnp.exp(log_V - alpha * lapse) * compliance, alpha=alpha)
-    return weight * (_strain(law, basis, decades) - y)
+    return _strain(law, basis, decades)
 
 
 def has_own_strain(model: type, basis: Any) -> bool:
@@ -277,12 +245,6 @@ def _powers(basis: history.History, alpha: Array) -> Array:
         jnp.maximum(since, 0.0), 1.0 + alpha
     )
     return power(jnp.maximum(since, 0.0), alpha) @ jump + ramps @ basis.slope
-
-
-@functools.partial(jax.jit, static_argnames=("model", "decades"))
-def _slopes(theta: Array, *arrays: Any, model: type, decades: int) -> Array:
-    """Return the Jacobian (n, m) of the residuals with respect to the coordinates."""
-    return jax.jacfwd(lambda at: _residual(at, *arrays, model=model, decades=decades))(jnp.asarray(theta))
 
 
 # Fractional laws fitted to a modulus over time or frequency, in the coordinates log G, log V and alpha.
@@ -325,15 +287,14 @@ class Relaxed:
         law = dataclasses.replace(sought.structure, span=self.span)
         return sought._replace(structure=law, table=orders(sought.table))
 
-    def space(self, sought: Sought) -> LawSpace:
+    def space(self, sought: Sought) -> Parameters:
         """Return the search space of log G, log V and alpha, in SI units."""
         size, (first, last) = np.log(self.unit), np.log(self.span)
         reach = (size - MODULUS_EDGE + min(first, 0.0), size + MODULUS_EDGE + max(last, 0.0))
         whole = {"G": (size - MODULUS_EDGE, size + MODULUS_EDGE), "V": reach, "alpha": (ORDERS[0], 1.0)}
         whole["alpha"] = (ORDERS[0], ORDERS[1] if self.relaxed else 1.0)
-        names = sought.structure.where
-        box = [_within(whole[name], name, sought.table[name]) for name in names]
-        return LawSpace.of(sought.structure, np.array(box), np.array([name != "alpha" for name in names]))
+        rows = {name: _within(whole[name], name, bounds) for name, bounds in sought.table.items()}
+        return law_parameters(sought.structure, rows)
 
     def starts(self, law: Law) -> list[np.ndarray]:
         """Return starting coordinates from pairs of alpha and the place of the transition on the logarithmic time axis."""
@@ -349,26 +310,10 @@ class Relaxed:
         at = {"G": size, "V": size + alpha * log_tau, "alpha": alpha}
         return np.array([at[name] for name in law.where])
 
-    def objective(self, space: LawSpace, weights: np.ndarray) -> Objective:
+    def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
         """Return the least-squares objective for weights (n,) of y."""
-        kind = {"model": space.structure.model, "relaxed": self.relaxed}
-        arrays = self.x, self.y, weights, np.log(self.unit)
-        return Objective(
-            lambda theta: np.asarray(_moduli_residual(theta, *arrays, **kind)),
-            lambda theta, free: np.asarray(_moduli_slopes(theta, *arrays, **kind))[:, free],
-            *space.bounds,
-            floor=1e-26 * float(np.sum((weights * self.y) ** 2)),
-        )
-
-    def landscape(self, space: LawSpace, theta: np.ndarray, weights: np.ndarray) -> Landscape:
-        """Return the residuals as a function of the parameters about theta (m,), relative to their best values."""
-        values = space.values(theta)
-        box = np.stack([space.values(end) for end in space.bounds], -1) / values[:, None]
-        run = functools.partial(
-            _moduli_at_values, space.structure.model, self.relaxed, tuple(space.logarithmic.tolist())
-        )
-        arrays = values, self.x, self.y, weights, np.log(self.unit)
-        return Landscape(Partial(run, *arrays), np.ones(values.size), box, values)
+        inputs, static = (self.x, np.log(self.unit)), (space.structure.model, self.relaxed)
+        return Objective.of(_moduli, inputs, self.y, weights, space, static=static)
 
 
 def modulus(model: type, values: dict, x: Array, relaxed: bool) -> Array:
@@ -387,29 +332,11 @@ def modulus(model: type, values: dict, x: Array, relaxed: bool) -> Array:
     return jnp.stack([found.real, found.imag])
 
 
-@functools.partial(jax.jit, static_argnames=("model", "relaxed"))
-def _moduli_residual(
-    theta: Array, x: Array, y: Array, weights: Array, log_unit: Array, *, model: type, relaxed: bool
-) -> Array:
-    """Return the weighted residuals (n,) at coordinates (m,), of which the last two are log V and alpha."""
-    *spring, log_V, alpha = theta
+def _moduli(theta: Array, inputs: tuple[Array, Array], model: type, relaxed: bool) -> Array:
+    """Return the scaled moduli (n,) at coordinates (m,), of which the last two are log V and alpha; inputs: times or
+    frequencies, and the logarithm of the unit of the modulus."""
+    (*spring, log_V, alpha), (x, log_unit) = theta, inputs
     values = {"V": jnp.exp(log_V - log_unit), "alpha": alpha}
     values |= {"G": jnp.exp(spring[0] - log_unit)} if spring else {}
     once = x if relaxed else x[: x.size // 2]
-    return weights * (modulus(model, values, once, relaxed).ravel() - y)
-
-
-@functools.partial(jax.jit, static_argnames=("model", "relaxed"))
-def _moduli_slopes(theta: Array, *arrays: Array, model: type, relaxed: bool) -> Array:
-    """Return the Jacobian (n, m) of the residuals."""
-    return jax.jacfwd(lambda at: _moduli_residual(at, *arrays, model=model, relaxed=relaxed))(
-        jnp.asarray(theta)
-    )
-
-
-def _moduli_at_values(model: type, relaxed: bool, logs: tuple[bool, ...], unit: Array, *rest: Array) -> Array:
-    """Return the weighted residuals at parameters relative to ``unit``, which come last."""
-    *arrays, values = rest
-    by_log = np.array(logs)
-    theta = jnp.where(by_log, jnp.log(values * unit), values * unit)
-    return _moduli_residual(theta, *arrays, model=model, relaxed=relaxed)
+    return modulus(model, values, once, relaxed).ravel()

@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import itertools
 import math
 import warnings
 from collections.abc import Callable, Sequence
@@ -22,7 +23,7 @@ from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import two_sided
 from fitting.inference.result import Fit, plain
 from fitting.inference.verdict import Sample
-from fitting.models.search_space import ParameterSpace
+from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective, linear_sd
@@ -211,21 +212,12 @@ STRUCTURE = ParameterList.of(
 )
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
-class GrowthSpace(ParameterSpace):
-    """Coordinates log rate, energy, work, removal and induction time.
-
-    lost: places of those that the conditions of the curves leave open.
-    """
-
-    lost: tuple[int, ...] = ()
-
-    def spans(self, theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Return the ends of the intervals: open for what is lost, and where an end is that of the search."""
-        middle = np.array([0.5 * (self.lower[0] + self.upper[0]), 0.0, 0.0, np.nan, np.nan])[:, None]
-        away = (np.abs(ends - middle) >= OPEN) & (self.lower < self.upper)[:, None]
-        away[list(self.lost)] = True
-        return super().spans(theta, np.where(away, np.stack(self.bounds, -1), ends))
+def _undetermined(middle: float, lost: tuple[int, ...], theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Return which interval ends (5, 2) are those of the search, about the middle of log rate and 0 of energy and work,
+    or of what the conditions of the curves leave open, ``lost``."""
+    away = np.abs(ends - np.array([middle, 0.0, 0.0, np.nan, np.nan])[:, None]) >= OPEN
+    away[list(lost)] = True
+    return away
 
 
 class Curves(NamedTuple):
@@ -281,7 +273,7 @@ class Curves(NamedTuple):
         point_weights, label = choose_weights(apart, self.measured, weights, None if weights else spread)
         return Sample.of(("thickness", "m", self.t, self.measured), point_weights, label, self.which)
 
-    def space(self, table: dict[str, tuple[float, float]], induction: str | float | None) -> ParameterSpace:
+    def space(self, table: dict[str, tuple[float, float]], induction: str | float | None) -> Parameters:
         """Return the box of the search from the bounds of the parameters; induction: as in ``fit_growth``."""
         middle = math.log(float(np.max(np.abs(self.measured))) / self.duration)
         whole = [(middle - REACH, middle + REACH), (0.0, LARGEST), (0.0, LARGEST), (0.0, FASTEST)]
@@ -296,73 +288,57 @@ class Curves(NamedTuple):
         ]
         held = 0.0 if induction is None else induction
         waits = (0.0, LATEST) if isinstance(held, str) else (held / self.duration,) * 2
-        lower, upper = np.array([*rows, waits]).T
-        own = np.arange(5) < 4
-        space = GrowthSpace(
-            structure=STRUCTURE, lower=lower, upper=upper, unit=self.unit, logarithmic=np.arange(5) == 0,
-            material=own, names=(*STRUCTURE.where, "induction"), open=np.ones((5, 2), dtype=bool),
-        )  # fmt: skip
         lost = self.lost(table)
-        bounded = any(table[list(DIMENSIONS)[i]] != (0.0, math.inf) for i in lost)
-        return space if bounded else dataclasses.replace(space, lost=lost)
+        if any(table[list(DIMENSIONS)[i]] != (0.0, math.inf) for i in lost):
+            lost = ()
+        return Parameters.of(
+            STRUCTURE, [*rows, waits], unit=self.unit, logarithmic=np.arange(5) == 0, material=np.arange(5) < 4,
+            nuisances=("induction",), undetermined=functools.partial(_undetermined, 0.5 * sum(rows[0]), lost),
+        )  # fmt: skip
 
-    def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
+    def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
         """Return the least squares over the coordinates (5,)."""
-        columns = (self.t, self.measured, self.stress, self.temperature, self.initial)
-        arrays = (*map(nonlinear.repeated, columns), nonlinear.without_weight(weights), self.unit)
-        n = self.t.size
-        return Objective(
-            lambda theta: np.asarray(_residual(theta, *arrays))[:n],
-            lambda theta, free: np.asarray(_slopes(theta, *arrays))[:n, free],
-            *space.bounds,
-            floor=1e-26 * float(np.sum((weights * self.measured) ** 2)),
-        )
+        columns = (self.t, self.stress, self.temperature, self.initial)
+        inputs = (*map(nonlinear.repeated, columns), self.unit)
+        measured, padded = nonlinear.repeated(self.measured), nonlinear.without_weight(weights)
+        return Objective.of(_thickness, inputs, measured, padded, space, points=slice(self.t.size))
 
-    def objective_in(self, contact: RubbedContact, space: ParameterSpace, weights: np.ndarray) -> Objective:
+    def objective_in(self, contact: RubbedContact, space: Parameters, weights: np.ndarray) -> Objective:
         """Return the least squares with the pressure of a contact, curve by curve."""
         ends = np.cumsum([one.t.size for one in self.data])[:-1]
-        given = [
-            (CurveInContact(one.t, one.thickness, one.load, one.temperature, one.initial), weight, self.unit)
-            for one, weight in zip(self.data, np.split(weights, ends), strict=True)
-        ]
-        each = lambda function, theta: np.concatenate(
-            [np.asarray(function(theta, contact, *curve)) for curve in given]
-        )
-        return dataclasses.replace(
-            self.objective(space, weights),
-            residual=lambda theta: each(_residual_in, theta),
-            jacobian=lambda theta, free: each(_slopes_in, theta)[:, free],
-            ftol=IN_CONTACT,
-        )
+        each = []
+        for one, own in zip(self.data, np.split(weights, ends), strict=True):
+            inputs = contact, one.t, (one.load, one.temperature, one.initial), self.unit
+            each.append(Objective.of(_thickness_in_contact, inputs, one.thickness, own, space))
+        return Objective(
+            lambda theta: np.concatenate([one.residual(theta) for one in each]),
+            lambda theta, free: np.concatenate([one.jacobian(theta, free) for one in each]),
+            *space.bounds, ftol=IN_CONTACT, floor=sum(one.floor for one in each),
+        )  # fmt: skip
 
-    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
+    def starts(self, space: Parameters) -> list[np.ndarray]:
         """Return coordinates (5,) for several removal rates and induction times: growth rates of the curves, and their
-        regression."""
+        regression, in which the logarithm of a growth rate is linear in log rate, energy and work."""
         lower, upper = space.bounds
-        removal = np.unique(np.clip(STARTS, lower[3], upper[3]))
+        removals = np.unique(np.clip(STARTS, lower[3], upper[3]))
         waits = np.unique(np.clip(WAITS if upper[4] > lower[4] else lower[4:], lower[4], upper[4]))
-        found = [
-            np.append(self._regression(decay, wait, lower[:3], upper[:3]), [decay, wait])
-            for decay in removal
-            for wait in waits
-        ]
-        return [np.clip(one, lower, upper) for one in found]
-
-    def _regression(self, removal: float, wait: float, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-        """Log rate, energy and work (3,) within bounds, for a removal rate and an induction time over the duration."""
-        since = np.maximum(self.t - wait * self.duration, 0.0)
-        decay = removal * since / self.duration
-        grown, rest = since * np.asarray(phi1(decay)), self.measured - self.initial * np.exp(-decay)
         of_curve = lambda values: np.bincount(self.which, values)
-        speed = of_curve(grown * rest) / of_curve(grown**2)
-        A = self._design()
-        y = np.log(np.maximum(speed, 1e-3 * np.max(np.abs(speed))))
-        A, y = np.concatenate([A, WEAK * np.eye(3)[1:]]), np.append(y, WEAK * np.array(EXPECTED))
-        free, x = lower < upper, lower.copy()
-        if free.any():
-            rest = y - A[:, ~free] @ x[~free]
-            x[free] = scipy.optimize.lsq_linear(A[:, free], rest, (lower[free], upper[free])).x
-        return x
+        A = np.concatenate([self._design(), WEAK * np.eye(3)[1:]])
+        low, high, found = lower[:3], upper[:3], []
+        free = low < high
+        for removal, wait in itertools.product(removals, waits):
+            since = np.maximum(self.t - wait * self.duration, 0.0)
+            decay = removal * since / self.duration
+            grown, rest = since * np.asarray(phi1(decay)), self.measured - self.initial * np.exp(-decay)
+            speed = of_curve(grown * rest) / of_curve(grown**2)
+            y = np.log(np.maximum(speed, 1e-3 * np.max(np.abs(speed))))
+            y = np.append(y, WEAK * np.array(EXPECTED))
+            x = low.copy()
+            if free.any():
+                y = y - A[:, ~free] @ x[~free]
+                x[free] = scipy.optimize.lsq_linear(A[:, free], y, (low[free], high[free])).x
+            found.append(np.clip(np.append(x, [removal, wait]), lower, upper))
+        return found
 
     def _design(self) -> np.ndarray:
         """Derivative (curves, 3) of the log growth rate of each curve with respect to log rate, energy and work."""
@@ -378,16 +354,6 @@ class Curves(NamedTuple):
         A = self._design()[:, free]
         rank = lambda columns: np.linalg.matrix_rank(columns, tol=SAME)
         return tuple(i for k, i in enumerate(free) if rank(np.delete(A, k, 1)) == rank(A))
-
-    def notes(self, table: dict[str, tuple[float, float]]) -> list[str]:
-        """Return a note on such parameters."""
-        lost = ", ".join(list(DIMENSIONS)[i] for i in self.lost(table))
-        temperatures, stresses = (np.unique(values).size for values in (self.temperature, self.stress))
-        note = (
-            f"temperatures: {temperatures}, stresses: {stresses}: the curves do not determine {lost} separately, only the"
-            " growth rate; hold what is known by fixed=, or add curves at other temperatures or stresses"
-        )
-        return [note] if lost else []
 
 
 def _within(whole: tuple[float, float], given: np.ndarray) -> tuple[float, float]:
@@ -406,85 +372,19 @@ def to_si(theta: Array, unit: Array) -> Array:
     return jnp.append(jnp.exp(theta[:1]), theta[1:]) * unit[: theta.size]
 
 
-@jax.jit
-def _residual(
-    theta: Array, t: Array, measured: Array, stress: Array, temperature: Array, initial: Array, weight: Array, unit: Array
-) -> Array:  # fmt: skip
-    """Weighted residuals (n,)."""
+def _thickness(theta: Array, inputs: tuple[Array, ...]) -> Array:
+    """Return the thickness (n,) at times, stresses, temperatures and initial thicknesses (n,)."""
+    t, stress, temperature, initial, unit = inputs
     *parameters, induction = to_si(theta, unit)
     since = jnp.maximum(t - induction, 0.0)
-    return weight * (GrowthKinetics(*parameters).thickness(since, stress, temperature, initial) - measured)
+    return GrowthKinetics(*parameters).thickness(since, stress, temperature, initial)
 
 
-class CurveInContact(NamedTuple):
-    """A growth curve that was measured in a contact under a load [N]; times and thicknesses (n,)."""
-
-    t: Array
-    thickness: Array
-    load: Array
-    temperature: Array
-    initial: Array
-
-
-@jax.jit
-def _residual_in(
-    theta: Array, contact: RubbedContact, curve: CurveInContact, weight: Array, unit: Array
-) -> Array:
-    """Return the weighted residuals (n,) of one curve in a contact."""
+def _thickness_in_contact(theta: Array, inputs: tuple) -> Array:
+    """Return the thickness (n,) of one curve in a ``RubbedContact``, with its load, temperature and initial thickness."""
+    contact, t, (load, temperature, initial), unit = inputs
     kinetics = GrowthKinetics(*to_si(theta[:4], unit))
-    given = {"load": curve.load, "temperature": curve.temperature, "initial": curve.initial}
-    return weight * (contact.thickness(kinetics, curve.t, **given) - curve.thickness)
-
-
-@jax.jit
-def _slopes_in(theta: Array, *given: Any) -> Array:
-    """Return the Jacobian (n, 4) of the residuals."""
-    return jax.jacfwd(lambda at: _residual_in(at, *given))(jnp.asarray(theta))
-
-
-@jax.jit
-def _slopes(theta: Array, *arrays: Array) -> Array:
-    """Return the Jacobian (n, 4) of the residuals."""
-    return jax.jacfwd(lambda at: _residual(at, *arrays))(jnp.asarray(theta))
-
-
-# The figure of a growth fit: thickness over time of every curve with the fit, residuals and parameters.
-
-
-def draw(fit: Any, path: Any) -> Any:
-    """Return a Figure of a ``GrowthFit``, a colour for each curve; saved where a path is given."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7.5, 7.0), layout="constrained")
-    sheet.title(figure, fit)
-    places = figure.add_gridspec(3, 1, height_ratios=(3, 1, 0.7))
-    top = figure.add_subplot(places[0])
-    bottom = figure.add_subplot(places[1], sharex=top)
-    ends = np.cumsum([one.t.size for one in fit.data])[:-1]
-    parts = (np.split(values, ends) for values in (fit.residuals, fit.fitted))
-    for k, (one, residual, fitted) in enumerate(zip(fit.data, *parts, strict=True)):
-        colour, line = f"C{k % 10}", np.linspace(0.0, one.t[-1], 200)
-        top.plot(one.t, one.thickness, ".", markersize=4, color=colour)
-        label = f"{one.stress / 1e6:.4g} MPa, {one.temperature:.4g} K"
-        if fit.contact is not None:  # the band at a prescribed stress would be another one
-            load = f"{one.load:.4g} N, {one.temperature:.4g} K"
-            top.plot(one.t, fitted, color=colour, label=load)
-        else:
-            grown = fit.predict(line, one.stress, one.temperature, one.initial)
-            top.plot(line, grown, color=colour, label=label)
-            low, high = fit.band(line, one.stress, one.temperature, one.initial)
-            if np.all(np.isfinite(high)):
-                top.fill_between(line, low, high, color=colour, alpha=0.2)
-        bottom.plot(one.t, -residual, ".", markersize=4, color=colour)
-    sheet.axis_label(top.yaxis, "thickness", "m", fit.curve[3])
-    top.tick_params(labelbottom=False)
-    top.legend(fontsize="small")
-    bottom.axhline(0.0, color="0.4", linewidth=0.8)
-    bottom.set(xlabel="t [s]", ylabel=f"residual\n({fit.weights})")
-    sheet.parameters(figure.add_subplot(places[2]), fit)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
+    return contact.thickness(kinetics, t, load=load, temperature=temperature, initial=initial)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -569,7 +469,28 @@ class GrowthFit(Fit):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of the curves with the fit, the residuals and the parameters; save it where a path is given."""
-        return draw(self, path)
+        ends = np.cumsum([one.t.size for one in self.data])[:-1]
+        parts = [np.split(values, ends) for values in (self.residuals, self.fitted)]
+
+        def panel(top: Any, bottom: Any) -> None:
+            for k, (one, residual, fitted) in enumerate(zip(self.data, *parts, strict=True)):
+                colour, line = f"C{k % 10}", np.linspace(0.0, one.t[-1], 200)
+                top.plot(one.t, one.thickness, ".", markersize=4, color=colour)
+                bottom.plot(one.t, -residual, ".", markersize=4, color=colour)
+                if self.contact is not None:  # the band at a prescribed stress would be another one
+                    load = f"{one.load:.4g} N, {one.temperature:.4g} K"
+                    top.plot(one.t, fitted, color=colour, label=load)
+                    continue
+                at = one.stress, one.temperature, one.initial
+                label = f"{one.stress / 1e6:.4g} MPa, {one.temperature:.4g} K"
+                top.plot(line, self.predict(line, *at), color=colour, label=label)
+                low, high = self.band(line, *at)
+                if np.all(np.isfinite(high)):
+                    top.fill_between(line, low, high, color=colour, alpha=0.2)
+            sheet.axis_label(top.yaxis, "thickness", "m", self.curve[3])
+            bottom.set(xlabel="t [s]", ylabel=f"residual\n({self.weights})")
+
+        return sheet.draw(self, path, panel)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the conditions of the curves and the growth rate at their mean."""
@@ -662,20 +583,51 @@ def fit_growth(
     curves = Curves.of(_checked(data))
     sample = curves.sample(weights)
     sought = Sought(STRUCTURE, limits(STRUCTURE, fixed, bounds), None)
-    _check_induction(induction, curves, contact)
+    known = induction is None or induction == "fit"
+    if not known and np.ndim(induction) == 0 and np.asarray(induction).dtype.kind in "fiu":
+        known = 0.0 <= float(induction) < curves.duration  # type: ignore[arg-type]
+    if not known:
+        raise ValueError(
+            f'induction: expected "fit", None or a time from 0 to the end of the data, {curves.duration:g} s, got'
+            f" {induction!r}"
+        )
+    if induction is not None and contact is not None:
+        raise ValueError(f"induction: expected None with contact=, got {induction!r}")
     space = curves.space(sought.table, induction)
     problem = FitProblem(curves.data, sought, space, sample, curves.duration, level)
     solved = least_squares(problem, lambda weights: curves.objective(space, weights), curves.starts(space))
     best, _ = solved.whole
+    notes = [note for one in curves.data for note in one.notes]
+    lost = ", ".join(list(DIMENSIONS)[i] for i in curves.lost(sought.table))
+    if lost:
+        temperatures, stresses = (np.unique(values).size for values in (curves.temperature, curves.stress))
+        notes.append(
+            f"temperatures: {temperatures}, stresses: {stresses}: the curves do not determine {lost} separately, only the"
+            " growth rate; hold what is known by fixed=, or add curves at other temperatures or stresses"
+        )
+
+    # In a contact the search begins with the parameters at the prescribed stresses.
     if contact is not None:
-        _check_contact(contact, curves)
+        if not isinstance(contact, RubbedContact):
+            raise ValueError(f"contact: expected RubbedContact or None, got {type(contact).__name__}")
+        contact.check()
+        without = sum(one.load is None for one in curves.data)
+        if without:
+            raise ValueError(
+                f"load: expected one for every curve with contact=, got none for {without} of {len(curves.data)}"
+            )
         start = np.clip(solved.theta, *space.bounds)
         solved = least_squares(problem, lambda weights: curves.objective_in(contact, space, weights), [start])
-    notes = [note for one in curves.data for note in one.notes] + curves.notes(sought.table)
-    if contact is not None:
-        notes += _of_contact(
-            contact, curves, GrowthKinetics(*to_si(jnp.asarray(solved.theta[:4]), curves.unit))
-        )
+        kinetics = GrowthKinetics(*to_si(jnp.asarray(solved.theta[:4]), curves.unit))
+        said: list[tuple[str, str]] = []
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the fit has them as notes
+            for one in curves.data:
+                given = {"load": one.load, "temperature": one.temperature, "initial": one.initial}
+                said += [(note.kind, note) for note in contact.run(kinetics, one.t, **given).notes]
+        notes += [f"contact of {line}" for line in text.counted(said, len(curves.data))]
+
+    # Residuals that all curves have in common.
     noise = sample.noise(solved, problem.p)
     against = verdict.reason(solved.residual, solved.jacobian, curves.which, curves.t, noise.white)
     if against and induction is None and contact is None:
@@ -690,47 +642,6 @@ def fit_growth(
         starts=(best.starts, best.agreed),
         slopes=found.assessment.slopes,
     )
-
-
-def _of_contact(contact: RubbedContact, curves: Curves, kinetics: GrowthKinetics) -> list[str]:
-    """Return each kind of note on the contacts of the curves, with the number of its curves and the note of the first."""
-    notes: list[tuple[str, str]] = []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the fit has them as notes
-        for one in curves.data:
-            run = contact.run(
-                kinetics, one.t, load=one.load, temperature=one.temperature, initial=one.initial
-            )
-            notes += [(note.kind, note) for note in run.notes]
-    return [f"contact of {line}" for line in text.counted(notes, len(curves.data))]
-
-
-def _check_induction(induction: Any, curves: Curves, contact: Any) -> None:
-    """Raise ValueError for an induction time that is neither None, "fit" nor a time before the end of the data."""
-    if induction is None or induction == "fit":
-        known = True
-    else:
-        known = np.ndim(induction) == 0 and np.asarray(induction).dtype.kind in "fiu"
-        known = known and 0.0 <= float(induction) < curves.duration
-    if not known:
-        raise ValueError(
-            f'induction: expected "fit", None or a time from 0 to the end of the data, {curves.duration:g} s, got'
-            f" {induction!r}"
-        )
-    if induction is not None and contact is not None:
-        raise ValueError(f"induction: expected None with contact=, got {induction!r}")
-
-
-def _check_contact(contact: Any, curves: Curves) -> None:
-    """Raise ValueError for what is no contact, or curves without a load."""
-    if not isinstance(contact, RubbedContact):
-        raise ValueError(f"contact: expected RubbedContact or None, got {type(contact).__name__}")
-    contact.check()
-    without = sum(one.load is None for one in curves.data)
-    if without:
-        raise ValueError(
-            f"load: expected one for every curve with contact=, got none for {without} of {len(curves.data)}"
-        )
 
 
 def _checked(data: Any) -> tuple[GrowthData, ...]:

@@ -23,13 +23,14 @@ from fitting.fits.adhesion import (
     is_fitted,
     is_law,
 )
+from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.result import Fit, plain
 from fitting.inference.verdict import Sample, Solved, settled
 from fitting.models import adhesive_contact, halfspace, thin_layer
-from fitting.models.coordinates import NUISANCES, Space
 from fitting.models.halfspace import Curve
 from fitting.models.history import merge
+from fitting.models.parameters import NUISANCES
 from fitting.models.structure import Sought, Volume, structure_of
 from fitting.models.thin_layer import ThinLayer
 from fitting.search import layered, nonlinear
@@ -62,48 +63,89 @@ FEW = 126  # number of points on which several minima are sought
 
 def search_half_space(press: IndentationProblem) -> Found:
     """Return the optimum of a test on a half-space or a layer on a rigid base."""
-    rise = press.pressing.rise
-    knots, values = (press.t, press.load) if rise is None else _held(press, rise)
+    rise, thickness, n, deepest = (
+        press.pressing.rise,
+        press.pressing.thickness,
+        press.t.size,
+        press.units.depth,
+    )
+    by_load, adhesive = press.pressing.control == "load", bool(press.pressing.adhesion)
+
+    # The history of the load: as measured, or a linear rise to the mean load after it.
+    knots, values = press.t, press.load
+    if rise is not None:
+        size = float(press.load[press.kept].mean())
+        knots, values = np.array([0.0, 1.0]), np.array([size, size])
+        if rise > 0.0:
+            knots, values = np.array([0.0, rise / press.units.duration, 1.0]), np.array([0.0, size, size])
+
+    # The model. The contact of a flat punch does not change where the depth falls.
     falls = bool(np.any(press.depth < np.maximum.accumulate(press.depth) - FALL))
-    shrinks = falls and press.probe.power > 1.0  # the contact of a flat punch does not change
-    kind = "load" if press.pressing.control == "load" else "ting" if shrinks else "depth"
-    kind = f"sticky {press.pressing.control}" if press.pressing.adhesion else kind
-    whole, few = np.arange(press.t.size), _some(press)
+    kind = "load" if by_load else "ting" if falls and press.probe.power > 1.0 else "depth"
+    kind = f"sticky {press.pressing.control}" if adhesive else kind
+
+    # Starts by variable projection: depth^power is linear in the compliances under the measured load. The weights of
+    # the depth are those of the fit under load control, uniform otherwise.
+    depth, power = np.maximum(press.depth, 1e-3), press.probe.power
+    use = press.kept & ((kind != "ting") | (np.arange(n) <= int(np.argmax(press.depth))))
+    even = press.weights if by_load else np.ones(n)
+    raised = depth**power if press.layer is None else depth**power * np.exp(press.layer.log_factor(depth))
+    response = nonlinear.repeated(raised - press.extra * press.load)
+    weights = nonlinear.without_weight(use * depth / (power * raised) * even)
+    basis = merge(nonlinear.repeated(press.t), nonlinear.repeated(knots), nonlinear.repeated(values))
+    # a single start searches over every retardation time
+    one = kind == "load" and np.all(press.space.material[press.space.free])
+    several = [] if one else spread_starts(press, response, weights, basis)
+    starts = several or [start(press, response, weights, basis, least=1e-6)]
+
+    # The lowest minimum on some of the points, evenly spaced and with the largest depth, and from there on all of
+    # them.
+    whole = np.arange(n)
+    few = np.unique(np.append(np.linspace(0, n - 1, min(FEW, n)).round().astype(int), np.argmax(press.depth)))
     objective = _objective(press, whole, knots, values, kind)
-    coarse = _objective(press, few, knots, values, kind) if few.size < whole.size else objective
-    low = nonlinear.minimise_from(coarse, _starts(press, knots, values, kind))
+    coarse = _objective(press, few, knots, values, kind) if few.size < n else objective
+    low = nonlinear.minimise_from(coarse, starts)
     best = low if coarse is objective else nonlinear.minimise(objective, low.theta)
     best = best._replace(starts=low.starts, agreed=low.agreed, others=low.others)
+
+    # Notes: the strain of a layer is large, or the contact shrinks.
+    notes = list(press.notes)
+    if thickness is not None and deepest > STRAIN * thickness:
+        share = told_apart(deepest / thickness, STRAIN)
+        notes.append(f"the depth is {share} of the thickness: beyond {STRAIN:g} linear theory is doubtful")
+    if kind == "ting":
+        notes.append("the depth falls: Ting's solution from its maximum on")
+    elif kind == "load" and power > 1.0:
+        on = press.weights > 0
+        fitted = press.depth[on] + best.residual[on] / press.weights[on]
+        fall = float(np.max(np.maximum.accumulate(fitted) - fitted))
+        if fall > FALL:
+            notes.append(
+                f"the contact shrinks (depth falls by {100 * fall:.1f} %): Lee and Radok only approximate"
+            )
     curve = _curve(press, whole, knots, values)
-    notes, moves = (
-        _half_space_notes(best, press, kind),
-        functools.partial(_half_space_moves, press, best, curve, kind),
-    )
-    residual = functools.partial(_residual_at, press.space, curve, kind, whole.size)
-    found = Found(press, best, objective, notes, moves, Medium(press.pressing.thickness), residual)
-    if not press.pressing.adhesion:
+    moves = functools.partial(_half_space_moves, press, best, curve, kind)
+    residual = functools.partial(_residual_at, curve, kind, n)
+    found = Found(press, best, objective, tuple(notes), moves, Medium(thickness), residual)
+    if not adhesive:
         return found
+
+    # With adhesion: the opposite limit of the edge, and how far the theory holds.
     slow = nonlinear.minimise(_objective(press, whole, knots, values, kind, edge=1.0), best.theta)
-    return _stuck(found._replace(slow=slow), curve, kind)
-
-
-def _residual_at(space: Space, curve: Curve, kind: str, n: int, theta: Any) -> Any:
-    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
-    return halfspace.evaluate(space.point(theta), curve, kind=kind)[:n]
-
-
-def _stuck(found: Found, curve: Curve, kind: str) -> Found:
-    """Return the result with the notes and reasons for rejection that concern adhesion."""
-    press = found.press
-    scaled = halfspace.sticky_area(press.space.point(found.best.theta), curve, kind)
-    alpha, creep = (np.asarray(part)[: press.t.size] for part in scaled)
+    alpha, creep = (np.asarray(part)[:n] for part in halfspace.sticky_area(best.theta, curve, kind))
     radius = float(press.pressing.indenter.radius)
-    widest = float(np.sqrt(radius * press.units.depth * alpha.max()))
+    widest = float(np.sqrt(radius * deepest * alpha.max()))
     modulus = 2.0 / (creep[0] * press.units.compliance * press.sought.volume.share)
     doubled = press.t[creep > 2.0 * creep[0]]
     lives = 1.0 / doubled[0] if doubled.size else 1.0
     doubts = adhesive_contact.doubts(press.pressing.adhesion, radius, widest, modulus, lives)
-    return found._replace(notes=(*found.notes, *doubts), against=adhesive_contact.against(alpha))
+    against = adhesive_contact.against(alpha)
+    return found._replace(slow=slow, notes=(*notes, *doubts), against=against)
+
+
+def _residual_at(curve: Curve, kind: str, n: int, theta: Any) -> Any:
+    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
+    return halfspace.evaluate(theta, curve, kind=kind)[:n]
 
 
 def _objective(
@@ -123,7 +165,7 @@ def _objective(
 
     @functools.lru_cache(maxsize=2)
     def linear(theta: bytes) -> list[np.ndarray]:
-        both = halfspace.linear(space.point(np.frombuffer(theta)), space.free, curve, kind=kind)
+        both = halfspace.linear(np.frombuffer(theta), space.free, curve, kind=kind)
         return [np.asarray(part)[:n] for part in both]
 
     return Objective(
@@ -141,39 +183,8 @@ def _curve(press: IndentationProblem, points: np.ndarray, knots: np.ndarray, val
     weights = nonlinear.without_weight(press.weights[points])
     return Curve(
         t, load, depth, weights, basis, press.extra, press.bulk, press.probe.power, int(np.argmax(depth)),
-        press.pull, layer=press.layer,
+        press.pull, layer=press.layer, rates=press.rates,
     )  # fmt: skip
-
-
-def _some(press: IndentationProblem) -> np.ndarray:
-    """Return a subset of the points, evenly spaced and including the largest depth."""
-    even = np.linspace(0, press.t.size - 1, min(FEW, press.t.size)).round().astype(int)
-    return np.unique(np.append(even, np.argmax(press.depth)))
-
-
-def _held(press: IndentationProblem, rise: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return knots and values of a linear rise to the mean load after it."""
-    size, end = float(press.load[press.kept].mean()), rise / press.units.duration
-    if rise == 0.0:
-        return np.array([0.0, 1.0]), np.array([size, size])
-    return np.array([0.0, end, 1.0]), np.array([0.0, size, size])
-
-
-def _starts(press: IndentationProblem, knots: np.ndarray, values: np.ndarray, kind: str) -> list[np.ndarray]:
-    """Return starting coordinates from variable projection: depth^power is linear in the compliances under the measured
-    load."""
-    depth, n = np.maximum(press.depth, 1e-3), press.probe.power
-    use = press.kept & ((kind != "ting") | (np.arange(press.t.size) <= int(np.argmax(press.depth))))
-    # weights of the depth: those of the fit under load control, uniform otherwise
-    even = press.weights if press.pressing.control == "load" else np.ones(press.t.size)
-    raised = depth**n if press.layer is None else depth**n * np.exp(press.layer.log_factor(depth))
-    power = nonlinear.repeated(raised - press.extra * press.load)
-    weights = nonlinear.without_weight(use * depth / (n * raised) * even)
-    basis = merge(nonlinear.repeated(press.t), nonlinear.repeated(knots), nonlinear.repeated(values))
-    one = kind == "load" and np.all(press.space.material[press.space.free])
-    several = [] if one else spread_starts(press, power, weights, basis)
-    # a single start searches over every retardation time
-    return several or [start(press, power, weights, basis, least=1e-6)]
 
 
 def _half_space_moves(
@@ -181,48 +192,26 @@ def _half_space_moves(
 ) -> np.ndarray:
     """Return the derivative of the coordinates with respect to a held quantity; with nu every compliance scales as 1/(1
     - nu)."""
-    space = press.space
-    if name != press.sought.volume.name and (name != "thickness" or press.layer is None):
+    space, units, volume = press.space, press.units, press.sought.volume
+    if name != volume.name and (name != "thickness" or press.layer is None):
         raise ValueError(f"spread: a half-space has no {name}")
-    if name in ("nu", "thickness"):
-        alone = np.where(space.logarithmic, 1.0, best.theta) * space.material / press.sought.volume.share
-        found = alone if name == "nu" else np.zeros(best.theta.size)
-        return found if press.layer is None else found + _layer_moves(press, best, curve, kind, name)
-    slope = np.asarray(halfspace.bulk_slope(space.point(best.theta), curve, kind))[: press.t.size]
-    return moved(best, space.free, slope * press.units.compliance)
-
-
-def _layer_moves(press: IndentationProblem, best: Best, curve: Curve, kind: str, name: str) -> np.ndarray:
-    """Return the derivative of the coordinates with respect to nu or the thickness in the factor of a layer."""
-    tip, depth = press.pressing.indenter, press.units.depth
-    held = {"thickness": press.pressing.thickness, "nu": press.sought.volume.value}
+    if name == "bulk_modulus":
+        slope = np.asarray(halfspace.bulk_slope(best.theta, curve, kind))[: press.t.size]
+        return moved(best, space.free, slope * units.compliance)
+    alone = np.where(space.logarithmic, 1.0, best.theta) * space.material / volume.share
+    found = alone if name == "nu" else np.zeros(best.theta.size)
+    if press.layer is None:
+        return found
+    # the factor of a layer depends on nu and on the thickness
+    held = {"thickness": press.pressing.thickness, "nu": volume.value}
 
     def layer(value: Any) -> ThinLayer:
-        found = ThinLayer.of(tip, **(held | {name: value}))
-        return found._replace(scale=found.scale * depth**found.power)
+        factor = ThinLayer.of(press.pressing.indenter, **(held | {name: value}))
+        return factor._replace(scale=factor.scale * units.depth**factor.power)
 
     change = jax.jvp(layer, (held[name],), (1.0,))[1]
-    slope = np.asarray(halfspace.layer_slope(press.space.point(best.theta), curve, change, kind))
-    return moved(best, press.space.free, slope[: press.t.size])
-
-
-def _half_space_notes(best: Best, press: IndentationProblem, kind: str) -> tuple[str, ...]:
-    """Return the notes on an optimum: the contact shrinks, or the strain of a layer is large."""
-    thickness, deepest = press.pressing.thickness, press.units.depth
-    if thickness is not None and deepest > STRAIN * thickness:
-        share = told_apart(deepest / thickness, STRAIN)
-        of = f"the depth is {share} of the thickness: beyond {STRAIN:g} linear theory is doubtful"
-        press = press._replace(notes=(*press.notes, of))
-    if kind == "ting":
-        return (*press.notes, "the depth falls: Ting's solution from its maximum on")
-    if kind == "load" and press.probe.power > 1.0:
-        on = press.weights > 0
-        depth = press.depth[on] + best.residual[on] / press.weights[on]
-        fall = float(np.max(np.maximum.accumulate(depth) - depth))
-        if fall > FALL:
-            note = f"the contact shrinks (depth falls by {100 * fall:.1f} %): Lee and Radok only approximate"
-            return (*press.notes, note)
-    return press.notes
+    slope = np.asarray(halfspace.layer_slope(best.theta, curve, change, kind))
+    return found + moved(best, space.free, slope[: press.t.size])
 
 
 # Search of the fit of a film on a substrate, on a mesh that is fine enough for the data.
@@ -250,7 +239,6 @@ LEAST_POINTS = 5  # least number of fitted points
 LEAST_GIVEN = 16  # least number of cells along a side of a given grid
 SMALL = 0.2  # acceptable bias over standard error
 PER_MILLE = 1e-3  # acceptable bias of the logarithm of a parameter
-Scene = Callable[[Mesh], FilmTest]
 # function that returns the weights (n,) that follow from an optimum
 Reweighed = Callable[[IndentationProblem, Best, Objective], np.ndarray]
 RANGE = np.linspace(-3.0, 12.0, 31)  # log of the film's scaled compliance
@@ -264,7 +252,16 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
         )
     if press.space.structure.model is jc.KelvinVoigt:
         raise ValueError("model: a Kelvin-Voigt film has J(0) = 0: expected StandardLinearSolid or another")
-    _check_grid(grid)
+    if isinstance(grid, jc.Grid):
+        (n, m), (width, depth) = grid.shape, (float(side) for side in grid.width)
+        if n != m or abs(width - depth) > 1e-9 * width or any(grid.periodic):
+            raise ValueError(f"grid: expected a square jc.Grid that is not periodic, got {grid!r}")
+    elif grid is not None and (
+        isinstance(grid, bool) or not isinstance(grid, int | np.integer) or grid < LEAST_GIVEN
+    ):
+        raise ValueError(
+            f"grid: expected a jc.Grid, or a whole number of cells of at least {LEAST_GIVEN}, got {grid!r}"
+        )
     theta, radius = _start(press, coating)
     chosen, runs = not isinstance(grid, jc.Grid), np.zeros(2, int)
     cells = CELLS if grid is None else grid if chosen else grid.shape[0]
@@ -278,12 +275,22 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
             press = press._replace(weights=weights)
             runs += objective.residual_runs, objective.jacobian_runs
             coarse, objective = _minimise(press, layered.scene(press, coating, mesh), coarse.theta)
-        scene = functools.partial(layered.scene, press, coating)
         runs += objective.residual_runs + 3, objective.jacobian_runs
-        film = _corrected(press, scene, coarse, mesh, finer)
+
+        # the change of the response at the optimum with more cells and steps, as a correction of the model
+        film = layered.scene(press, coating, mesh)
+        fine = layered.scene(press, coating, mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER))
+        bare = {"weights": np.ones(press.t.size), "response": np.zeros(press.t.size)}
+        changed, plain = (layered.evaluate(coarse.theta, one._replace(**bare))[0] for one in (fine, film))
+        film = film._replace(correction=changed - plain)
         best, objective = _minimise(press, film, coarse.theta)
+
+        # the bias that remains over the standard errors of the coordinates, which are infinite where held
+        spread = np.full(best.theta.size, np.inf)
+        variance = 1.0 if press.label == "sigma" else best.rss / (press.kept.sum() - best.jacobian.shape[1])
+        spread[press.space.free] = np.sqrt(np.diag(inverse(best.jacobian)) * variance)
         left = np.abs(best.theta - coarse.theta) / order
-        bias = left / _standard_errors(best, press)
+        bias = left / np.maximum(spread, 1e-300)
         small = np.all((bias < SMALL) | (left < PER_MILLE))
         if small or grid is not None or 2 * mesh.cells > MOST_CELLS:
             break
@@ -294,28 +301,30 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
     medium = Medium(
         coating.thickness, coating.substrate, jc.Grid.square(n=mesh.cells, width=mesh.width), left, named
     )
-    press = press._replace(notes=(*press.notes, *_layered_notes(press, film, best, fitted)))
+    notes, few = list(press.notes), int(np.sum(fitted & ~press.kept))
+    if few:
+        notes.append(f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across")
+    strain = float(np.max(layered.evaluate(best.theta, film)[3]))
+    if strain > STRAIN:
+        notes.append(
+            f"the strain of the top layer reaches {told_apart(strain, STRAIN)}: beyond {STRAIN:g} linear theory is doubtful"
+        )
+    press = press._replace(notes=tuple(notes))
     return Found(
         press, best, objective, press.notes, functools.partial(_layered_moves, press, best, film), medium
     )
 
 
-def _layered_notes(press: IndentationProblem, film: FilmTest, best: Best, fitted: np.ndarray) -> list[str]:
-    """Return the notes on points (n,) bool that could not be fitted, and on the strain of the film."""
-    notes, few = [], int(np.sum(fitted & ~press.kept))
-    if few:
-        notes.append(f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across")
-    strain = float(np.max(layered.evaluate(press.space.point(best.theta), film)[3]))
-    if strain > STRAIN:
-        notes.append(
-            f"the strain of the top layer reaches {told_apart(strain, STRAIN)}: beyond {STRAIN:g} linear theory is doubtful"
-        )
-    return notes
-
-
 def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, float]:
     """Return starting coordinates, and the largest contact radius [m] there."""
-    depth, radius = _elastic(press, coating)
+    # scaled depth and contact radius [m] under the largest load on elastic films of compliances ``RANGE``
+    grid = jc.Grid.square(n=START_CELLS, width=2.4 * press.probe.widest(press.units.depth))
+    film = press.sought.volume.keyword, press.pressing.indenter, coating, press.units.load, grid
+    rows = [layered.elastic(np.exp(x) * press.units.compliance, *film) for x in RANGE]
+    depth, radius = np.array(rows).T
+    depth = np.maximum.accumulate(depth / press.units.depth)
+
+    # the compliance at each point, which is fitted as creep under the measured load
     on = press.kept & (press.load > 0.3)
     scaled = np.where(on, press.depth * np.maximum(press.load, 1e-3) ** (-1.0 / press.probe.power), depth[0])
     J = np.exp(np.interp(scaled, depth, RANGE))
@@ -326,22 +335,11 @@ def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, flo
     return start(press, J * press.load, weights, basis, least=1e-2), float(widest)
 
 
-def _elastic(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, np.ndarray]:
-    """Return scaled depth and contact radius [m] under the largest load on elastic films of compliances ``RANGE``."""
-    width = 2.4 * press.probe.widest(press.units.depth)
-    grid = jc.Grid.square(n=START_CELLS, width=width)
-    film = press.sought.volume.keyword, press.pressing.indenter, coating, press.units.load, grid
-    rows = [layered.elastic(np.exp(x) * press.units.compliance, *film) for x in RANGE]
-    depth, radius = np.array(rows).T
-    return np.maximum.accumulate(depth / press.units.depth), radius
-
-
 def _minimise(press: IndentationProblem, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
     """Minimise from theta with a loose tolerance on RSS, because each evaluation is expensive."""
-    at = press.space.point
     objective = Objective(
-        lambda theta: layered.evaluate(at(theta), film)[0],
-        lambda theta, free: layered.slopes(at(theta), free, film),
+        lambda theta: layered.evaluate(theta, film)[0],
+        lambda theta, free: layered.slopes(theta, free, film),
         *press.space.bounds, ftol=1e-5, close=1e-2,
     )  # fmt: skip
     return minimise(objective, theta), objective
@@ -359,7 +357,7 @@ def _resolved(
     while True:
         film = layered.scene(press, coating, mesh)
         best, objective = _minimise(press, film, theta)
-        statuses = np.asarray(layered.evaluate(press.space.point(best.theta), film)[1])
+        statuses = np.asarray(layered.evaluate(best.theta, film)[1])
         failed = [code for code in PRECEDENCE[:-1] if code in statuses and code != jc.Status.TOO_COARSE]
         status = failed[0] if failed else jc.Status.FINE
         if status == jc.Status.AT_EDGE and chosen:
@@ -379,7 +377,7 @@ def _coarse_left_out(
     press: IndentationProblem, film: FilmTest, theta: np.ndarray, mesh: Mesh
 ) -> IndentationProblem:
     """Return the test without the samples at which the contact at theta is fewer than ``ACROSS`` cells across."""
-    _, statuses, radius, _ = layered.evaluate(press.space.point(theta), film)
+    _, statuses, radius, _ = layered.evaluate(theta, film)
     few = 2.0 * np.asarray(radius) < ACROSS * mesh.width / mesh.cells
     kept = press.kept & ~_touching(film, few | (np.asarray(statuses) == jc.Status.TOO_COARSE))
     if kept.sum() < max(LEAST_POINTS, press.space.free.size + 1):
@@ -395,44 +393,10 @@ def _touching(film: FilmTest, marked: np.ndarray) -> np.ndarray:
     return np.interp(np.asarray(film.t), np.asarray(film.times), marked.astype(float)) > 0.0
 
 
-def _check_grid(grid: Any) -> None:
-    """Raise ValueError unless the grid is None, a number of cells, or a square ``jc.Grid`` without period."""
-    if isinstance(grid, jc.Grid):
-        (n, m), (width, depth) = grid.shape, (float(side) for side in grid.width)
-        if n != m or abs(width - depth) > 1e-9 * width or any(grid.periodic):
-            raise ValueError(f"grid: expected a square jc.Grid that is not periodic, got {grid!r}")
-    elif grid is not None and (
-        isinstance(grid, bool) or not isinstance(grid, int | np.integer) or grid < LEAST_GIVEN
-    ):
-        raise ValueError(
-            f"grid: expected a jc.Grid, or a whole number of cells of at least {LEAST_GIVEN}, got {grid!r}"
-        )
-
-
-def _corrected(press: IndentationProblem, scene: Scene, best: Best, mesh: Mesh, finer: int) -> FilmTest:
-    """Return the test corrected by the change of the response at the optimum on a finer mesh.
-
-    The finer mesh has ``finer`` times the cells and three times the steps.
-    """
-    point, coarse = press.space.point(best.theta), scene(mesh)
-    fine = scene(mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER))
-    bare = {"weights": np.ones(press.t.size), "response": np.zeros(press.t.size)}
-    response = lambda film: layered.evaluate(point, film._replace(**bare))[0]
-    return coarse._replace(correction=response(fine) - response(coarse))
-
-
 def _layered_moves(press: IndentationProblem, best: Best, film: FilmTest, name: str) -> np.ndarray:
     """Return d theta/d nuisance at the optimum, (m,)."""
-    slope = layered.nuisance_slope(press.space.point(best.theta), film, name=name)
+    slope = layered.nuisance_slope(best.theta, film, name=name)
     return moved(best, press.space.free, np.asarray(slope))
-
-
-def _standard_errors(best: Best, press: IndentationProblem) -> np.ndarray:
-    """Return the standard errors of the coordinates (m,), infinite where held."""
-    spread = np.full(best.theta.size, np.inf)
-    variance = 1.0 if press.label == "sigma" else best.rss / (press.kept.sum() - best.jacobian.shape[1])
-    spread[press.space.free] = np.sqrt(np.diag(inverse(best.jacobian)) * variance)
-    return np.maximum(spread, 1e-300)
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -623,69 +587,67 @@ def fit_indentation(
     sought = Sought.of(structure, fixed, bounds, nu, bulk_modulus)
     control = control.lower() if isinstance(control, str) else control
     film = any(given is not None for given in (layer, layers, substrate, grid))
-    if thickness is not None:
-        _check_thin(thickness, sought.volume, indenter, film, adhesion)
+    if thickness is not None:  # a layer on a rigid base
+        if film or adhesion:
+            raise ValueError(
+                "thickness: expected no layer, layers, substrate, grid or adhesion beside it, got some"
+            )
+        if sought.volume.name != "nu":
+            raise ValueError(f"bulk_modulus: expected nu with a thickness, got {sought.volume.value:g} Pa")
+        if getattr(indenter, "material", None) is not None:
+            raise ValueError("indenter: expected a rigid one on a thin layer, got one with a material")
+        thin_layer.check(thickness, sought.volume.value)
     pressing = Pressing(indenter, control, rise, adhesion, film, thickness)
     instrument = Instrument(contact_point, drift, machine_compliance)
     press = prepare(data, sought, pressing, instrument, weights, sigma)
-    problem = FitProblem(press.data, sought, press.space, _sample(press), press.units.duration, level)
+    verdict.check(level, _sample(press).least_count, press.space.free.size)
+
+    # The optimum, with weights that are consistent with it.
     if film:
-        _check_layered(press.pressing)
+        if rise is not None:
+            raise ValueError(f"rise: expected None with a layer, got {rise!r}")
+        if press.pressing.adhesion:
+            raise ValueError(f"adhesion: expected none with a layer, got {press.pressing.adhesion:g} J/m2")
         found = search_layered(press, Coating.of(layer, layers, substrate), grid, _reweighed)
     else:
-        found = _half_space(press)
-    return _concluded(problem, found, started)
+        sample, unit = _sample(press), _response_unit(press)
 
+        def again(changed: list[np.ndarray]) -> list[Solved]:
+            own = press._replace(weights=np.where(press.kept, changed[0] * unit, 0.0))
+            found = search_half_space(own)
+            return [solution(found.objective, found.best, changed[0], press.kept)._replace(whole=found)]
 
-def _check_layered(pressing: Pressing) -> None:
-    if pressing.rise is not None:
-        raise ValueError(f"rise: expected None with a layer, got {pressing.rise!r}")
-    if pressing.adhesion:
-        raise ValueError(f"adhesion: expected none with a layer, got {pressing.adhesion:g} J/m2")
+        # points that are not fitted have a weight for the reweighting alone
+        first = np.where(press.kept, sample.weights, sample.weights.max())
+        found = settled([sample], again([first]), again, press.space.free.size)[0].whole
 
-
-def _check_thin(thickness: float, volume: Volume, indenter: Any, film: bool, adhesion: float) -> None:
-    """Raise ValueError unless a layer on a rigid base can be fitted with these."""
-    if film or adhesion:
-        raise ValueError(
-            "thickness: expected no layer, layers, substrate, grid or adhesion beside it, got some"
-        )
-    if volume.name != "nu":
-        raise ValueError(f"bulk_modulus: expected nu with a thickness, got {volume.value:g} Pa")
-    if getattr(indenter, "material", None) is not None:
-        raise ValueError("indenter: expected a rigid one on a thin layer, got one with a material")
-    thin_layer.check(thickness, volume.value)
-
-
-def _half_space(press: IndentationProblem) -> Found:
-    """Return the optimum on a half-space, with weights that are consistent with it."""
-    sample, unit = _sample(press), _response_unit(press)
-
-    def again(changed: list[np.ndarray]) -> list[Solved]:
-        own = press._replace(weights=np.where(press.kept, changed[0] * unit, 0.0))
-        found = search_half_space(own)
-        return [solution(found.objective, found.best, changed[0], press.kept)._replace(whole=found)]
-
-    # points that are not fitted have a weight for the reweighting alone
-    first = np.where(press.kept, sample.weights, sample.weights.max())
-    return settled([sample], again([first]), again, press.space.free.size)[0].whole
-
-
-def _concluded(problem: FitProblem, found: Found, started: float) -> IndentationFit:
-    """Return the fit that follows from the optimum of the search."""
+    # A ball that is not a paraboloid has a note, with adhesion one by the contact radius.
     press, best, objective = found.press, found.best, found.objective
-    problem = dataclasses.replace(problem, space=press.space, sample=_sample(press))
+    pressing, space, theta, notes = press.pressing, press.space, best.theta, found.notes
+    if not pressing.adhesion:
+        place = space.names.index("contact_point")
+        deepest = float(press.data.depth[press.kept].max() - space.to_si(theta)[place])
+        notes = (*notes, *paraboloid_note(pressing.indenter, deepest, thickness=thickness))
+    problem = FitProblem(press.data, sought, space, _sample(press), press.units.duration, level)
     solved = solution(objective, best, problem.sample.weights, press.kept)._replace(
-        notes=(*found.notes, *_curvature(press, best.theta)), moves=found.moves, left=found.medium.left,
-        against=found.against,
-        landscape=found.residual and press.space.landscape(best.theta, found.residual),
+        notes=notes, moves=found.moves, left=found.medium.left, against=found.against,
+        landscape=found.residual and space.landscape(theta, found.residual),
     )  # fmt: skip
-    concluded, pressing = conclude(problem, solved), press.pressing
+    concluded = conclude(problem, solved)
+
+    # Nuisance parameters that were fitted, and the parameters with the relaxed compliance at an adhesive edge, in SI
+    # units.
+    rows = np.stack([space.to_si(vector) for vector in (theta, *concluded.ends.T)], -1)
+    nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
+    slow_edge = {}
+    if found.slow is not None:
+        values = space.opened(found.slow.theta) * space.unit[space.material]
+        slow_edge = {name: float(value) for name, value in structure.parameters(values).items()}
     return concluded.fit(
         IndentationFit, indenter=pressing.indenter, **press.sought.volume.keyword, control=pressing.control,
-        film=found.medium, nuisances=_nuisances(press.space, best.theta, concluded.ends), kept=press.kept,
-        adhesion=pressing.adhesion, slow_edge=_slow(found), starts=(best.starts, best.agreed),
-        runs=(objective.residual_runs, objective.jacobian_runs), seconds=time.perf_counter() - started,
+        film=found.medium, nuisances=nuisances, kept=press.kept, adhesion=pressing.adhesion, slow_edge=slow_edge,
+        starts=(best.starts, best.agreed), runs=(objective.residual_runs, objective.jacobian_runs),
+        seconds=time.perf_counter() - started,
     )  # fmt: skip
 
 
@@ -709,34 +671,6 @@ def _sample(press: IndentationProblem) -> Sample:
     return Sample.of(curve, press.weights / unit, press.label, series)
 
 
-def _curvature(press: IndentationProblem, theta: np.ndarray) -> tuple[str, ...]:
-    """Return a note on a ball that is not a paraboloid; with adhesion there is one by the contact radius."""
-    place = press.space.names.index("contact_point")
-    deepest = float(press.data.depth[press.kept].max() - press.space.to_si(theta)[place])
-    return (
-        ()
-        if press.pressing.adhesion
-        else paraboloid_note(press.pressing.indenter, deepest, thickness=press.pressing.thickness)
-    )
-
-
 def _response_unit(press: IndentationProblem) -> float:
     """Return the unit of the fitted quantity [m] or [N]."""
     return press.units.depth if press.pressing.control == "load" else press.units.load
-
-
-def _slow(found: Found) -> dict[str, float]:
-    """Return {parameter: value} in SI units of the fit with the relaxed compliance at the edge, {} without adhesion."""
-    if found.slow is None:
-        return {}
-    space = found.press.space
-    values = space.opened(found.slow.theta) * space.unit[space.material]
-    return {name: float(value) for name, value in space.structure.parameters(values).items()}
-
-
-def _nuisances(space: Space, theta: np.ndarray, ends: np.ndarray) -> dict[str, tuple[float, float, float]]:
-    """Return {name: (value, low, high)} in SI units of the nuisance parameters that were fitted."""
-    low, high = ends.T
-    rows = np.stack([space.to_si(vector) for vector in (theta, low, high)], -1)
-    fitted = [i for i in space.free if not space.material[i]]
-    return {space.names[i]: tuple(rows[i].tolist()) for i in fitted}

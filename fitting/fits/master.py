@@ -18,8 +18,8 @@ from fitting.fits.growth import BOLTZMANN
 from fitting.inference import noise
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Assessment, Sample, Solved
-from fitting.models.search_space import ParameterSpace
+from fitting.inference.verdict import Sample
+from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear, profiles
 from fitting.search.nonlinear import Best, Objective, linear_sd
@@ -252,17 +252,13 @@ class Shifting:
         m = self.sweeps.temperature.size - 1
         return len(self.structure.where), m if self.vertical else 0, self.sweeps.parts * (self.intervals + 3)
 
-    def space(self) -> ParameterSpace:
+    def space(self) -> Parameters:
         """Return the search space about the start."""
         structure, (k, v, c) = self.structure, self.count
         own = self._law_box() if self.law else self._factor_box()
         free = np.tile([-np.inf, np.inf], (v + c, 1))
-        lower, upper = np.concatenate([own, free]).T
         first = np.arange(k + v + c) < k
-        return ParameterSpace(
-            structure=structure, lower=lower, upper=upper, unit=np.ones(lower.size), logarithmic=first, material=first,
-            names=(*structure.where, *[""] * (v + c)), open=np.stack([first, first], -1),
-        )  # fmt: skip
+        return Parameters.of(structure, np.concatenate([own, free]), logarithmic=first, material=first)
 
     def _factor_box(self) -> np.ndarray:
         """Bounds (m - 1, 2) of ln a_T within which a curve keeps its neighbours."""
@@ -431,15 +427,6 @@ STRAYED = 0.05  # probability above which a deviation from a law counts as chanc
 WITHIN = 0.5  # rms deviation from a law [K] that the temperature control of a rheometer leaves
 
 
-class MasterSample(Sample):
-    """The points of all curves, of which ``apart`` and ``off_law`` judge the trends in place of the common tests."""
-
-    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
-        """Return the evidence without reasons for rejection."""
-        found = super().assess(solved, p, level)
-        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
-
-
 def apart(shifting: Shifting, theta: np.ndarray) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the reason why curves with free shift factors do not superpose, and a note on smaller differences; () if
     there are none.
@@ -567,101 +554,6 @@ def off_law(name: str, away: float, rise: float, q: int, rss: float, dof: int) -
 
 FINE = 300  # points of a line
 RADIAN = 180.0 / np.pi  # degrees
-
-
-def draw(fit: Any, path: Any) -> Any:
-    """Return a Figure of a ``MasterFit``, a colour for each temperature; saved where a path is given.
-
-    For moduli over frequency the last panel is the van Gurp-Palmen plot, the phase angle over |G*|, in which curves that
-    superpose coincide without any shift of times.
-    """
-    from matplotlib import colormaps
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.0, 8.0), layout="constrained")
-    sheet.title(figure, fit)
-    places = figure.add_gridspec(3, 2, height_ratios=(3, 3, 0.5))
-    T = fit.temperatures
-    colours = colormaps["viridis"](np.linspace(0.0, 0.92, T.size))
-    _drawn_curves(figure.add_subplot(places[0, 0]), fit, colours)
-    _factors(figure.add_subplot(places[0, 1]), fit, colours)
-    _residuals(figure.add_subplot(places[1, 0]), fit, colours)
-    last = figure.add_subplot(places[1, 1])
-    (_palmen if fit.oscillation else _raw)(last, fit, colours)
-    sheet.parameters(figure.add_subplot(places[2, :]), fit)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
-
-
-def _drawn_curves(axes: Any, fit: Any, colours: Any) -> None:
-    """Plot the shifted data and the master curve."""
-    for T, colour in zip(fit.temperatures, colours, strict=True):
-        at, values = fit.shifted(T)
-        for k, row in enumerate(values):
-            mark = (
-                {"marker": ".", "markersize": 5}
-                if k == 0
-                else {"marker": "o", "markersize": 3, "mfc": "none"}
-            )
-            label = f"{T:.4g} K" if k == 0 else None
-            axes.loglog(at, row, linestyle="", color=colour, label=label, **mark)
-    line = fit.line(FINE)
-    found = fit.predict(line)
-    rows = (found.real, found.imag) if fit.oscillation else (found,)
-    names = ("G' (dots)", "G'' (circles)") if fit.oscillation else ("master curve",)
-    for row, name, colour in zip(rows, names, ("C3", "C0"), strict=False):
-        axes.loglog(line, row, color=colour, linewidth=1.0, label=name)
-    name, unit = fit.quantity
-    over = "ω a_T [rad/s]" if fit.oscillation else "t/a_T [s]"
-    axes.set(xlabel=f"{over} at {fit.reference:.5g} K", ylabel=f"{name} [{unit}]")
-    axes.legend(fontsize="x-small", ncol=2)
-
-
-def _factors(axes: Any, fit: Any, colours: Any) -> None:
-    """Plot the free shift factors with their intervals, and the law with its band."""
-    T = fit.temperatures
-    fine = np.linspace(T[0], T[-1], 80)
-    law = np.array([fit.factor(t) for t in fine])
-    axes.fill_between(fine, law[:, 1], law[:, 2], color="0.6", alpha=0.4, label=f"{100 * fit.level:g} % band")
-    axes.semilogy(fine, law[:, 0], color="0.2", label=fit.model.__name__)
-    for t, (a, low, high), colour in zip(T, fit.factors, colours, strict=True):
-        axes.errorbar(t, a, [[a - low], [high - a]], fmt="o", markersize=4, capsize=4, color=colour)
-    axes.set(xlabel="temperature [K]", ylabel="shift factor a_T [-]", yscale="log")
-    axes.legend(fontsize="small")
-
-
-def _residuals(axes: Any, fit: Any, colours: Any) -> None:
-    """Plot the residuals in percent of the modulus."""
-    s = fit.shifting.sweeps
-    x = np.exp((s.x + np.log(fit.law_factors)[s.which]) * (1.0 if fit.oscillation else -1.0))
-    for k, colour in enumerate(colours):
-        on = s.which == k
-        axes.semilogx(x[on], -100.0 * fit.residuals[on], ".", markersize=4, color=colour)
-    axes.axhline(0.0, color="0.4", linewidth=0.8)
-    over = "ω a_T [rad/s]" if fit.oscillation else "t/a_T [s]"
-    axes.set(xlabel=over, ylabel=f"residual [% of {'|G*|' if fit.oscillation else fit.quantity[0]}]")
-
-
-def _palmen(axes: Any, fit: Any, colours: Any) -> None:
-    """Plot the phase angle over |G*| of the data as measured."""
-    for one in fit.data:
-        k = int(np.argmin(np.abs(fit.temperatures - one.temperature)))
-        G = one.shear
-        axes.semilogx(np.abs(G), RADIAN * np.angle(G), ".", markersize=4, color=colours[k])
-    axes.set(xlabel="|G*| [Pa]", ylabel="phase angle [°]", title="van Gurp-Palmen plot, not shifted")
-    axes.title.set_fontsize("small")
-
-
-def _raw(axes: Any, fit: Any, colours: Any) -> None:
-    """Plot the data as measured over time."""
-    name, unit = fit.quantity
-    for one in fit.data:
-        k = int(np.argmin(np.abs(fit.temperatures - one.temperature)))
-        values = one.compliance if name == "J" else one.shear
-        axes.loglog(one.t, values, ".", markersize=4, color=colours[k])
-    axes.set(xlabel="t [s]", ylabel=f"{name} [{unit}]", title="as measured")
-    axes.title.set_fontsize("small")
 
 
 LABEL = "equal errors relative to the modulus"
@@ -800,7 +692,69 @@ class MasterFit(Fit):
     def plot(self, path: Any = None) -> Any:
         """Return a figure of the master curve, the shift factors and the van Gurp-Palmen plot; save it where a path is
         given."""
-        return draw(self, path)
+        from matplotlib import colormaps
+
+        T, (name, unit) = self.temperatures, self.quantity
+        colours = colormaps["viridis"](np.linspace(0.0, 0.92, T.size))
+        over = "ω a_T [rad/s]" if self.oscillation else "t/a_T [s]"
+
+        def panel(top: Any, bottom: Any) -> None:
+            """Plot the shifted data with the master curve, and the residuals in percent of the modulus."""
+            for one, colour in zip(T, colours, strict=True):
+                at, (first, *second) = self.shifted(one)
+                label = f"{one:.4g} K"
+                top.loglog(at, first, linestyle="", color=colour, label=label, marker=".", markersize=5)
+                for row in second:
+                    top.loglog(at, row, linestyle="", color=colour, marker="o", markersize=3, mfc="none")
+            line = self.line(FINE)
+            found = self.predict(line)
+            rows = (found.real, found.imag) if self.oscillation else (found,)
+            names = ("G' (dots)", "G'' (circles)") if self.oscillation else ("master curve",)
+            for row, of, colour in zip(rows, names, ("C3", "C0"), strict=False):
+                top.loglog(line, row, color=colour, linewidth=1.0, label=of)
+            top.set(ylabel=f"{name} [{unit}]")
+            sweeps = self.shifting.sweeps
+            x = sweeps.x + np.log(self.law_factors)[sweeps.which]
+            x = np.exp(x * (1.0 if self.oscillation else -1.0))
+            for k, colour in enumerate(colours):
+                on = sweeps.which == k
+                bottom.semilogx(x[on], -100.0 * self.residuals[on], ".", markersize=4, color=colour)
+            of = "|G*|" if self.oscillation else name
+            bottom.set(xlabel=f"{over} at {self.reference:.5g} K", ylabel=f"residual [% of {of}]")
+
+        def factors(axes: Any) -> None:
+            """Plot the free shift factors with their intervals, and the law with its band."""
+            fine = np.linspace(T[0], T[-1], 80)
+            law = np.array([self.factor(t) for t in fine])
+            band = f"{100 * self.level:g} % band"
+            axes.fill_between(fine, law[:, 1], law[:, 2], color="0.6", alpha=0.4, label=band)
+            axes.semilogy(fine, law[:, 0], color="0.2", label=self.model.__name__)
+            for t, (a, low, high), colour in zip(T, self.factors, colours, strict=True):
+                ends = [[a - low], [high - a]]
+                axes.errorbar(t, a, ends, fmt="o", markersize=4, capsize=4, color=colour)
+            axes.set(xlabel="temperature [K]", ylabel="shift factor a_T [-]", yscale="log")
+            axes.legend(fontsize="small")
+
+        def measured(axes: Any) -> None:
+            """Plot the data as measured: over time, or the phase angle over |G*| (van Gurp and Palmen), where curves that
+            superpose coincide without any shift of times."""
+            for one in self.data:
+                colour = colours[int(np.argmin(np.abs(T - one.temperature)))]
+                if self.oscillation:
+                    G = one.shear
+                    axes.semilogx(np.abs(G), RADIAN * np.angle(G), ".", markersize=4, color=colour)
+                else:
+                    values = one.compliance if name == "J" else one.shear
+                    axes.loglog(one.t, values, ".", markersize=4, color=colour)
+            if self.oscillation:
+                axes.set(
+                    xlabel="|G*| [Pa]", ylabel="phase angle [°]", title="van Gurp-Palmen plot, not shifted"
+                )
+            else:
+                axes.set(xlabel="t [s]", ylabel=f"{name} [{unit}]", title="as measured")
+            axes.title.set_fontsize("small")
+
+        return sheet.draw(self, path, panel, (factors, measured))
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the shift factors of every temperature."""
@@ -921,7 +875,8 @@ def _superposed(
         shifting = dataclasses.replace(shifting, start=shifting.shifts(first.theta)[0]).resolved()
     sweeps = shifting.sweeps
     curve = ("ln |G*|, phase" if sweeps.parts > 1 else "ln G", "-", sweeps.x, sweeps.y)
-    sample = MasterSample.of(curve, np.ones(sweeps.y.size), LABEL, 2 * sweeps.block + sweeps.part)
+    series = 2 * sweeps.block + sweeps.part
+    sample = Sample.of(curve, np.ones(sweeps.y.size), LABEL, series, own_trends=True)
     table = shifting.table or dict.fromkeys(shifting.structure.where, (0.0, math.inf))
     sought, duration = Sought(shifting.structure, table, None), float(np.exp(-sweeps.x.min()))
     problem = FitProblem(curves, sought, shifting.space(), sample, duration, level)

@@ -31,81 +31,15 @@ from fitting.inference import noise
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit
 from fitting.inference.verdict import Sample, Solved
-from fitting.models.coordinates import NUISANCES, Coordinates, Space
 from fitting.models.halfspace import relaxation_modes
+from fitting.models.parameters import NUISANCES, Parameters, spectrum
 from fitting.models.structure import Sought, Structure, structure_of
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
 from fitting.views import sheet
 
-# Figure of the fit of a modulus: G(t), or G' and G'' with tan delta, on logarithmic axes, residuals and parameters.
-
-
-FINE = 200  # points of a line
+FINE = 200  # points of a line of the figure
 NAMES, COLOURS = ("G'", "G''"), ("C3", "C0")
-
-
-def draw(fit: Any, path: Any) -> Any:
-    """Return a Figure of a ``ModulusFit``; saved where a path is given."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.0, 6.5), layout="constrained")
-    sheet.title(figure, fit)
-    places = figure.add_gridspec(3, 2, height_ratios=(3, 1.2, 0.5))
-    top, bottom = figure.add_subplot(places[0, 0]), figure.add_subplot(places[1, 0])
-    rows = _rows(fit)
-    line = np.geomspace(rows[0][0][rows[0][0] > 0.0].min(), rows[0][0].max(), FINE)
-    model, band = fit.modulus(line), fit.modulus_band(line)
-    part = (lambda values, k: values) if fit.relaxed else (lambda values, k: (values.real, values.imag)[k])
-    for k, (name, colour, (x, y, residual)) in enumerate(_named(fit, rows)):
-        top.loglog(
-            x[x > 0.0], np.where(y > 0.0, y, np.nan)[x > 0.0], ".", markersize=4, color=colour, label=name
-        )
-        top.loglog(line, part(model, k), color=colour, linewidth=1.0)
-        top.fill_between(line, part(band[0], k), part(band[1], k), color=colour, alpha=0.3, linewidth=0)
-        bottom.semilogx(x[x > 0.0], -residual[x > 0.0], ".", markersize=4, color=colour)
-    positive = [np.min(y[y > 0.0]) for _, y, _ in rows if np.any(y > 0.0)]
-    low = min([*positive, *(float(np.min(part(model, k))) for k in range(len(rows)))])
-    high = max(float(np.max(y)) for _, y, _ in rows)
-    top.set(ylabel=f"{', '.join(name for name, *_ in _named(fit, rows))} [Pa]", ylim=(0.5 * low, 2.0 * high))
-    top.legend(title=f"{fit.model.__name__}, {100 * fit.level:g} % band", fontsize="small")
-    bottom.axhline(0.0, color="0.4", linewidth=0.8)
-    bottom.set(xlabel="t [s]" if fit.relaxed else "ω [rad/s]", ylabel=f"residual [-]\n({fit.weights})")
-    last = figure.add_subplot(places[:2, 1])
-    if fit.relaxed:
-        sheet.compliance(last, fit)
-    else:
-        _loss_factor(last, fit, rows, line)
-    sheet.parameters(figure.add_subplot(places[2, :]), fit)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
-
-
-def _rows(fit: Any) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Return (abscissa, values, residuals) of G, or of G' and of G''."""
-    _, _, x, y = fit.curve
-    count = 1 if fit.relaxed else 2
-    columns = [np.split(one, count) for one in (x, y, fit.residuals)]
-    return [(columns[0][k], columns[1][k], columns[2][k]) for k in range(count)]
-
-
-def _named(fit: Any, rows: list) -> list[tuple[str, str, Any]]:
-    """Return (name, colour, row) of every part."""
-    names = ("G(t)",) if fit.relaxed else NAMES
-    return list(zip(names, COLOURS, rows, strict=False))
-
-
-def _loss_factor(axes: Any, fit: Any, rows: list, line: np.ndarray) -> None:
-    """Plot tan delta = G''/G' of data and fit."""
-    (x, storage, _), (_, loss, _) = rows
-    with np.errstate(divide="ignore", invalid="ignore"):
-        factor = np.where((storage > 0.0) & (loss > 0.0), loss / storage, np.nan)
-    model = fit.modulus(line)
-    axes.loglog(x, factor, ".", markersize=4, color="0.4", label="data")
-    axes.loglog(line, model.imag / model.real, color="C2", label=fit.model.__name__)
-    axes.set(xlabel="ω [rad/s]", ylabel="tan δ = G''/G' [-]")
-    axes.legend(fontsize="small")
 
 
 SHARES = 0.1, 0.5, 0.9  # retarded fractions of the starts
@@ -174,7 +108,47 @@ class ModulusFit(Fit):
     def plot(self, path: Any = None) -> Any:
         """Return a figure of the moduli with the fit and its band, tan delta or J(t), residuals and verdict; save it where
         a path is given."""
-        return draw(self, path)
+        _, _, x, y = self.curve
+        count = 1 if self.relaxed else 2
+        names = ("G(t)",) if self.relaxed else NAMES
+        rows = list(zip(*(np.split(one, count) for one in (x, y, self.residuals)), strict=True))
+        known = rows[0][0][rows[0][0] > 0.0]
+        line = np.geomspace(known.min(), known.max(), FINE)
+        model, band = self.modulus(line), self.modulus_band(line)
+        part = lambda values, k: values if self.relaxed else (values.real, values.imag)[k]
+
+        def panel(top: Any, bottom: Any) -> None:
+            for k, (name, colour, (at, values, residual)) in enumerate(
+                zip(names, COLOURS, rows, strict=False)
+            ):
+                on = at > 0.0
+                measured = np.where(values > 0.0, values, np.nan)
+                top.loglog(at[on], measured[on], ".", markersize=4, color=colour, label=name)
+                top.loglog(line, part(model, k), color=colour, linewidth=1.0)
+                top.fill_between(
+                    line, part(band[0], k), part(band[1], k), color=colour, alpha=0.3, linewidth=0
+                )
+                bottom.semilogx(at[on], -residual[on], ".", markersize=4, color=colour)
+            positive = [np.min(values[values > 0.0]) for _, values, _ in rows if np.any(values > 0.0)]
+            low = min([*positive, *(float(np.min(part(model, k))) for k in range(count))])
+            top.set(ylabel=f"{', '.join(names)} [Pa]", ylim=(0.5 * low, 2.0 * float(np.max(y))))
+            top.legend(title=f"{self.model.__name__}, {100 * self.level:g} % band", fontsize="small")
+            over = "t [s]" if self.relaxed else "ω [rad/s]"
+            bottom.set(xlabel=over, ylabel=f"residual [-]\n({self.weights})")
+
+        def loss_factor(axes: Any) -> None:
+            """Plot tan delta = G''/G' of data and fit."""
+            (at, storage, _), (_, loss, _) = rows
+            with np.errstate(divide="ignore", invalid="ignore"):
+                factor = np.where((storage > 0.0) & (loss > 0.0), loss / storage, np.nan)
+            axes.loglog(at, factor, ".", markersize=4, color="0.4", label="data")
+            axes.loglog(line, model.imag / model.real, color="C2", label=self.model.__name__)
+            axes.set(xlabel="ω [rad/s]", ylabel="tan δ = G''/G' [-]")
+            axes.legend(fontsize="small")
+
+        return sheet.draw(
+            self, path, panel, (functools.partial(sheet.compliance, self) if self.relaxed else loss_factor,)
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the numbers of starts."""
@@ -318,13 +292,16 @@ def _fit(data: Any, weighted: tuple[str, Sample, float], sought: Sought, level: 
     space = material_space(sought, unit, duration, first)
     problem = FitProblem(data, sought, space, sample, duration, level)
     scaled = sample.t / duration if kind == "relaxation" else sample.t * duration
-    of = lambda weights: _objective(kind, space, scaled, sample.measured * unit, weights / unit)
+    tau = sought.structure.tau
+    rates = None if tau is None else duration / tau
+    of = lambda weights: _objective(kind, space, rates, scaled, sample.measured * unit, weights / unit)
     few = None
     if kind == "relaxation" and scaled.size > MANY:  # evenly over the logarithm of time, and over the points
         n = scaled.size
         near = np.searchsorted(sample.t, np.geomspace(known.min(), known.max(), MANY // 2))
         some = np.unique(np.append(np.linspace(0, n - 1, MANY // 2).astype(int), np.minimum(near, n - 1)))
-        few = _objective(kind, space, scaled[some], sample.measured[some] * unit, sample.weights[some] / unit)
+        some_measured, some_weights = sample.measured[some] * unit, sample.weights[some] / unit
+        few = _objective(kind, space, rates, scaled[some], some_measured, some_weights)
     solved = least_squares(problem, of, starts(space, itertools.product(start_times(first), SHARES)), few)
     best, objective = solved.whole
     landscape = space.landscape(best.theta, objective.residual)
@@ -345,8 +322,8 @@ def _fit_law(data: Any, sample: Sample, duration: float, sought: Sought, level: 
     assert isinstance(law, Law)
     problem = FitProblem(data, sought, space, sample, duration, level)
     solved = least_squares(problem, lambda w: scaled.objective(space, w * unit), scaled.starts(law))
-    best, _ = solved.whole
-    landscape = scaled.landscape(space, best.theta, solved.weights * unit)
+    best, objective = solved.whole
+    landscape = space.landscape(best.theta, objective.residual, relative=True)
     notes = (*law.notes, *alike(data, solved))
     found = conclude(problem, solved._replace(notes=notes, landscape=landscape))
     return found.fit(ModulusFit, starts=(best.starts, best.agreed))
@@ -405,19 +382,18 @@ def start_times(first: float) -> np.ndarray:
     return np.geomspace(shortest, LONGEST, count)
 
 
-def material_space(sought: Sought, unit: float, duration: float, first: float) -> Space:
+def material_space(sought: Sought, unit: float, duration: float, first: float) -> Parameters:
     """Return the search space of the material parameters alone, in units of compliance [1/Pa] and time [s].
 
     first: the first time over the duration, with which the range of the rates increases.
     """
     units = sought.structure.units(unit, duration)
     box = np.concatenate([sought.structure.box(sought.table) / units[:, None], np.zeros((len(NUISANCES), 2))])
-    return Space.of(
-        sought.structure, box, np.append(units, np.ones(len(NUISANCES))), duration, decades=-math.log(first)
-    )
+    units = np.append(units, np.ones(len(NUISANCES)))
+    return Parameters.of_compliances(sought.structure, box, units, decades=-math.log(first))
 
 
-def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarray]:
+def starts(space: Parameters, pairs: Iterable[tuple[float, float]]) -> list[np.ndarray]:
     """Return starting coordinates from pairs of tau over the duration and the retarded fraction; for a series, equal
     compliances."""
     structure = space.structure
@@ -429,36 +405,25 @@ def starts(space: Space, pairs: Iterable[tuple[float, float]]) -> list[np.ndarra
     return [space.near(np.array([1.0, share, 1.0 - share, share / tau]), LEAST) for tau, share in pairs]
 
 
-def _objective(kind: str, space: Space, x: np.ndarray, y: np.ndarray, weight: np.ndarray) -> Objective:
-    """Return the least-squares objective of scaled data, which are padded internally."""
-    arrays = nonlinear.repeated(x), nonlinear.repeated(y), nonlinear.without_weight(weight)
-    given = space, arrays, kind, x.size
-    return Objective(
-        functools.partial(_residual_at, *given),
-        functools.partial(_slopes_at, *given),
-        *space.bounds,
-        floor=1e-26 * float(np.sum((weight * y) ** 2)),
-    )
+def _objective(
+    kind: str, space: Parameters, rates: np.ndarray | None, x: np.ndarray, y: np.ndarray, weight: np.ndarray
+) -> Objective:
+    """Return the least-squares objective of scaled data, which are padded internally; rates (k,): of given times."""
+    inputs, measured = (nonlinear.repeated(x), rates), nonlinear.repeated(y)
+    padded, points = nonlinear.without_weight(weight), slice(x.size)
+    return Objective.of(modulus_of, inputs, measured, padded, space, points=points, static=(kind,))
 
 
-def _residual_at(space: Space, arrays: tuple, kind: str, n: int, theta: Any) -> Array:
-    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
-    return _evaluate(space.point(theta), *arrays, kind)[:n]
-
-
-def _slopes_at(space: Space, arrays: tuple, kind: str, n: int, theta: Any, free: Any) -> Array:
-    """Return the Jacobian (n, k) of these residuals."""
-    return _slopes(space.point(theta), free, *arrays, kind)[:n]
-
-
-def residual(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
-    """Return the weighted residuals (n,) of one kind of test at scaled times or frequencies x (n,)."""
-    c = point.compliances()
+def modulus_of(theta: Array, inputs: tuple[Array, Array | None], kind: str) -> Array:
+    """Return the scaled response (n,) of one kind of test at scaled times or frequencies x (n,); inputs: x, and the rates
+    of a series with given times."""
+    x, rates = inputs
+    c = spectrum(theta, rates)
     if kind == "relaxation":
-        return weight * (_relaxed_modulus(c, x) - y)
+        return _relaxed_modulus(c, x)
     model = _complex_modulus(c, x)
     second = jnp.arange(x.size) >= jnp.argmax(jnp.append(jnp.diff(x) < 0, True)) + 1
-    return weight * (jnp.where(second, model.imag, model.real) - y)
+    return jnp.where(second, model.imag, model.real)
 
 
 @jax.jit
@@ -473,16 +438,3 @@ def _complex_modulus(c: Any, omega: Array) -> Array:
     """Return G' + i G'' at angular frequencies omega of any shape."""
     delayed = jnp.sum(c.amplitudes / (1.0 + 1j * omega[..., None] / c.rates), -1)
     return 1.0 / (c.instantaneous + delayed + c.fluidity / (1j * omega))
-
-
-@functools.partial(jax.jit, static_argnames="kind")
-def _evaluate(point: Coordinates, x: Array, y: Array, weight: Array, kind: str) -> Array:
-    """Return the weighted residuals (n,)."""
-    return residual(point, x, y, weight, kind)
-
-
-@functools.partial(jax.jit, static_argnames="kind")
-def _slopes(point: Coordinates, free: Array, x: Array, y: Array, weight: Array, kind: str) -> Array:
-    """Return the Jacobian (n, k) of the residuals with respect to the coordinates at the places ``free`` (k,)."""
-    some = lambda values: residual(point.moved(free, values), x, y, weight, kind)
-    return jax.jacfwd(some)(point.vector()[free])

@@ -25,7 +25,7 @@ from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit
 from fitting.inference.verdict import Sample, Solved
 from fitting.models import history
-from fitting.models.search_space import Landscape, SearchSpace
+from fitting.models.parameters import Landscape, Parameters
 from fitting.models.structure import ParameterList, Sought, Structure, series
 from fitting.search.nonlinear import Objective
 from jaxcontact._support.pytree import refuse_masked
@@ -37,15 +37,16 @@ from jaxcontact.bodies.materials import Spectrum, from_relaxation
 PER_DECADE = 3  # largest number of automatically chosen times per decade
 
 
-def space_of(sought: Sought, columns: np.ndarray) -> SearchSpace:
+def space_of(sought: Sought, columns: np.ndarray) -> Parameters:
     """Return the search space of the values, each scaled so that its weighted response (n,) of columns has norm one."""
     norms = np.linalg.norm(columns, axis=0)
     unit = 1.0 / np.where(norms > 0.0, norms, 1.0)
     box = sought.structure.box(sought.table) / unit[:, None]
-    return SearchSpace.linear(sought.structure, box, unit, np.ones(unit.size, dtype=bool))
+    open_sides = np.stack([box[:, 0] == 0.0, np.isinf(box[:, 1])], -1)
+    return Parameters.of(sought.structure, box, unit=unit, open=open_sides)
 
 
-def objective(A: np.ndarray, y: np.ndarray, space: SearchSpace) -> Objective:
+def objective(A: np.ndarray, y: np.ndarray, space: Parameters) -> Objective:
     """Return the least-squares objective |A x - y|^2 for x >= 0."""
     return Objective(
         lambda x: A @ x - y, lambda x, free: A[:, free], *space.bounds, floor=1e-26 * float(y @ y)
@@ -73,7 +74,7 @@ def chosen_times(
     return min(found, key=lambda one: one[0])[1]
 
 
-def landscape(space: SearchSpace, solved: Solved, A: np.ndarray, y: np.ndarray) -> Landscape:
+def landscape(space: Parameters, solved: Solved, A: np.ndarray, y: np.ndarray) -> Landscape:
     """Return the residuals as a function of the values, each scaled so that it alone gives a response of the norm of y
     (n,)."""
     free, y, J = space.upper > space.lower, solved.weights * y, solved.weights[:, None] * A

@@ -138,51 +138,7 @@ def posterior_covariance(found: SpectrumOptimum) -> tuple[np.ndarray, np.ndarray
     return found.variance * inverse[:m, :m], resolution[:m, :m]
 
 
-# Figure of a relaxation spectrum: the moduli with the fit, the spectrum with its band, and the residuals.
-
-
-NAMES, COLOURS = ("G'", "G''"), ("C3", "C0")
-
-
-def draw(fit: Any, path: Any) -> Any:
-    """Return a Figure of a ``SpectrumFit``; saved where a path is given."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.0, 5.5), layout="constrained")
-    sheet.title(figure, fit)
-    places = figure.add_gridspec(2, 2, height_ratios=(3, 1))
-    top, bottom = figure.add_subplot(places[0, 0]), figure.add_subplot(places[1, 0])
-    _, _, x, y = fit.curve
-    count = 1 if fit.relaxed else 2
-    parts = [np.split(values, count) for values in (x, y, fit.fitted, fit.residuals)]
-    for k, name in enumerate(("G(t)",) if fit.relaxed else NAMES):
-        at, measured, fitted, residual = (part[k] for part in parts)
-        on = (at > 0.0) & (measured > 0.0)
-        top.loglog(at[on], measured[on], ".", markersize=4, color=COLOURS[k], label=name)
-        top.loglog(at[at > 0.0], fitted[at > 0.0], color=COLOURS[k], linewidth=1.0)
-        bottom.semilogx(at[at > 0.0], -residual[at > 0.0], ".", markersize=4, color=COLOURS[k])
-    top.set_ylabel("modulus [Pa]")
-    top.legend(fontsize="small")
-    bottom.axhline(0.0, color="0.4", linewidth=0.8)
-    bottom.set(xlabel="t [s]" if fit.relaxed else "ω [rad/s]", ylabel=f"residual [-]\n({fit.weights})")
-    _drawn_spectrum(figure.add_subplot(places[:, 1]), fit)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
-
-
-def _drawn_spectrum(axes: Any, fit: Any) -> None:
-    """Plot the spectrum, dashed where the data do not resolve it."""
-    axes.loglog(fit.tau, fit.H, "--", color="0.6", label="not resolved")
-    axes.loglog(fit.tau, np.where(fit.resolved, fit.H, np.nan), color="C0", label="H")
-    band = [np.where(fit.resolved, end, np.nan) for end in (fit.low, fit.high)]
-    axes.fill_between(fit.tau, *band, alpha=0.3, label=f"{100 * fit.level:g} % band")
-    known = fit.high[fit.resolved] if fit.resolved.any() else fit.H
-    axes.set(xlabel="τ [s]", ylabel="H [Pa]", ylim=(0.2 * fit.H[fit.resolved].min() if fit.resolved.any() else None,
-                                                   3.0 * known.max()))  # fmt: skip
-    axes.legend(fontsize="small")
-
-
+NAMES, COLOURS = ("G'", "G''"), ("C3", "C0")  # of the figure
 PER_DECADE = 8  # times of the spectrum
 BEYOND = 1.0  # decades by which they exceed the range of the data at either end
 KNOWN = math.log(2.0)  # standard deviation of log H up to which the data resolve it
@@ -270,7 +226,32 @@ class SpectrumFit(Evidence):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of the moduli with the fit and of the spectrum with its band; saved where a path is given."""
-        return draw(self, path)
+        _, _, x, y = self.curve
+        parts = [np.split(one, 1 if self.relaxed else 2) for one in (x, y, self.fitted, self.residuals)]
+
+        def panel(top: Any, bottom: Any) -> None:
+            for k, name in enumerate(("G(t)",) if self.relaxed else NAMES):
+                at, measured, fitted, residual = (part[k] for part in parts)
+                on = (at > 0.0) & (measured > 0.0)
+                top.loglog(at[on], measured[on], ".", markersize=4, color=COLOURS[k], label=name)
+                top.loglog(at[at > 0.0], fitted[at > 0.0], color=COLOURS[k], linewidth=1.0)
+                bottom.semilogx(at[at > 0.0], -residual[at > 0.0], ".", markersize=4, color=COLOURS[k])
+            top.set_ylabel("modulus [Pa]")
+            over = "t [s]" if self.relaxed else "ω [rad/s]"
+            bottom.set(xlabel=over, ylabel=f"residual [-]\n({self.weights})")
+
+        def spectrum(axes: Any) -> None:
+            """Plot the spectrum, dashed where the data do not resolve it."""
+            axes.loglog(self.tau, self.H, "--", color="0.6", label="not resolved")
+            axes.loglog(self.tau, np.where(self.resolved, self.H, np.nan), color="C0", label="H")
+            band = [np.where(self.resolved, end, np.nan) for end in (self.low, self.high)]
+            axes.fill_between(self.tau, *band, alpha=0.3, label=f"{100 * self.level:g} % band")
+            known = self.high[self.resolved] if self.resolved.any() else self.H
+            least = 0.2 * self.H[self.resolved].min() if self.resolved.any() else None
+            axes.set(xlabel="τ [s]", ylabel="H [Pa]", ylim=(least, 3.0 * known.max()))
+            axes.legend(fontsize="small")
+
+        return sheet.draw(self, path, panel, (spectrum,), lines=())
 
     def to_dict(self) -> dict[str, Any]:
         """Return the result as plain values for JSON."""

@@ -13,12 +13,11 @@ import jaxcontact as jc
 from fitting.data.indentation import STIFFNESS, paraboloid_note, probe_of
 from fitting.data.stiffness import StiffnessData
 from fitting.data.weights import choose_weights
-from fitting.fits.force import Deviation
 from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Assessment, Solved
-from fitting.models.search_space import ParameterSpace
+from fitting.inference.verdict import Solved
+from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.models.thin_layer import Base, contact_factors
 from fitting.search import nonlinear
@@ -28,7 +27,7 @@ from fitting.views import sheet
 # Stiffness dF/d depth of an elastic contact with a half-space or with a layer bonded to a base.
 #
 # On a half-space S = 4 G a/(1 - nu) at the contact radius a (G. M. Pharr, W. C. Oliver, F. R. Brotzen, J. Mater. Res.
-# 7 (1992) 613), and on a layer that times the factor of a flat punch of the radius a (``layered_contact.py``), for
+# 7 (1992) 613), and on a layer that times the factor of a flat punch of the radius a (``models/thin_layer.py``), for
 # any tip of revolution, also after plastic flow. An elastic tip adds (1 - nu)/G to the compliance at every
 # wavenumber.
 #
@@ -138,12 +137,12 @@ def contact_area(coefficients: Sequence[float], depth: np.ndarray) -> np.ndarray
 
 
 REACH = math.log(1e4)  # of log G and of log thickness about their starting values
+REACHES = (-REACH, REACH), (-math.log(0.5 * WIDEST), REACH)
 THIN = (1.0, 0.3, 3.0, 10.0)  # starting thicknesses over the largest contact radius
 CHANGE, TREND = (
     0.2,
     0.1,
 )  # of log G from the deeper half to all points, and of the stiffness: beyond them, rejection
-WINDOW = 0.05  # fraction of the points in a running mean of the residuals
 SPREAD = math.log(100.0)  # of the moduli of single points about that of all
 TRIALS = 13  # moduli at which the stiffness is computed for these
 
@@ -159,85 +158,6 @@ class ElasticFilm(ParameterList):
         return jc.Elastic(values["G"], self.nu if volume is None else volume.value)
 
 
-class StiffnessSample(verdict.Sample):
-    """The points of a stiffness curve, whose trends ``deviation`` judges in place of the common tests."""
-
-    def assess(self, solved: Solved, p: int, level: float) -> Assessment:
-        """Return the evidence without reasons for rejection."""
-        found = super().assess(solved, p, level)
-        return found._replace(evidence=dataclasses.replace(found.evidence, refused=()))
-
-
-class StiffnessProblem(NamedTuple):
-    """Measured stiffness (n,) [N/m], the body, the tip and the parameters.
-
-    start: modulus [Pa] from which the search starts.
-    """
-
-    stiffness: np.ndarray
-    body: Coated
-    tip: Tip
-    sample: StiffnessSample
-    structure: ParameterList
-    start: float
-
-    @classmethod
-    def of(
-        cls, data: StiffnessData, body: Coated, tip: Tip, weights: str | None, sigma: Any, film: bool
-    ) -> "StiffnessProblem":
-        """Return the problem; ValueError on two choices of weights."""
-        sigma = data.sigma if weights is None and sigma is None else sigma
-        weight, label = choose_weights(data.depth, data.stiffness, weights, sigma)
-        sample = StiffnessSample.of(("stiffness", "N/m", data.depth, data.stiffness), weight, label)
-        units = {"G": "Pa"} | ({"thickness": "m"} if body.base is not None else {})
-        structure = dataclasses.replace(ElasticFilm.of(jc.Elastic, units), nu=body.nu)
-        half = body._replace(base=None)
-        rigid = np.median(data.stiffness / np.exp(log_stiffness(1.0, 1.0, half._replace(tip=0.0), tip)[0]))
-        # without the tip's compliance
-        soft = 1.0 / max(1.0 / rigid - body.tip / (1.0 - body.nu), 0.02 / rigid)
-        return cls(data.stiffness, body, tip, sample, structure, float(soft))
-
-    def space(self, table: dict[str, tuple[float, float]]) -> ParameterSpace:
-        """Return the box of the search for log G and log thickness."""
-        middle = [self.start, float(self.tip.radii.max())][: len(table)]
-        rows = []
-        for name, centre in zip(table, middle, strict=True):
-            low, high = table[name]
-            unit = np.log(centre)
-            with np.errstate(divide="ignore"):
-                ends = np.log([low, high])
-            reach = (-REACH, REACH) if name == "G" else (-math.log(0.5 * WIDEST), REACH)
-            rows.append(ends - unit if low == high else np.clip(ends - unit, *reach))
-        return ParameterSpace.of(
-            self.structure, np.array(rows), np.ones(len(rows), dtype=bool), np.array(middle)
-        )
-
-    def objective(self, space: ParameterSpace, weights: np.ndarray) -> Objective:
-        """Return the least-squares objective for weights (n,) [m/N]."""
-
-        @functools.lru_cache(maxsize=4)
-        def model(key: bytes) -> tuple[np.ndarray, np.ndarray]:
-            theta = np.frombuffer(key)
-            values = space.unit * np.exp(theta)
-            log, slopes = log_stiffness(values[0], values[1] if values.size > 1 else 1.0, self.body, self.tip)
-            found = np.exp(log)
-            return found, found[:, None] * slopes[:, : theta.size]
-
-        return Objective(
-            lambda theta: weights * (model(theta.tobytes())[0] - self.stiffness),
-            lambda theta, free: weights[:, None] * model(theta.tobytes())[1][:, free],
-            *space.bounds,
-            floor=1e-26 * float(np.sum((weights * self.stiffness) ** 2)),
-        )
-
-    def starts(self, space: ParameterSpace) -> list[np.ndarray]:
-        """Return coordinates: the modulus of a half-space and several thicknesses."""
-        low, high = space.bounds
-        if low.size == 1 or low[1] == high[1]:
-            return [np.clip(np.zeros(low.size), low, high)]
-        return [np.clip([0.0, math.log(thin)], low, high) for thin in THIN]
-
-
 def no_moves(name: str) -> np.ndarray:
     """Raise ValueError: the change of the parameters with a held quantity is not computed."""
     raise ValueError(f"spread: a fit of a stiffness is conditional on its {name}; fit at other values of it")
@@ -245,108 +165,50 @@ def no_moves(name: str) -> np.ndarray:
 
 def deviation(
     problem: FitProblem, of: Callable[[np.ndarray], Objective], solved: Solved, film: bool
-) -> Deviation:
+) -> verdict.Deviation:
     """Return the systematic deviation of the points from the model; of: objective of weights (n,)."""
-    nothing = np.zeros(solved.theta.size)
-    found = verdict.Sample.assess(problem.sample, solved, problem.p, problem.level).evidence
-    if not found.refused:
-        return Deviation(nothing, (), ())
     depth, measured = problem.sample.t, problem.sample.measured
-    deep = depth > np.median(depth)
-    objective = of(np.where(deep, solved.weights, 0.0))
-    change = solved.theta - nonlinear.minimise(objective, solved.theta).theta
-    width = max(int(WINDOW * depth.size), 3)
-    relative = solved.residual / solved.weights / measured
-    trend = float(np.max(np.abs(np.convolve(relative, np.ones(width) / width, mode="valid"))))
-    size = f"a trend of {100 * trend:.1f} % of the stiffness"
-    stiffer = change[0] > 0
-    how = f"is {100 * math.expm1(abs(change[0])):.1f} % {'higher' if stiffer else 'lower'} with the shallow points"
-    if trend > TREND or abs(change[0]) > CHANGE:
-        return Deviation(
-            np.abs(change),
-            (f"the residuals have {size}, and the modulus {how}: {_meaning(stiffer, film)}",),
-            (),
-        )
-    note = f"the residuals have {size}; the modulus {how}, which the intervals include: {_meaning(stiffer, film)}"
-    return Deviation(np.abs(change), (), (note,))
 
+    def refits() -> list[np.ndarray]:
+        """Return the fit to the deeper half of the points."""
+        objective = of(np.where(depth > np.median(depth), solved.weights, 0.0))
+        return [nonlinear.minimise(objective, solved.theta).theta]
 
-def _meaning(stiffer: bool, film: bool) -> str:
-    """Return what a modulus that depends on the depth may mean, in the words of a user of a nanoindenter."""
-    base = "" if film else ", or the base of a film below (give its thickness)"
-    if stiffer:
-        what = f"a blunt tip (calibrate the area), a hard surface layer, or a soft layer below{base}"
-        return f"{what}; leave out shallow depths"
-    return f"roughness or a soft surface layer, a contact found too early{base}; leave out shallow depths"
+    def words(trend: float, changes: np.ndarray, rejected: bool) -> str:
+        """Return the size of the trend and of the change with its meaning, in the words of a user of a nanoindenter."""
+        change = float(changes[0, 0])
+        base = "" if film else ", or the base of a film below (give its thickness)"
+        if change > 0:
+            way = "higher"
+            meaning = f"a blunt tip (calibrate the area), a hard surface layer, or a soft layer below{base}"
+        else:
+            way, meaning = "lower", f"roughness or a soft surface layer, a contact found too early{base}"
+        said = f"the modulus is {100 * math.expm1(abs(change)):.1f} % {way} with the shallow points"
+        size = f"the residuals have a trend of {100 * trend:.1f} % of the stiffness"
+        said = f"{size}, and {said}" if rejected else f"{size}; {said}, which the intervals include"
+        return f"{said}: {meaning}; leave out shallow depths"
+
+    trend = lambda: verdict.trend(solved.residual / solved.weights / measured)
+    return verdict.judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
 
 
 def pointwise(
     stiffness: np.ndarray, G: float, body: Coated, tip: Tip, model: Callable[[float], np.ndarray]
 ) -> np.ndarray:
     """Return the shear modulus (n,) [Pa] at which the model has each stiffness alone; nan beyond a factor of 100."""
+    # the modulus on a half-space has a closed form
     if body.base is None:
         share = 1.0 - body.nu
         below = 4.0 * tip.beta * tip.radii / stiffness - body.tip
         return np.where(below > 0.0, share / np.where(below > 0.0, below, 1.0), np.nan)
     logs = np.log(G) + np.linspace(-SPREAD, SPREAD, TRIALS)
     table = np.stack([model(float(np.exp(log))) for log in logs])  # (TRIALS, n)
-    found = [_inverse(row, logs, at) for row, at in zip(table.T, np.log(stiffness), strict=True)]
-    return np.exp(np.array(found))
-
-
-def _inverse(values: np.ndarray, logs: np.ndarray, at: float) -> float:
-    """Return the place where increasing values have a given one, nan outside."""
-    known = np.isfinite(values)
-    if known.sum() < 3 or not values[known][0] <= at <= values[known][-1]:
-        return math.nan
-    return float(PchipInterpolator(values[known], logs[known])(at))
-
-
-# Figure of the fit of a contact stiffness: stiffness and modulus over depth, residuals and parameters.
-
-
-def draw(fit: Any, path: Any) -> Any:
-    """Return a Figure of a ``StiffnessFit``; saved where a path is given."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.0, 6.0), layout="constrained")
-    sheet.title(figure, fit)
-    places = figure.add_gridspec(3, 2, height_ratios=(3, 1, 0.5))
-    top, bottom = figure.add_subplot(places[0, 0]), figure.add_subplot(places[1, 0])
-    _, unit, depth, measured = fit.curve
-    top.plot(depth, measured, ".", markersize=3, color="0.4", label="data")
-    order = np.argsort(depth)
-    top.plot(depth[order], fit.fitted[order], label="model")
-    top.set_ylabel(f"contact stiffness [{unit}]")
-    top.tick_params(labelbottom=False)
-    top.legend()
-    bottom.plot(depth, 100.0 * (measured / fit.fitted - 1.0), ".", markersize=3, color="0.4")
-    bottom.axhline(0.0, color="0.4", linewidth=0.8)
-    bottom.set_ylabel("residual [%]")
-    _moduli(figure.add_subplot(places[:2, 1]), fit, depth)
-    for axes in (top, bottom):
-        sheet.axis_label(axes.xaxis, "depth", "m", depth)
-    top.set_xlabel("")
-    sheet.parameters(figure.add_subplot(places[2, :]), fit)
-    if path is not None:
-        figure.savefig(path, dpi=150)
-    return figure
-
-
-def _moduli(axes: Any, fit: Any, depth: np.ndarray) -> None:
-    """Plot the modulus of single depths, and that of the fit with its interval."""
-    if fit.thickness is not None:
-        axes.plot(depth, fit.apparent, ".", markersize=3, color="0.7", label="with the base")
-    axes.plot(depth, fit.moduli, ".", markersize=3, color="0.4", label="of single depths")
-    E, low, high = fit.youngs_modulus
-    axes.axhline(E, label="of all depths")
-    if np.isfinite(high):
-        axes.axhspan(low, high, alpha=0.3, label=f"{100 * fit.level:g} % interval")
-    top = 1.2 * np.nanmax([E, *fit.moduli, *fit.apparent])
-    axes.set_ylim(0.0, min(top, 5.0 * E))
-    sheet.axis_label(axes.xaxis, "depth", "m", depth)
-    sheet.axis_label(axes.yaxis, "Young's modulus", "Pa", np.array([E]))
-    axes.legend()
+    found = np.full(stiffness.size, np.nan)
+    for i, (values, at) in enumerate(zip(table.T, np.log(stiffness), strict=True)):
+        known = np.isfinite(values)  # and increasing
+        if known.sum() >= 3 and values[known][0] <= at <= values[known][-1]:
+            found[i] = PchipInterpolator(values[known], logs[known])(at)
+    return np.exp(found)
 
 
 CONTACTS = ("elastic", "oliver-pharr", "stated")
@@ -386,7 +248,32 @@ class StiffnessFit(Fit):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of stiffness and modulus over depth, and of the residuals; saved where a path is given."""
-        return draw(self, path)
+        _, unit, depth, measured = self.curve
+        E, low, high = self.youngs_modulus
+
+        def panel(top: Any, bottom: Any) -> None:
+            order = np.argsort(depth)
+            top.plot(depth, measured, ".", markersize=3, color="0.4", label="data")
+            top.plot(depth[order], self.fitted[order], label="model")
+            top.set_ylabel(f"contact stiffness [{unit}]")
+            bottom.plot(depth, 100.0 * (measured / self.fitted - 1.0), ".", markersize=3, color="0.4")
+            bottom.set_ylabel("residual [%]")
+            sheet.axis_label(bottom.xaxis, "depth", "m", depth)
+
+        def moduli(axes: Any) -> None:
+            """Plot the modulus of single depths, and that of the fit with its interval."""
+            if self.thickness is not None:
+                axes.plot(depth, self.apparent, ".", markersize=3, color="0.7", label="with the base")
+            axes.plot(depth, self.moduli, ".", markersize=3, color="0.4", label="of single depths")
+            axes.axhline(E, label="of all depths")
+            if np.isfinite(high):
+                axes.axhspan(low, high, alpha=0.3, label=f"{100 * self.level:g} % interval")
+            axes.set_ylim(0.0, min(1.2 * np.nanmax([E, *self.moduli, *self.apparent]), 5.0 * E))
+            sheet.axis_label(axes.xaxis, "depth", "m", depth)
+            sheet.axis_label(axes.yaxis, "Young's modulus", "Pa", np.array([E]))
+            axes.legend()
+
+        return sheet.draw(self, path, panel, (moduli,))
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with Young's modulus and the given quantities."""
@@ -475,32 +362,92 @@ def fit_stiffness(
     if not isinstance(data, StiffnessData):
         raise ValueError(f"data: expected StiffnessData, got {type(data).__name__}")
     weights = "estimated" if weights is None and sigma is None and data.sigma is None else weights
+    sigma = data.sigma if weights is None and sigma is None else sigma
     body, tip = _body(indenter, nu, thickness, substrate), _tip(data, indenter, contact, area, epsilon, beta)
-    fixed = {} if isinstance(thickness, str) or thickness is None else {"thickness": thickness}
-    problem = StiffnessProblem.of(data, body, tip, weights, sigma, isinstance(thickness, str))
+    depth, stiffness, widest = data.depth, data.stiffness, float(tip.radii.max())
+    weight, label = choose_weights(depth, stiffness, weights, sigma)
+    sample = verdict.Sample.of(("stiffness", "N/m", depth, stiffness), weight, label, own_trends=True)
+
+    # The starting modulus is that of a half-space, without the compliance of the tip.
+    half = body._replace(base=None)
+    rigid = np.median(stiffness / np.exp(log_stiffness(1.0, 1.0, half._replace(tip=0.0), tip)[0]))
+    start = float(1.0 / max(1.0 / rigid - body.tip / (1.0 - nu), 0.02 / rigid))
     if body.base is not None and thickness != "fit":
-        _check_width(problem, float(thickness), data.depth)
-    sought = Sought(problem.structure, limits(problem.structure, fixed, bounds), None)
-    space = problem.space(sought.table)
-    fit = FitProblem(data, sought, space, problem.sample, float(data.depth[-1]), level)
-    of = lambda given: problem.objective(space, given)
-    solved = least_squares(fit, of, problem.starts(space))
-    off = deviation(fit, of, solved, thickness is not None)
-    said, apart = _compared(data, problem)
-    edges = _ends(sought, space, solved.theta)
-    curved = () if tip.known else paraboloid_note(indenter, float(data.depth.max()), STIFFNESS)
-    found = conclude(
-        fit,
-        solved._replace(
-            left=off.left,
-            against=(*off.against, *apart),
-            notes=(*off.notes, *said, *edges, *curved),
-            moves=no_moves,
-        ),
-    )
+        wide = ~np.isfinite(log_stiffness(start, float(thickness), body, tip)[0])
+        fine = depth[depth < depth[wide].min(initial=np.inf)]
+        what = f"expected a contact of at most {WIDEST:g} thicknesses, got one of {widest / float(thickness):.3g}"
+        if wide.any() and fine.size < LEAST:
+            raise ValueError(
+                f"thickness: {what}: the film is too thin for these depths; without it the sample is a half-space"
+            )
+        if wide.any():
+            raise ValueError(
+                f"thickness: {what}: window=(None, {fine.max():.4g}) keeps the depths at which the film can be used; without"
+                " it the sample is a half-space"
+            )
+
+    # The search for log G and log thickness over their starting values.
+    units = {"G": "Pa"} | ({"thickness": "m"} if body.base is not None else {})
+    structure = dataclasses.replace(ElasticFilm.of(jc.Elastic, units), nu=nu)
+    fixed = {} if isinstance(thickness, str) or thickness is None else {"thickness": thickness}
+    sought = Sought(structure, limits(structure, fixed, bounds), None)
+    unit, rows = np.array([start, widest][: len(units)]), []
+    for (low, high), own, reach in zip(sought.table.values(), unit, REACHES, strict=False):
+        with np.errstate(divide="ignore"):
+            ends = np.log([low, high]) - np.log(own)
+        rows.append(ends if low == high else np.clip(ends, *reach))
+    space = Parameters.of(structure, rows, unit=unit, logarithmic=True)
+    lower, upper = space.bounds
+    thin = THIN if lower.size > 1 and lower[1] < upper[1] else THIN[:1]
+    starts = [np.clip([0.0, math.log(share)][: lower.size], lower, upper) for share in thin]
+
+    @functools.lru_cache(maxsize=4)
+    def model(key: bytes) -> tuple[np.ndarray, np.ndarray]:
+        """Return the stiffness (n,) and its derivatives (n, m) with respect to the coordinates."""
+        theta = np.frombuffer(key)
+        values = space.unit * np.exp(theta)
+        log, slopes = log_stiffness(values[0], values[1] if values.size > 1 else 1.0, body, tip)
+        found = np.exp(log)
+        return found, found[:, None] * slopes[:, : theta.size]
+
+    def objective(weights: np.ndarray) -> Objective:
+        return Objective(
+            lambda theta: weights * (model(theta.tobytes())[0] - stiffness),
+            lambda theta, free: weights[:, None] * model(theta.tobytes())[1][:, free],
+            *space.bounds, floor=1e-26 * float(np.sum((weights * stiffness) ** 2)),
+        )  # fmt: skip
+
+    problem = FitProblem(data, sought, space, sample, float(depth[-1]), level)
+    solved = least_squares(problem, objective, starts)
+
+    # Trends, what the instrument states, and parameters at the end of their range.
+    off = deviation(problem, objective, solved, thickness is not None)
+    notes, apart = _compared(data, half, tip, start)
+    for name, at, low, high, one in zip(sought.table, solved.theta, lower, upper, unit, strict=True):
+        if low < high and min(at - low, high - at) < 1e-3 * (high - low):
+            more = "larger" if high - at < at - low else "smaller"
+            notes.append(
+                f"{name} ends at the bound of the search, {one * np.exp(at):.3g}: {more} ones may describe the data better"
+            )
+    notes += () if tip.known else paraboloid_note(indenter, float(depth.max()), STIFFNESS)
+    solved = solved._replace(left=off.left, against=(*off.against, *apart), notes=(*off.notes, *notes))
+    found = conclude(problem, solved._replace(moves=no_moves))
+
+    # Young's modulus of all depths, and of single ones with and without the base.
+    G, thickness = found.fields["values"]["G"], found.fields["values"].get("thickness")
+    to_E = 2.0 * (1.0 + nu)
+    apparent = moduli = to_E * pointwise(stiffness, G, half, tip, lambda _: stiffness)
+    if body.base is not None:
+        of_film = lambda g: log_stiffness(g, thickness, body, tip)[0]
+        moduli = to_E * pointwise(stiffness, G, body, tip, of_film)
+    kind = "Oliver-Pharr" if tip.known else "elastic"
+    if contact == "stated" or (contact is None and data.area is not None and area is None):
+        kind = "Oliver-Pharr (area of the file)"
     return found.fit(
-        StiffnessFit, **_own(problem, found, indenter, substrate, _named(data, tip, contact, area))
-    )
+        StiffnessFit, indenter=indenter, nu=nu, thickness=thickness, substrate=substrate, contact=kind,
+        youngs_modulus=tuple(to_E * value for value in (G, *found.fields["intervals"]["G"])), radii=tip.radii,
+        apparent=apparent, moduli=moduli,
+    )  # fmt: skip
 
 
 def _body(indenter: Any, nu: float, thickness: Any, substrate: Any) -> Coated:
@@ -566,28 +513,10 @@ def _tip(
     return Tip(indenter, kind, np.sqrt(A / np.pi), True, beta)
 
 
-def _check_width(problem: StiffnessProblem, thickness: float, depth: np.ndarray) -> None:
-    """Raise ValueError where the contact is wider than ``WIDEST`` thicknesses."""
-    wide = ~np.isfinite(log_stiffness(problem.start, thickness, problem.body, problem.tip)[0])
-    if not wide.any():
-        return
-    fine = depth[depth < depth[wide].min()]
-    what = f"expected a contact of at most {WIDEST:g} thicknesses, got one of {problem.tip.radii.max() / thickness:.3g}"
-    if fine.size < LEAST:
-        raise ValueError(
-            f"thickness: {what}: the film is too thin for these depths; without it the sample is a half-space"
-        )
-    raise ValueError(
-        f"thickness: {what}: window=(None, {fine.max():.4g}) keeps the depths at which the film can be used; without it the"
-        " sample is a half-space"
-    )
-
-
-def _compared(data: StiffnessData, problem: StiffnessProblem) -> tuple[list[str], list[str]]:
+def _compared(data: StiffnessData, body: Coated, tip: Tip, start: float) -> tuple[list[str], list[str]]:
     """Return notes that compare the moduli that the instrument states with those of the same points on a half-space, and
     reasons for rejection where they differ by more than a factor of ``APART``."""
-    nu, body = problem.body.nu, problem.body._replace(base=None)
-    G = pointwise(problem.stiffness, problem.start, body, problem.tip, lambda _: problem.stiffness)
+    nu, G = body.nu, pointwise(data.stiffness, start, body, tip, lambda _: data.stiffness)
     reduced = 2.0 * G / (1.0 - nu + G * body.tip)  # 1/Er = (1 - nu)/(2 G) + the tip's compliance/2
     own = {"reduced modulus": reduced, "modulus": 2.0 * (1.0 + nu) * G}
     notes, against = [], []
@@ -607,18 +536,6 @@ def _compared(data: StiffnessData, problem: StiffnessProblem) -> tuple[list[str]
     return notes, against
 
 
-def _ends(sought: Sought, space: Any, theta: np.ndarray) -> list[str]:
-    """Return a note for each fitted parameter whose best value is an end of the range of the search."""
-    notes = []
-    for name, at, low, high, unit in zip(sought.table, theta, *space.bounds, space.unit, strict=True):
-        if low < high and min(at - low, high - at) < 1e-3 * (high - low):
-            more = "larger" if high - at < at - low else "smaller"
-            notes.append(
-                f"{name} ends at the bound of the search, {unit * np.exp(at):.3g}: {more} ones may describe the data better"
-            )
-    return notes
-
-
 def _ideal(indenter: Any, kind: str, depth: np.ndarray) -> np.ndarray:
     """Return the area [m2] of the ideal indenter at contact depths (n,)."""
     if kind == "punch":
@@ -627,30 +544,3 @@ def _ideal(indenter: Any, kind: str, depth: np.ndarray) -> np.ndarray:
         radius = float(indenter.radius)
         return np.pi * (2.0 * radius - np.minimum(depth, radius)) * np.minimum(depth, radius)
     return np.pi * (np.tan(float(indenter.half_angle)) * depth) ** 2
-
-
-def _named(data: StiffnessData, tip: Tip, contact: str | None, area: Sequence[float] | None) -> str:
-    """Return the kind of contact in words."""
-    if contact == "stated" or (contact is None and data.area is not None and area is None):
-        return "Oliver-Pharr (area of the file)"
-    return "Oliver-Pharr" if tip.known else "elastic"
-
-
-def _own(
-    problem: StiffnessProblem, found: Any, indenter: Any, substrate: Any, contact: str
-) -> dict[str, Any]:
-    """Return the fields of a ``StiffnessFit`` that other fits do not have."""
-    body, tip, values = problem.body, problem.tip, found.fields["values"]
-    G, nu, thickness = values["G"], body.nu, values.get("thickness")
-    to_E = 2.0 * (1.0 + nu)
-    alone = lambda own: (
-        to_E
-        * pointwise(problem.stiffness, G, own, tip, lambda g: log_stiffness(g, thickness or 1.0, own, tip)[0])
-    )
-    apparent = alone(body._replace(base=None))
-    return {
-        "indenter": indenter, "nu": nu, "thickness": thickness, "substrate": substrate,
-        "contact": contact,
-        "youngs_modulus": tuple(to_E * value for value in (G, *found.fields["intervals"]["G"])),
-        "radii": tip.radii, "apparent": apparent, "moduli": apparent if body.base is None else alone(body),
-    }  # fmt: skip

@@ -1,16 +1,14 @@
-"""Fit of one material to several tests at once: creep, relaxation and oscillation (``joint_search.py``).
+"""Fit of one material to several tests at once: creep, relaxation and oscillation.
 
 The intervals are profile likelihoods in which the error scale of each test is held.
 """
 
 import dataclasses
-import functools
 import itertools
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -25,9 +23,9 @@ from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.noise import basis, lag_one, within
 from fitting.inference.result import Fit
 from fitting.inference.verdict import Assessment, Curve, Sample, Solved
-from fitting.models.coordinates import Coordinates, Space
 from fitting.models.history import Step, columns, merge
-from fitting.models.structure import Sought, Structure, structure_of
+from fitting.models.parameters import Parameters, spectrum
+from fitting.models.structure import Sought, structure_of
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Best, Objective
 from fitting.views import sheet
@@ -73,11 +71,13 @@ class Part(NamedTuple):
 class Tests(NamedTuple):
     """Several tests that are fitted together, with weights divided by the error scales ``errors`` (k,) of the tests.
 
-    This is the sample of a joint fit. As one curve the tests follow one another, each divided by its unit.
+    This is the sample of a joint fit. As one curve the tests follow one another, each divided by its unit. rates (k,):
+    scaled 1/tau_i of a series with given times, else None.
     """
 
     parts: tuple[Part, ...]
     errors: np.ndarray
+    rates: np.ndarray | None
 
     @property
     def least_count(self) -> int:
@@ -134,7 +134,7 @@ class Tests(NamedTuple):
         """Return the tests with their error scales multiplied by factors (k,)."""
         rows = zip(self.parts, factors, strict=True)
         parts = tuple(part.with_weights(part.sample.weights / factor) for part, factor in rows)
-        return Tests(parts, self.errors * factors)
+        return self._replace(parts=parts, errors=self.errors * factors)
 
     def reweighed(self, solved: Solved, p: int) -> "Tests":
         """Return the tests with weights that follow from the solution."""
@@ -186,7 +186,7 @@ class Tests(NamedTuple):
         return Sample.of(self.curve(solved.kept), np.concatenate(weight), "", np.concatenate(blocks))
 
 
-def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Tests, Solved]:
+def search(space: Parameters, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Tests, Solved]:
     """Return the least-squares solution from several starts, alternating with the error scales and the weights
     that follow from it."""
     first = nonlinear.minimise_from(_objective(space, tests), starts)
@@ -202,7 +202,7 @@ def search(space: Space, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Te
     return tests, solution(objective, best, solved.weights)
 
 
-def _turns(space: Space, tests: Tests, best: Best) -> tuple[Tests, Solved]:
+def _turns(space: Parameters, tests: Tests, best: Best) -> tuple[Tests, Solved]:
     """Alternate the least-squares solution and the error scales of the tests until the scales have converged."""
     sizes = np.array([part.sample.t.size for part in tests.parts])
     dof = sizes * (1.0 - space.free.size / sizes.sum())
@@ -217,56 +217,33 @@ def _turns(space: Space, tests: Tests, best: Best) -> tuple[Tests, Solved]:
     return tests, solution(objective, best, np.concatenate([part.sample.weights for part in tests.parts]))
 
 
-def _objective(space: Space, tests: Tests) -> Objective:
+def _objective(space: Parameters, tests: Tests) -> Objective:
     """Return the least-squares objective of all tests, each divided by its error scale."""
-    arrays = tuple(part.arrays for part in tests.parts)
-    kinds, sizes = zip(*((part.kind, part.sample.t.size) for part in tests.parts), strict=True)
-    given = space, arrays, kinds, sizes
-    return Objective(
-        functools.partial(_residual_at, *given),
-        functools.partial(_slopes_at, *given),
-        *space.bounds, floor=1e-26 * sum(float(np.sum((y * w) ** 2)) for _, y, w in arrays),
+    xs, measured, weights = zip(*(part.arrays for part in tests.parts), strict=True)
+    begins = np.cumsum([0, *(y.size for y in measured)])
+    points = np.concatenate(
+        [k + np.arange(part.sample.t.size) for k, part in zip(begins, tests.parts, strict=False)]
+    )
+    return Objective.of(
+        _responses, (xs, tests.rates), np.concatenate(measured), np.concatenate(weights), space, points=points,
+        static=(tuple(part.kind for part in tests.parts),),
     )  # fmt: skip
 
 
-def _residual_at(space: Space, arrays: tuple, kinds: tuple, sizes: tuple, theta: Any) -> Array:
-    """Return the weighted residuals (n,) at a vector of coordinates; a module function, so that fits can be pickled."""
-    return _evaluate(space.point(theta), arrays, kinds, sizes)
-
-
-def _slopes_at(space: Space, arrays: tuple, kinds: tuple, sizes: tuple, theta: Any, free: Any) -> Array:
-    """Return the Jacobian (n, k) of these residuals."""
-    return _slopes(space.point(theta), free, arrays, kinds, sizes)
-
-
-def _residual(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]) -> Array:
-    """Return the weighted residuals (n,) of all tests."""
-    each = []
-    for (x, y, weight), kind, size in zip(arrays, kinds, sizes, strict=True):
+def _responses(theta: Array, inputs: tuple[tuple, Array | None], kinds: tuple[str, ...]) -> Array:
+    """Return the scaled responses (n,) of all tests one after the other, padded; inputs: their abscissae, and the rates of
+    a series with given times."""
+    each, (xs, rates) = [], inputs
+    for x, kind in zip(xs, kinds, strict=True):
         if kind == "creep":
-            c = point.compliances()
-            parts = jnp.concatenate(
-                [jnp.stack([c.instantaneous]), c.amplitudes, jnp.stack([jnp.asarray(c.fluidity)])]
+            c = spectrum(theta, rates)
+            flow = jnp.asarray(c.fluidity)
+            each.append(
+                columns(x, c.rates) @ jnp.concatenate([c.instantaneous[None], c.amplitudes, flow[None]])
             )
-            one = weight * (columns(x, c.rates) @ parts - y)
         else:
-            one = modulus.residual(point, x, y, weight, kind)
-        each.append(one[:size])
+            each.append(modulus.modulus_of(theta, (x, rates), kind))
     return jnp.concatenate(each)
-
-
-@functools.partial(jax.jit, static_argnames=("kinds", "sizes"))
-def _evaluate(point: Coordinates, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]) -> Array:
-    return _residual(point, arrays, kinds, sizes)
-
-
-@functools.partial(jax.jit, static_argnames=("kinds", "sizes"))
-def _slopes(
-    point: Coordinates, free: Array, arrays: tuple, kinds: tuple[str, ...], sizes: tuple[int, ...]
-) -> Array:
-    """Return the Jacobian (n, k) of the residuals with respect to the coordinates at the places ``free`` (k,)."""
-    some = lambda values: _residual(point.moved(free, values), arrays, kinds, sizes)
-    return jax.jacfwd(some)(point.vector()[free])
 
 
 OFFSET = 2.0  # mean residual of a test over the scatter of its points, above which the tests disagree
@@ -355,20 +332,59 @@ def fit_together(
     if isinstance(data, CreepData | RelaxationData | OscillationData):
         raise ValueError(f"data: expected a list of data sets, got one {type(data).__name__}")
     structure, data = structure_of(model, tau), tuple(data)
-    _check(data, structure)
+    if len(data) < 2 or not all(
+        isinstance(one, CreepData | RelaxationData | OscillationData) for one in data
+    ):
+        got = ", ".join(type(one).__name__ for one in data) or "none"
+        raise ValueError(f"data: expected two or more CreepData, RelaxationData, OscillationData, got {got}")
+    if any(isinstance(one, RelaxationData) for one in data):
+        modulus.check_relaxes(structure)
     sought = Sought.of(structure, fixed, bounds, nu)
-    duration, unit = max(map(_duration, data)), _compliance(data[0])
-    first = _first(data) / duration
+
+    # Units: the longest test, and the compliance that a scaled value of one stands for. first: the shortest time that
+    # any test resolves.
+    ends = []
+    for one in data:
+        if isinstance(one, OscillationData):
+            ends.append((float(1.0 / one.omega[-1]), 1.0 / float(one.omega[0])))
+        else:
+            ends.append((float(one.t[one.t > 0][0]), float(one.t[-1])))
+    shortest, longest = zip(*ends, strict=True)
+    duration = max(longest)
+    first = min(shortest) / duration
+    if isinstance(data[0], CreepData):
+        stress = 1.0 if data[0].J is not None else float(np.max(np.abs(data[0].stress[1])))
+        unit = float(np.max(np.abs(data[0].response))) / stress
+    else:
+        unit = 1.0 / float(np.max(np.abs(data[0].shear)))
+
+    # The search from several retardation times over the duration and shares of the retarded part.
     space = modulus.material_space(sought, unit, duration, first)
-    tests = Tests(tuple(_part(one, unit, duration) for one in data), np.ones(len(data)))
+    rates = None if structure.tau is None else duration / structure.tau
+    tests = Tests(tuple(_part(one, unit, duration) for one in data), np.ones(len(data)), rates)
     problem = FitProblem(data, sought, space, tests, duration, level)
-    starts = modulus.starts(space, itertools.product(_taus(first), SHARES))
+    times = np.geomspace(min(0.1, first), 3.0, max(8, math.ceil(1.0 - math.log10(first))))
+    starts = modulus.starts(space, itertools.product(times, SHARES))
     tests, solved = search(space, tests, starts)
     best, objective = solved.whole
+
+    # A test whose residuals have one sign and are large compared with the scatter of neighbours disagrees with the
+    # others: its error scale grows until it hardly counts, as where an area or a gap is wrong.
+    against = []
+    for sample, own in tests.each(solved):
+        jumps = np.diff(own.residual)[within(sample.blocks)]
+        scatter = math.sqrt(float(jumps @ jumps) / (2.0 * jumps.size)) if jumps.size else math.inf
+        mean = float(np.mean(own.residual))
+        share = float(np.mean(own.residual / sample.weights) / np.mean(np.abs(sample.measured)))
+        if abs(mean) > OFFSET * scatter and abs(share) > LEAST:
+            against.append(
+                f"the tests disagree: {sample.name} is off by {100 * abs(share):.2g} % on average,"
+                f" {abs(mean) / scatter:.2g} times the scatter of its points"
+            )
     solved = solved._replace(
         landscape=space.landscape(best.theta, objective.residual),
         notes=[note for one in data for note in one.notes],
-        against=_offsets(tests, solved),
+        against=tuple(against),
     )
     found = conclude(dataclasses.replace(problem, sample=tests), solved)
     return found.fit(
@@ -377,78 +393,20 @@ def fit_together(
     )  # fmt: skip
 
 
-def _offsets(tests: Tests, solved: Solved) -> tuple[str, ...]:
-    """Return the tests whose residuals have one sign and are large compared with the scatter of neighbours.
-
-    The error scale of such a test grows until it hardly counts, as where an area or a gap is wrong.
-    """
-    found = []
-    for sample, own in tests.each(solved):
-        jumps = np.diff(own.residual)[within(sample.blocks)]
-        scatter = math.sqrt(float(jumps @ jumps) / (2.0 * jumps.size)) if jumps.size else math.inf
-        mean = float(np.mean(own.residual))
-        share = float(np.mean(own.residual / sample.weights) / np.mean(np.abs(sample.measured)))
-        if abs(mean) > OFFSET * scatter and abs(share) > LEAST:
-            found.append(
-                f"the tests disagree: {sample.name} is off by {100 * abs(share):.2g} % on average, {abs(mean) / scatter:.2g}"
-                " times the scatter of its points"
-            )
-    return tuple(found)
-
-
-def _check(data: tuple, structure: Structure) -> None:
-    kinds = CreepData | RelaxationData | OscillationData
-    if len(data) < 2 or not all(isinstance(one, kinds) for one in data):
-        got = ", ".join(type(one).__name__ for one in data) or "none"
-        raise ValueError(f"data: expected two or more CreepData, RelaxationData, OscillationData, got {got}")
-    if any(isinstance(one, RelaxationData) for one in data):
-        modulus.check_relaxes(structure)
-
-
-def _duration(one: Any) -> float:
-    return 1.0 / float(one.omega[0]) if isinstance(one, OscillationData) else float(one.t[-1])
-
-
-def _compliance(one: Any) -> float:
-    """Return the compliance [1/Pa] that a scaled value of one stands for."""
-    if not isinstance(one, CreepData):
-        return 1.0 / float(np.max(np.abs(one.shear)))
-    stress = 1.0 if one.J is not None else float(np.max(np.abs(one.stress[1])))
-    return float(np.max(np.abs(one.response))) / stress
-
-
-def _first(data: tuple) -> float:
-    """Return the shortest time [s] that any test resolves."""
-    return min(
-        float(1.0 / one.omega[-1] if isinstance(one, OscillationData) else one.t[one.t > 0][0])
-        for one in data
-    )
-
-
-def _taus(first: float) -> np.ndarray:
-    """Return initial retardation times over the duration, from the shortest time ``first`` that any test resolves."""
-    return np.geomspace(min(0.1, first), 3.0, max(8, math.ceil(1.0 - math.log10(first))))
-
-
 def _part(one: Any, unit: float, duration: float) -> Part:
     """Return a test scaled by a compliance [1/Pa] and a time [s]."""
     if isinstance(one, CreepData):
-        kind, sample = "creep", creep_sample(one, None, None)
-        x, response = _stressed(one, unit, duration)
+        kind, sample, response = "creep", creep_sample(one, None, None), unit
+        t = nonlinear.repeated(one.t / duration)
+        x: Any = Step(t)
+        if one.J is None:  # a strain under a stress history
+            knots, stress = one.stress
+            response = unit * float(np.max(np.abs(stress)))
+            values = nonlinear.repeated(stress * unit / response)
+            x = merge(t, nonlinear.repeated(knots / duration), values)
     else:
         relaxes = isinstance(one, RelaxationData)
         kind, sample, _ = modulus.weighted_sample(one, "estimated" if relaxes else "proportional", None)
         x = nonlinear.repeated(sample.t / duration if relaxes else sample.t * duration)
         response = 1.0 / unit
     return Part(kind, sample, x, nonlinear.repeated(sample.measured / response), response)
-
-
-def _stressed(one: CreepData, unit: float, duration: float) -> tuple[Any, float]:
-    """Return the scaled times of a creep test with its stress, and the unit of its response."""
-    t = nonlinear.repeated(one.t / duration)
-    if one.J is not None:
-        return Step(t), unit
-    knots, stress = one.stress
-    response = unit * float(np.max(np.abs(stress)))
-    at, values = nonlinear.repeated(knots / duration), nonlinear.repeated(stress * unit / response)
-    return merge(t, at, values), response

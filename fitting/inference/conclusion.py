@@ -18,9 +18,9 @@ import numpy as np
 
 from fitting.inference import verdict
 from fitting.inference.noise import two_sided
-from fitting.inference.result import Estimate, Fit, Parameters
-from fitting.inference.verdict import Assessment, Evidence, Sample, Solved, explains
-from fitting.models.search_space import SearchSpace
+from fitting.inference.result import Estimate, Fit
+from fitting.inference.verdict import Assessment, Solved
+from fitting.models.parameters import Parameters
 from fitting.models.structure import Sought
 from fitting.search import nonlinear, profiles
 from fitting.search.nonlinear import Best, Objective, covariance, inseparable, log_covariance
@@ -33,14 +33,14 @@ class FitProblem:
     """The data, the sought structure and the search space of one fit.
 
     data: as the user gave them; sought: the material or law with its bounds; space: the coordinates of the search;
-    sample: the fitted curve, a ``Sample``, or several curves that are judged together (``joint_search.Tests``);
+    sample: the fitted curve, a ``Sample``, or several curves that are judged together (``together.Tests``);
     duration: time [s] that the data cover; level: confidence level of the intervals. ValueError unless intervals at
     this level can be found from the number of points.
     """
 
     data: Any
     sought: Sought
-    space: SearchSpace
+    space: Parameters
     sample: Any
     duration: float
     level: float
@@ -111,77 +111,90 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     goodness of fit is judged (``verdict.py``), and everything is converted to SI units for the material.
     """
     assert solved.profile is not None
-    assessment = problem.sample.assess(solved, problem.p, problem.level)
+    data, sample, space, level = problem.data, problem.sample, problem.space, problem.level
+    structure, table = problem.sought.structure, problem.sought.table
+    theta, own, free = solved.theta, space.material, space.free
+    assessment = sample.assess(solved, problem.p, level)
+    slopes, quality = assessment.slopes, assessment.evidence
+    own_trends = getattr(sample, "own_trends", False)
+
+    # The ends of the intervals, and what the course of the searches says about them and about the optimum.
+    notes, against = list(solved.notes), list(solved.against)
     searched = solved.whole if isinstance(solved.whole, tuple) and isinstance(solved.whole[0], Best) else None
     before = searched[1].unfinished if searched else 0
     ends = solved.profile(assessment)
     if searched:
-        notes, against = _on_search(searched[0], searched[1].unfinished - before)
-        solved = solved._replace(notes=(*solved.notes, *notes), against=(*solved.against, *against))
-    if solved.left is not None:
-        widened = ends + np.outer(solved.left, (-1.0, 1.0))
-        ends = np.clip(widened, *(bound[:, None] for bound in problem.space.bounds))
-    # samples that leave the judgement of trends to the fit still have the rule for R2 and scatter
-    quality, low = assessment.evidence, tuple[str, ...]()
-    if isinstance(problem.sample, Sample):
-        some, left = problem.sample.of_solution(solved)
-        if some.real(left.residual, problem.p):
-            low = explains(quality.fitted, some.measured, some.weights, problem.p, quality.r2)
-    why = dict.fromkeys([*quality.refused, *solved.against, *low])
-    quality = dataclasses.replace(quality, refused=tuple(why))
-    found = _estimate(problem.space, solved, ends, assessment.slopes, two_sided(problem.level))
-    assessment = assessment._replace(evidence=quality)
-    return Conclusion(_fields(problem, solved, assessment, found), ends, assessment)
+        best, unfinished = searched[0], searched[1].unfinished - before
+        if not best.converged:
+            against.append(
+                f"the search did not converge within {nonlinear.ITERATIONS} steps, so that the parameters need not be those"
+                " of the least squares: give bounds, or hold what is known by fixed="
+            )
+        if best.starts > 2 and best.agreed == 1:
+            notes.append(
+                f"only 1 of {best.starts} starts reached the best minimum, so that a lower one may have been missed: narrow"
+                " the bounds, or hold what is known by fixed="
+            )
+        if unfinished:
+            notes.append(
+                f"{unfinished} searches along the intervals did not converge within {nonlinear.ITERATIONS} steps: the"
+                " intervals may be too short"
+            )
+    if solved.left is not None:  # a systematic deviation, which the noise does not include
+        ends = np.clip(ends + np.outer(solved.left, (-1.0, 1.0)), *(side[:, None] for side in space.bounds))
+    # the meaning of a trend that the fit judges comes before what is common to all fits
+    why = [*against, *quality.refused] if own_trends else [*quality.refused, *against]
+    quality = dataclasses.replace(quality, refused=tuple(dict.fromkeys(why)))
 
-
-def _on_search(best: Best, unfinished: int) -> tuple[list[str], list[str]]:
-    """Return notes and reasons for rejection that follow from the course of a search.
-
-    unfinished: number of searches along the profiles of the intervals that did not converge.
-    """
-    notes, against = [], []
-    if not best.converged:
-        against.append(
-            f"the search did not converge within {nonlinear.ITERATIONS} steps, so that the parameters need not be those of"
-            " the least squares: give bounds, or hold what is known by fixed="
-        )
-    if best.starts > 2 and best.agreed == 1:
-        notes.append(
-            f"only 1 of {best.starts} starts reached the best minimum, so that a lower one may have been missed: narrow the"
-            " bounds, or hold what is known by fixed="
-        )
-    if unfinished:
-        notes.append(
-            f"{unfinished} searches along the intervals did not converge within {nonlinear.ITERATIONS} steps: the intervals"
-            " may be too short"
-        )
-    return notes, against
-
-
-def with_intervals(problem: FitProblem, intervals: dict[str, Any], refused: Any) -> dict[str, Any]:
-    """Return the fields of a fit that depend on its intervals, for intervals that were changed after ``conclude``."""
-    found = verdict.identified(intervals, problem.sought.table, problem.level, refused)
-    return {"intervals": intervals, "identified": found}
-
-
-def _estimate(
-    space: SearchSpace, solved: Solved, ends: np.ndarray, slopes: np.ndarray, quantile: float
-) -> Estimate:
-    """Undo the scaling; ends (m, 2): of the intervals; slopes (n, k): whitened Jacobian of the free coordinates
-    (``evidence.Assessment``); quantile: of half an interval over the standard deviation."""
-    own, theta, free, moves = space.material, solved.theta, space.free, solved.moves
-    unit, slope, inside = space.unit[own], space.slope(theta), np.zeros(theta.size, dtype=bool)
+    # Covariance of the values in SI. Standard deviations are increased by systematic deviations at equal
+    # correlations.
     J, varied = np.zeros((len(slopes), theta.size)), np.isin(np.arange(theta.size), free)
-    J[:, free], inside[free] = slopes, solved.inside
-    by_log = (J * inside)[:, own] * space.by_log(theta)
-    left = np.abs(0.0 if solved.left is None else solved.left)
+    J[:, free] = slopes
+    unit, values = space.unit[own], space.values(theta)
+    slope = np.where(space.logarithmic[own], values, 1.0) * unit  # of the values in SI by the coordinates
+    spread = covariance(J, varied)[np.ix_(own, own)]
+    left = np.abs(0.0 if solved.left is None else solved.left) / two_sided(level)
     left = np.broadcast_to(left, len(ends))[: theta.size][own]
-    return Estimate(
-        space.values(theta) * unit, space.opened(theta) * unit, space.spans(theta, ends[: theta.size]),
-        _with_systematic(covariance(J, varied)[np.ix_(own, own)], left / quantile) * np.outer(slope, slope),
-        log_covariance(_projected(by_log, (J * inside)[:, ~own]), inside[own]),
-        functools.partial(_moved, moves, own, slope), solved.landscape,
+    sd = np.sqrt(np.maximum(np.diag(spread), 0.0))
+    growth = 1.0 + np.divide(left, sd, out=np.zeros(sd.size), where=sd > 0.0)
+    spread = spread * np.outer(growth, growth) + np.diag(np.where(sd > 0.0, 0.0, left**2))
+
+    # Uncertainty of the logarithms by noise alone: the Jacobian with respect to them of what lies inside the bounds,
+    # without the part that the nuisance parameters can take up.
+    inside = np.zeros(theta.size, dtype=bool)
+    inside[free] = solved.inside
+    by_log, others = (
+        (J * inside)[:, own] * np.where(space.logarithmic, 1.0, theta)[own],
+        (J * inside)[:, ~own],
+    )
+    Q = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
+    log = log_covariance(by_log - Q @ (Q.T @ by_log), inside[own])
+
+    # The parameters of the material or law, from its list of compliances or values.
+    found = Estimate(
+        values * unit, space.opened(theta) * unit, space.spans(theta, ends[: theta.size]),
+        spread * np.outer(slope, slope), log, functools.partial(_moved, solved.moves, own, slope), solved.landscape,
     )  # fmt: skip
+    parameters = {name: float(value) for name, value in structure.parameters(found.opened).items()}
+    intervals = structure.intervals(found.spans, table)
+    identified = verdict.identified(intervals, table, level, quality.refused)
+    fixed = tuple(name for name, (low, high) in table.items() if low == high)
+    names = {place: name for name, place in structure.where.items()}
+    sd_log = dict.fromkeys(parameters, math.inf)
+    sd_log |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
+    said = *getattr(data, "notes", ()), *sample.error(solved, assessment), *quality.doubts, *notes
+    together = inseparable(slopes, [space.names[i] for i in free], identified)
+    fields = vars(quality) | {
+        "material": structure.material(parameters, problem.sought.volume), "values": parameters,
+        "intervals": intervals, "identified": identified, "fixed": fixed,
+        "sd_log": sd_log | dict.fromkeys(fixed, 0.0), "tau": structure.times(found.opened),
+        "condition": log.condition, "weakest_sd": log.weakest_sd,
+        "weakest": {names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
+        "structure": structure, "data": data, "weights": sample.label, "level": level,
+        "duration": problem.duration, "curve": sample.curve(solved.kept), "estimate": found,
+        "notes": tuple(dict.fromkeys([*said, *together])),
+    }  # fmt: skip
+    return Conclusion(fields, ends, assessment._replace(evidence=quality))
 
 
 def _moved(
@@ -191,46 +204,7 @@ def _moved(
     return moves(name)[own] * slope if moves else np.zeros(slope.size)
 
 
-def _with_systematic(noise: np.ndarray, more: np.ndarray) -> np.ndarray:
-    """Return a covariance (m, m) with standard deviations that are larger by ``more`` (m,), at equal correlations."""
-    sd = np.sqrt(np.maximum(np.diag(noise), 0.0))
-    growth = 1.0 + np.divide(more, sd, out=np.zeros(sd.size), where=sd > 0.0)
-    return noise * np.outer(growth, growth) + np.diag(np.where(sd > 0.0, 0.0, more**2))
-
-
-def _projected(J: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return J (n, m) minus its projection on the nonzero columns of others (n, k)."""
-    Q = np.linalg.qr(others[:, np.any(others != 0.0, axis=0)])[0]
-    return J - Q @ (Q.T @ J)
-
-
-def _fields(problem: FitProblem, solved: Solved, assessment: Assessment, found: Estimate) -> dict[str, Any]:
-    """Return the fields of a ``Fit``."""
-    sample, sought, data, quality = problem.sample, problem.sought, problem.data, assessment.evidence
-    names = [problem.space.names[i] for i in problem.space.free]
-    parameters = _parameters(sought, found, problem.level, quality)
-    said = *getattr(data, "notes", ()), *sample.error(solved, assessment), *quality.doubts, *solved.notes
-    together = inseparable(assessment.slopes, names, parameters.identified)
-    return vars(quality) | vars(parameters) | {
-        "structure": sought.structure, "data": data, "weights": sample.label, "level": problem.level,
-        "duration": problem.duration, "curve": sample.curve(solved.kept), "estimate": found,
-        "notes": tuple(dict.fromkeys([*said, *together])),
-    }  # fmt: skip
-
-
-def _parameters(sought: Sought, found: Estimate, level: float, quality: Evidence) -> Parameters:
-    """Return the material parameters of an estimate."""
-    structure, table, log = sought.structure, sought.table, found.log
-    values = {name: float(value) for name, value in structure.parameters(found.opened).items()}
-    intervals = structure.intervals(found.spans, table)
-    fixed = tuple(name for name, (low, high) in table.items() if low == high)
-    names = {place: name for name, place in structure.where.items()}
-    sd = dict.fromkeys(values, math.inf)
-    sd |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
-    return Parameters(
-        material=structure.material(values, sought.volume), values=values, intervals=intervals,
-        identified=verdict.identified(intervals, table, level, quality.refused), fixed=fixed,
-        sd_log=sd | dict.fromkeys(fixed, 0.0), tau=structure.times(found.opened), condition=log.condition,
-        weakest={names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
-        weakest_sd=log.weakest_sd,
-    )  # fmt: skip
+def with_intervals(problem: FitProblem, intervals: dict[str, Any], refused: Any) -> dict[str, Any]:
+    """Return the fields of a fit that depend on its intervals, for intervals that were changed after ``conclude``."""
+    found = verdict.identified(intervals, problem.sought.table, problem.level, refused)
+    return {"intervals": intervals, "identified": found}

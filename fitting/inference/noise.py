@@ -1,14 +1,14 @@
 """Estimate of the variance and correlation of the noise of a fit's data, and the intervals that follow.
 
 The covariance matrix of the weighted noise is s^2 D V D. V is the identity or that of an AR(1) series of correlation
-rho (``correlation.py``). D is the identity for weights that the user chose; for estimated weights it holds the standard
+rho. D is the identity for weights that the user chose; for estimated weights it holds the standard
 deviations (a^2 + (b f)^2)^(1/2) of fitted values f, times the weights, on a grid of a/b. rho and a/b are estimated by
 the restricted likelihood of the residuals (D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320), which accounts for the
 variance and correlation that a fit of p parameters removes from n residuals. For estimated weights the estimates have
 the covariance s^2 A D V D A^T, with A the linearised estimator, whatever the weights were; for chosen weights each
 direction is given the mean of this over the directions. Intervals come from the mixture of Student's t distributions
 over all rho and a/b, weighted by the likelihood and Jeffreys' prior d rho/sqrt(1 - rho^2), uniform in log(a/b), which
-accounts for the uncertainty of both. Where a/b was estimated, their widths are calibrated (``calibration.py``). Where
+accounts for the uncertainty of both. Where a/b was estimated, their widths are calibrated (``Calibration``). Where
 the residuals have heavy tails, the likelihood of a/b is tempered by the variance of its score.
 
 The noise may also change along the curve, as where an instrument settles, and may differ between repeated runs that were
@@ -98,11 +98,6 @@ def whitened(series: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
     return found
 
 
-def log_determinant(blocks: np.ndarray) -> np.ndarray:
-    """Return log |V| for every RHO, (k,)."""
-    return np.sum(within(blocks)) * np.log1p(-(RHO**2))
-
-
 # Quantiles of Student's t distribution, and of the normal distribution for infinite degrees of freedom.
 #
 # The squares of these variables have the distributions F(1, dof) and chi2(1). The functions come from scipy.special,
@@ -113,14 +108,10 @@ NEWTON, CLOSE, TINY_SPREAD = 30, 1e-5, 1e-100
 FAR, NODES = 12.0, 4096  # table of probabilities: inverse hyperbolic sine of the largest |t|, and its size
 
 
-def quantile(share: float, dof: float = math.inf) -> float:
-    """Return the value below which t lies with probability ``share``."""
-    return float(special.ndtri(share) if math.isinf(dof) else special.stdtrit(dof, share))
-
-
 def two_sided(level: float, dof: float = math.inf) -> float:
     """Return the value that |t| stays below with probability ``level``."""
-    return quantile(0.5 + 0.5 * level, dof)
+    share = 0.5 + 0.5 * level
+    return float(special.ndtri(share) if math.isinf(dof) else special.stdtrit(dof, share))
 
 
 def share_within(values: np.ndarray, dof: float = math.inf) -> np.ndarray:
@@ -249,131 +240,99 @@ class Calibration:
 
         directions (k, q): the functions have the errors directions^T Q^T e, e (n,) the weighted noise.
         """
-        models, drawn, (n, k) = self._models, self._drawn, self.Q.shape
-        variance = drawn.scale[..., None] * models.variances(directions)[drawn.at]
-        half = mixture_half_width(drawn.share, variance, level, float(n - self.p), tabulated)
-        true = np.arange(len(self.floors))
-        error = models.errors(directions)[:, None] * np.sqrt(drawn.rss[true, :, true] / (n - k))[..., None]
-        least = np.take_along_axis(drawn.least, drawn.at[..., None, None], -2)[..., 0, :]
-        half, off = half / error, (least - drawn.best[true, :, true]) @ directions / error
-        hats, own = self._hats
-        rows = zip(np.moveaxis(half, -1, 0), np.moveaxis(off, -1, 0), strict=True)
-        return np.exp([own @ _flattest(*row, hats, level, float(n - k)) for row in rows])
+        (n, k), true = self.Q.shape, np.arange(len(self.floors))
+        spread, roots, (share, scale, at, _, rss, least, best), hats, own = self._simulated
+        # half widths, and distances of the estimates from the generalised least-squares ones with the true noise
+        # model, over the standard errors of the latter: (m, s, q) for s simulated data sets of each true a/b
+        variance = np.einsum("kq,ijkl,lq->ijq", directions, spread, directions, optimize=True)
+        half = mixture_half_width(share, scale[..., None] * variance[at], level, float(n - self.p), tabulated)
+        error = np.stack([np.linalg.norm(np.linalg.solve(R.T, directions), axis=0) for R in roots])
+        error = error[:, None] * np.sqrt(rss[true, :, true] / (n - k))[..., None]
+        estimate = np.take_along_axis(least, at[..., None, None], -2)[..., 0, :]
+        half, off = half / error, (estimate - best[true, :, true]) @ directions / error
+
+        # g at the knots for the coverage nearest to the level at every true a/b, by Gauss-Newton steps
+        z, dof, size, found = two_sided(level, float(n - k)), float(n - k), hats.shape[-1], []
+        unit = ACCURACY * z * float(tabulated(np.array(z), dof)[1])
+        penalty = np.concatenate([np.eye(size), np.diff(np.eye(size), 2, axis=0)]) / SIZE
+        for one, away in zip(np.moveaxis(half, -1, 0), np.moveaxis(off, -1, 0), strict=True):
+            g = np.zeros(size)
+            for _ in range(TURNS):
+                width = one * np.exp(hats @ g)
+                low, high = width - away, width + away
+                below, slope_low = tabulated(np.abs(low), dof)
+                above, slope_high = tabulated(np.abs(high), dof)
+                covered = 0.5 * np.mean(np.sign(low) * below + np.sign(high) * above, 1)
+                slope = np.einsum("ms,msk->mk", 0.5 * width * (slope_low + slope_high), hats) / one.shape[1]
+                rise = np.concatenate([slope / unit, penalty])
+                short = np.append((level - covered) / unit, -penalty @ g)
+                step = np.linalg.lstsq(rise, short, rcond=None)[0]
+                g = g + np.clip(step, -CALIBRATION_REACH, CALIBRATION_REACH)
+            found.append(own @ g)
+        return np.exp(found)
 
     @functools.cached_property
-    def _models(self) -> "_Models":
-        return _Models.of(self.Q, self.shapes, self.rho, self.blocks)
+    def _simulated(self) -> tuple:
+        """Return what the intervals of all functions share.
 
-    @functools.cached_property
-    def _drawn(self) -> "_Estimates":
-        """Estimates from the simulated data sets (m, s), s for each true a/b."""
-        n, m = len(self.Q), len(self.floors)
-        sets = min(max(NUMBERS // n, FEWEST), MOST)
-        white = np.random.default_rng(0).standard_normal((m, sets, n))
-        return self._estimates(self.shapes[:, None, :] * coloured(white, self.rho, self.blocks))
-
-    @functools.cached_property
-    def _hats(self) -> tuple[np.ndarray, np.ndarray]:
-        """Hat functions of the estimated a/b, for the simulated data sets (m, s, K) and for the data (K,)."""
-        drawn = self._drawn.floor
-        low, high = np.quantile(drawn, (TAIL, 1.0 - TAIL)).tolist()
-        knots = np.linspace(low, high, KNOTS)
-        hats = lambda x: np.stack([np.interp(x, knots, one) for one in np.eye(KNOTS)], -1)
-        return hats(drawn), hats(self._estimates(self.residual).floor)
-
-    def _estimates(self, e: np.ndarray) -> "_Estimates":
-        """Return the estimates from weighted noise e (..., n), as a fit finds them (``noise.py``)."""
-        models, n, k = self._models, *self.Q.shape
-        rows = zip(self.shapes, models.plain, models.whitened, strict=True)
-        fits = [_both_fits(e / shape, plain, best, self.rho, self.blocks) for shape, plain, best in rows]
-        squares, tails, least, rss, best = (
-            np.moveaxis(np.stack(x), 0, e.ndim - 1) for x in zip(*fits, strict=True)
-        )
-        likelihood = -0.5 * (models.log_determinant + (n - k) * np.log(np.maximum(rss, TINY)))
-        floor, at = np.zeros(e.shape[:-1]), np.full(e.shape[:-1], len(self.floors) // 2)
-        for _ in range(REWEIGHED):
-            own = np.take_along_axis(squares, at[..., None], -1)
-            scale = own * (n - k) / (n - self.p) / models.expected[at]
-            tempered = likelihood / np.take_along_axis(tails, at[..., None], -1)
-            share = np.exp(tempered - tempered.max(-1, keepdims=True)) * self.count
-            share /= share.sum(-1, keepdims=True)
-            floor = 0.5 * np.log(
-                (share * scale) @ self.floors**2 / np.maximum(np.sum(share * scale, -1), TINY)
-            )
-            at = np.argmin(np.abs(np.log(self.floors) - floor[..., None]), -1)
-        return _Estimates(share, scale, at, floor, rss, least, best)
-
-
-class _Estimates(NamedTuple):
-    """Estimates from data sets (...).
-
-    share (..., m): probability of each noise model, and scale (..., m), its variance; at (...): index of the weights;
-    floor (...): logarithm of a/b; rss (..., m): by generalised least squares with each noise model; least, best (..., m,
-    k): coefficients of Q by least squares with each of the weights, and by generalised least squares.
-    """
-
-    share: np.ndarray
-    scale: np.ndarray
-    at: np.ndarray
-    floor: np.ndarray
-    rss: np.ndarray
-    least: np.ndarray
-    best: np.ndarray
-
-
-class _Models(NamedTuple):
-    """Linear algebra of the noise models.
-
-    plain, whitened: QR factors, (n, k) and (k, k), of Q with the weights of each model, and whitened; log_determinant
-    (m,): of the covariances, before and after the fit; spread (m, m, k, k): covariance of the coefficients of Q with the
-    weights of one model and the noise of another, and expected (m, m): RSS of this noise.
-    """
-
-    plain: list[tuple[np.ndarray, np.ndarray]]
-    whitened: list[tuple[np.ndarray, np.ndarray]]
-    log_determinant: np.ndarray
-    spread: np.ndarray
-    expected: np.ndarray
-
-    @classmethod
-    def of(cls, Q: np.ndarray, shapes: np.ndarray, rho: float, blocks: np.ndarray) -> "_Models":
-        """Return those of standard deviations ``shapes`` (m, n) up to a factor."""
+        spread (m, m, k, k): covariance of the coefficients of Q with the weights of one noise model and the noise of
+        another; the triangular factors (k, k) of the whitened Q with each; the estimates from simulated data sets (m, s),
+        s for each true a/b; hat functions of the estimated a/b, for these (m, s, K) and for the data (K,).
+        """
+        Q, shapes, rho, blocks = self.Q, self.shapes, self.rho, self.blocks
+        (n, k), m = Q.shape, len(self.floors)
+        # QR factors of Q with the weights of each noise model, and whitened
         plain = [np.linalg.qr(Q / shape[:, None]) for shape in shapes]
-        best = [np.linalg.qr(whitened((Q / shape[:, None]).T, rho, blocks).T) for shape in shapes]
-        log = [
-            2.0 * (np.sum(np.log(s)) + np.sum(np.log(np.abs(np.diag(R)))))
-            for s, (_, R) in zip(shapes, best, strict=True)
-        ]
+        white = [np.linalg.qr(whitened((Q / shape[:, None]).T, rho, blocks).T) for shape in shapes]
+        log_determinant = np.array(
+            [
+                2.0 * (np.sum(np.log(shape)) + np.sum(np.log(np.abs(np.diag(R)))))
+                for shape, (_, R) in zip(shapes, white, strict=True)
+            ]
+        )
         ratio = shapes[None] / shapes[:, None]
         inner = forms(np.stack([U for U, _ in plain])[:, None] * ratio[..., None], rho, blocks)
-        expected = np.sum(ratio**2, -1) - np.trace(inner, axis1=-2, axis2=-1)
+        expected = np.sum(ratio**2, -1) - np.trace(inner, axis1=-2, axis2=-1)  # RSS
         back = np.stack([np.linalg.inv(R) for _, R in plain])[:, None]
-        return cls(plain, best, np.array(log), back @ inner @ np.swapaxes(back, -1, -2), expected)
+        spread = back @ inner @ np.swapaxes(back, -1, -2)
 
-    def variances(self, directions: np.ndarray) -> np.ndarray:
-        """Return the variances (m, m, q) of functions with directions (k, q), by weights and by noise."""
-        return np.einsum("kq,ijkl,lq->ijq", directions, self.spread, directions, optimize=True)
+        def estimated(e: np.ndarray) -> tuple[np.ndarray, ...]:
+            """Return the estimates from weighted noise e (..., n), as a fit finds them.
 
-    def errors(self, directions: np.ndarray) -> np.ndarray:
-        """Return the standard errors (m, q) of functions with directions (k, q) by generalised least squares."""
-        return np.stack([np.linalg.norm(np.linalg.solve(R.T, directions), axis=0) for _, R in self.whitened])
+            share, scale (..., m): probability of each noise model, and its variance; at (...): index of the weights; floor
+            (...): logarithm of a/b; rss (..., m): by generalised least squares with each noise model; least, best (..., m,
+            k): coefficients of Q by least squares with each of the weights, and by generalised least squares.
+            """
+            fits = []
+            for shape, (U, R_plain), (V, R_white) in zip(shapes, plain, white, strict=True):
+                y = e / shape
+                c, turned = y @ U, whitened(y, rho, blocks)
+                residual, d = y - c @ U.T, turned @ V
+                rss = np.sum(turned**2, -1) - np.sum(d**2, -1)
+                least, best = c @ np.linalg.inv(R_plain).T, d @ np.linalg.inv(R_white).T
+                fits.append((np.sum(residual**2, -1), excess(residual), least, rss, best))
+            squares, tails, least, rss, best = (
+                np.moveaxis(np.stack(x), 0, e.ndim - 1) for x in zip(*fits, strict=True)
+            )
+            likelihood = -0.5 * (log_determinant + (n - k) * np.log(np.maximum(rss, TINY)))
+            floor, at = np.zeros(e.shape[:-1]), np.full(e.shape[:-1], m // 2)
+            for _ in range(REWEIGHED):
+                own = np.take_along_axis(squares, at[..., None], -1)
+                scale = own * (n - k) / (n - self.p) / expected[at]
+                tempered = likelihood / np.take_along_axis(tails, at[..., None], -1)
+                share = np.exp(tempered - tempered.max(-1, keepdims=True)) * self.count
+                share /= share.sum(-1, keepdims=True)
+                mean = (share * scale) @ self.floors**2 / np.maximum(np.sum(share * scale, -1), TINY)
+                floor = 0.5 * np.log(mean)
+                at = np.argmin(np.abs(np.log(self.floors) - floor[..., None]), -1)
+            return share, scale, at, floor, rss, least, best
 
-
-def _both_fits(
-    y: np.ndarray,
-    plain: tuple[np.ndarray, np.ndarray],
-    best: tuple[np.ndarray, np.ndarray],
-    rho: float,
-    blocks: np.ndarray,
-) -> tuple[np.ndarray, ...]:
-    """Return RSS, ``excess`` and coefficients (..., k) of the fit to y (..., n), and RSS and coefficients of that to the
-    whitened y."""
-    (U, R), (V, S) = plain, best
-    c = y @ U
-    residual, white = y - c @ U.T, whitened(y, rho, blocks)
-    d = white @ V
-    rss = np.sum(white**2, -1) - np.sum(d**2, -1)
-    return np.sum(residual**2, -1), excess(residual), c @ np.linalg.inv(R).T, rss, d @ np.linalg.inv(S).T
+        numbers = np.random.default_rng(0).standard_normal((m, min(max(NUMBERS // n, FEWEST), MOST), n))
+        drawn = estimated(shapes[:, None, :] * coloured(numbers, rho, blocks))
+        low, high = np.quantile(drawn[3], (TAIL, 1.0 - TAIL)).tolist()
+        knots = np.linspace(low, high, KNOTS)
+        hats = lambda floor: np.stack([np.interp(floor, knots, one) for one in np.eye(KNOTS)], -1)
+        return spread, [R for _, R in white], drawn, hats(drawn[3]), hats(estimated(self.residual)[3])
 
 
 def excess(residual: np.ndarray) -> np.ndarray:
@@ -384,30 +343,6 @@ def excess(residual: np.ndarray) -> np.ndarray:
     """
     square = (residual - residual.mean(-1, keepdims=True)) ** 2
     return np.maximum(0.5 * np.mean(square**2, -1) / np.maximum(np.mean(square, -1) ** 2, TINY) - 0.5, 1.0)
-
-
-def _flattest(half: np.ndarray, off: np.ndarray, hats: np.ndarray, level: float, dof: float) -> np.ndarray:
-    """Return g (K,) at the knots for the coverage nearest to the level at every true a/b.
-
-    half, off (m, s): half widths, and distances of the estimates from the generalised least-squares ones, over the
-    standard errors of the latter, which have dof degrees of freedom; hats (m, s, K).
-    """
-    z, size = two_sided(level, dof), hats.shape[-1]
-    unit = ACCURACY * z * float(tabulated(np.array(z), dof)[1])
-    g, penalty = np.zeros(size), np.concatenate([np.eye(size), np.diff(np.eye(size), 2, axis=0)]) / SIZE
-    for _ in range(TURNS):
-        width = half * np.exp(hats @ g)
-        low, high = width - off, width + off
-        below, slope_low = tabulated(np.abs(low), dof)
-        above, slope_high = tabulated(np.abs(high), dof)
-        covered = 0.5 * np.mean(np.sign(low) * below + np.sign(high) * above, 1)
-        slope = np.einsum("ms,msk->mk", 0.5 * width * (slope_low + slope_high), hats) / half.shape[1]
-        rise, short = (
-            np.concatenate([slope / unit, penalty]),
-            np.append((level - covered) / unit, -penalty @ g),
-        )
-        g = g + np.clip(np.linalg.lstsq(rise, short, rcond=None)[0], -CALIBRATION_REACH, CALIBRATION_REACH)
-    return g
 
 
 WHITE = 0.3  # prior probability of white noise
@@ -530,10 +465,27 @@ def noise_model(
     n, rss, Q = residual.size, float(residual @ residual), basis(jacobian)
     likelihood = np.tile(np.where(RHO > 0.0, -np.inf, 0.0), (len(shapes), 1))  # white
     if real:
-        likelihood = _restricted(residual, basis(jacobian[:, inside]), blocks, shapes)
+        # the restricted log likelihood of every shape and RHO up to a constant, from the triangular factor of [Q,
+        # r]^T V^-1 [Q, r]
+        own = basis(jacobian[:, inside])
+        k, unit = own.shape[1], math.sqrt(rss / n) or 1.0
+        columns = np.column_stack([own, residual / unit])
+        if n > MANY:  # one shape at a time, since all of them together would take gigabytes
+            products = np.stack([inverse_forms(columns / shape[:, None], blocks) for shape in shapes])
+        else:
+            products = inverse_forms(columns / shapes[:, :, None], blocks)
+        factor = np.linalg.cholesky(products + 1e-14 * np.eye(k + 1))
+        diagonal = np.diagonal(factor, axis1=-2, axis2=-1)
+        logdet = np.sum(within(blocks)) * np.log1p(-(RHO**2)) + 2.0 * np.sum(np.log(shapes), 1)[:, None]
+        logdet = logdet + 2.0 * np.sum(np.log(diagonal[..., :k]), -1)
+        likelihood = -0.5 * (logdet + (n - k) * np.log(diagonal[..., k] ** 2))
         best = likelihood.max(1, keepdims=True)
         likelihood = likelihood - best + best / (excess(residual) if len(shapes) > 1 else 1.0)
-    share = np.exp(likelihood - likelihood.max()) * _prior()
+    # the grid of RHO is uniform in artanh(rho), so that d rho is proportional to 1 - rho^2
+    prior = np.sqrt(1.0 - RHO**2)
+    prior *= (1.0 - WHITE) / prior.sum()
+    prior[0] += WHITE
+    share = np.exp(likelihood - likelihood.max()) * prior
     rho = float(RHO[np.argmax(likelihood.max(0))])
     white = bool(share[:, 0].sum() > MORE_LIKELY_THAN_NOT * share.sum())
     # so few points do not tell correlated noise from white, and the prior of its correlation would decide
@@ -541,7 +493,15 @@ def noise_model(
     share[:, 1:] *= not white
     places = np.argwhere(share > NEGLIGIBLE * share.max())
     share = share[tuple(places.T)] / share[tuple(places.T)].sum()
-    spread, square = _spread(Q, blocks, shapes, places), shapes[places[:, 0]] ** 2
+    # Q^T D V D Q of each noise model that remains
+    spread, square = np.zeros((len(places), Q.shape[1], Q.shape[1])), shapes[places[:, 0]] ** 2
+    for j in np.unique(places[:, 1]):
+        here = places[:, 1] == j
+        some, one = shapes[places[here, 0]], float(RHO[j])
+        if n > MANY:
+            spread[here] = [forms(Q * shape[:, None], one, blocks) for shape in some]
+        else:
+            spread[here] = forms(Q * some[:, :, None], one, blocks)
     if len(shapes) == 1 and sizes is None:
         # the mean over the directions is accurate in short strongly correlated series too
         each = np.trace(spread, axis1=1, axis2=2) / max(Q.shape[1], 1)
@@ -551,12 +511,13 @@ def noise_model(
     floor = math.sqrt(float(share * scale @ floors[places[:, 0]] ** 2 / max(float(share @ scale), 1e-300)))
     variance = spread * (1.0 if known else scale[:, None, None])
     if sizes is not None:
-        # weights and variances that were fitted to the same residuals make both smaller, by two degrees of freedom for
-        # each parameter of the change to leading order
+        # weights and variances that were fitted to the same residuals make both smaller, by two degrees of freedom
+        # for each parameter of the change to leading order
         variance = variance / max(1.0 - 2.0 * (DEGREE + 1) / max(n - p, 1), 0.5)
-    level = residual if sizes is None else residual / shapes[0]
+    level, same = residual if sizes is None else residual / shapes[0], within(blocks)
+    after = lag_one((level[1:] - rho * level[:-1])[same], blocks[1:][same])  # AR(1) noise is subtracted
     return Noise(
-        lag_one(level, blocks), rho, _left(level, rho, blocks), white, share, variance, Q.T @ jacobian,
+        lag_one(level, blocks), rho, after, white, share, variance, Q.T @ jacobian,
         math.inf if known else float(n - p), floor,
         Calibration.of(residual, Q, shapes, floors, 0.0 if white else rho, blocks, p) if real else None, sizes,
     )  # fmt: skip
@@ -715,12 +676,6 @@ def between_runs(found: Noise, runs: Runs, Q: np.ndarray, weighted: np.ndarray, 
     return found._replace(share=both[kept] / both[kept].sum(), variance=variance[kept], runs=runs)
 
 
-def _left(residual: np.ndarray, rho: float, blocks: np.ndarray) -> float:
-    """Return the lag-1 correlation that remains after an AR(1) series of correlation rho is subtracted."""
-    same = within(blocks)
-    return lag_one((residual[1:] - rho * residual[:-1])[same], blocks[1:][same])
-
-
 def joined(
     noises: Sequence[Noise], jacobian: np.ndarray, shares: Sequence[float], lag1: float, dof: float
 ) -> Noise:
@@ -737,52 +692,3 @@ def joined(
         variance[0] += factor * own.T @ np.einsum("m,mkl->kl", one.share, one.variance) @ own
     white = all(one.white for one in noises)
     return Noise(lag1, 0.0, 0.0, white, np.ones(1), variance, columns, dof, 0.0)
-
-
-def floors_for(fitted: np.ndarray) -> np.ndarray:
-    """Return the values of a/b (m,) tried for fitted values (n,), from nearly zero to nearly infinite."""
-    size = np.abs(fitted)
-    high = BEYOND * float(size.max())
-    low = max(float(size.min()) / BEYOND, LEAST * high)
-    return np.geomspace(low, high, max(math.ceil(math.log(high / low) / STEP), 2) + 1)
-
-
-def _prior() -> np.ndarray:
-    """Return the prior weight of every RHO (k,).
-
-    The grid is uniform in artanh(rho), so d rho is proportional to 1 - rho^2.
-    """
-    prior = np.sqrt(1.0 - RHO**2)
-    prior *= (1.0 - WHITE) / prior.sum()
-    prior[0] += WHITE
-    return prior
-
-
-def _restricted(residual: np.ndarray, Q: np.ndarray, blocks: np.ndarray, shapes: np.ndarray) -> np.ndarray:
-    """Return the restricted log likelihood (m, k) of every shape and RHO, up to a constant."""
-    n, k = Q.shape
-    unit = math.sqrt(float(residual @ residual) / n) or 1.0
-    columns = np.column_stack([Q, residual / unit])
-    if n > MANY:  # one shape at a time, since all of them together would take gigabytes
-        found = np.stack([inverse_forms(columns / shape[:, None], blocks) for shape in shapes])
-    else:
-        found = inverse_forms(columns / shapes[:, :, None], blocks)
-    factor = np.linalg.cholesky(found + 1e-14 * np.eye(k + 1))
-    diagonal = np.diagonal(factor, axis1=-2, axis2=-1)
-    rss = diagonal[..., k] ** 2
-    logdet = log_determinant(blocks) + 2.0 * np.sum(np.log(shapes), 1)[:, None]
-    logdet = logdet + 2.0 * np.sum(np.log(diagonal[..., :k]), -1)
-    return -0.5 * (logdet + (n - k) * np.log(rss))
-
-
-def _spread(Q: np.ndarray, blocks: np.ndarray, shapes: np.ndarray, places: np.ndarray) -> np.ndarray:
-    """Return Q^T D V D Q (m, k, k) for (shape, rho) at ``places`` (m, 2)."""
-    found = np.zeros((len(places), Q.shape[1], Q.shape[1]))
-    for j in np.unique(places[:, 1]):
-        here = places[:, 1] == j
-        own, rho = places[here, 0], float(RHO[j])
-        if len(Q) > MANY:
-            found[here] = [forms(Q * shape[:, None], rho, blocks) for shape in shapes[own]]
-        else:
-            found[here] = forms(Q * shapes[own][:, :, None], rho, blocks)
-    return found

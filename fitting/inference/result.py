@@ -13,7 +13,7 @@ import numpy as np
 from fitting.data.curves import evaluation_times
 from fitting.inference import noise
 from fitting.inference.verdict import Curve, Evidence
-from fitting.models.search_space import Landscape
+from fitting.models.parameters import Landscape
 from fitting.models.structure import Structure
 from fitting.search.nonlinear import LogCovariance
 from fitting.views import sheet, text
@@ -38,15 +38,19 @@ class Estimate(NamedTuple):
     landscape: Landscape | None
 
 
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True)
-class Parameters:
-    """Estimated parameters of a material and their uncertainty.
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Fit(Evidence):
+    """A fitted material and how well the data determine it: its parameters, and the ``Evidence`` of its residuals.
 
     material: the best fit (an infinite parameter where its compliance is zero). values, intervals, identified:
     {parameter: value | (low, high), inf on an open side | bool}, in Pa and Pa s, or 1/Pa and 1/(Pa s) of a series;
     fixed parameters have (value, value). sd_log {parameter: sd of its logarithm}, inf at an open end. tau [s]: the
     retardation time, nan where there is none, (k,) of a series. condition: condition number of J^T J in log parameters;
     weakest {parameter: component} of the least determined direction; weakest_sd: its standard deviation.
+
+    structure: of the material, and model: its class; data: as they were given; weights: their label; level: confidence
+    level of the intervals; duration: time [s] that the data cover; notes: on the data and on the fit. curve: (name,
+    unit, times, values) of the fitted quantity; estimate: the result in compliances, for further use of the fit.
     """
 
     material: Any
@@ -59,17 +63,6 @@ class Parameters:
     condition: float
     weakest: dict[str, float]
     weakest_sd: float
-
-
-@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Fit(Evidence, Parameters):
-    """A fitted material and how well the data determine it: its ``Parameters``, and the ``Evidence`` of its residuals.
-
-    structure: of the material, and model: its class; data: as they were given; weights: their label; level: confidence
-    level of the intervals; duration: time [s] that the data cover; notes: on the data and on the fit. curve: (name,
-    unit, times, values) of the fitted quantity; estimate: the result in compliances, for further use of the fit.
-    """
-
     structure: Structure
     data: Any
     weights: str
@@ -170,7 +163,7 @@ class Fit(Evidence, Parameters):
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of data, fit, band, residuals and verdict; save it where a path is given."""
-        return sheet.draw(self, path)
+        return sheet.draw_material(self, path)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers with the unit in every key, ready for JSON; an infinite number is None."""

@@ -15,7 +15,7 @@ from scipy import special
 
 from fitting.inference import noise
 from fitting.inference.noise import BEYOND_CHANCE, RHO, Noise, basis, lag_one, two_sided, within
-from fitting.models.search_space import Landscape
+from fitting.models.parameters import Landscape
 
 TREND = 5e-3  # probability of a trend, or of systematic residuals, in a series of white noise
 LARGE = 200  # points above which the distribution of the Durbin-Watson statistic is normal
@@ -35,32 +35,6 @@ class Places(NamedTuple):
     blocks: np.ndarray
     symbol: str
     unit: str
-
-
-def explains(
-    fitted: np.ndarray, measured: np.ndarray, weights: np.ndarray, p: int, r2: float
-) -> tuple[str, ...]:
-    """Return the reasons why a fit of any kind explains too little of its data, () if there are none.
-
-    A fit of p parameters is rejected where R2, or its counterpart with the weights of the points, is not positive,
-    unless the model is a constant (one parameter, constant fitted values), which the tests for a trend judge; and
-    where the standard deviation of the points exceeds the fitted values, as quadratic means of weighted values.
-    """
-    off, found = weights * (fitted - measured), []
-    mean = float(np.sum(weights**2 * measured) / np.sum(weights**2))
-    about = float(np.sum((weights * (measured - mean)) ** 2))
-    rss, n = float(off @ off), measured.size
-    constant = p <= 1 and np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
-    if not constant and (r2 <= 0.0 or rss >= about * (1.0 - FLAT)):
-        worst = r2 if r2 <= 0.0 else 1.0 - rss / max(about, 1e-300)
-        found.append(f"the model describes the data no better than a constant: R2 = {worst:.3g}")
-    scatter, signal = math.sqrt(rss / max(n - p, 1)), math.sqrt(float(np.mean((weights * fitted) ** 2)))
-    if scatter > signal:
-        found.append(
-            "the scatter of the points exceeds the signal: its standard deviation is"
-            f" {100 * scatter / max(signal, 1e-300):.3g} % of the fitted values"
-        )
-    return tuple(found)
 
 
 def reasons(
@@ -109,7 +83,13 @@ def reasons(
         found.append(
             f"the curve slips between {symbol} = {t[slip]:.4g} and {t[slip + 1]:.4g} {unit}: one jump of the residuals"
         )
-    points = [i for i in outlying(residuals, Q, blocks) if _moves(residuals, Q, i) > MATTERS]
+    points, dof = [], max(residuals.size - Q.shape[1] - 1, 1)
+    for i in outlying(residuals, Q, blocks):
+        # the number of standard errors by which the fitted value changes when the point is left out
+        own = min(float(Q[i] @ Q[i]), 1.0 - CURVED)
+        others = (residuals @ residuals - residuals[i] ** 2 / (1.0 - own)) / dof
+        if abs(residuals[i]) * math.sqrt(own) > MATTERS * (1.0 - own) * math.sqrt(max(others, 1e-300)):
+            points.append(i)
     if sizes is not None and points:
         points = sorted(set(points) & set(outlying(before, rows, blocks)))
     if points:
@@ -196,7 +176,7 @@ def slipped(residuals: np.ndarray, k: int, blocks: np.ndarray | None = None) -> 
     studentised by the other differences, with Bonferroni correction. blocks (n,): only points of one block are
     neighbours; None for a single block.
     """
-    same = within(_one(residuals) if blocks is None else blocks)
+    same = within(np.zeros(residuals.size) if blocks is None else blocks)
     jumps = np.where(same, np.diff(residuals), 0.0)
     count = int(same.sum())
     dof = count - k - 1
@@ -212,24 +192,10 @@ def slipped(residuals: np.ndarray, k: int, blocks: np.ndarray | None = None) -> 
 
 def isolated(residuals: np.ndarray, i: int, blocks: np.ndarray | None = None) -> bool:
     """Return whether at most one neighbour of the same block deviates to the same side by half as much."""
-    blocks = _one(residuals) if blocks is None else blocks
+    blocks = np.zeros(residuals.size) if blocks is None else blocks
     beside = [j for j in (i - 1, i + 1) if 0 <= j < residuals.size and blocks[j] == blocks[i]]
     near = residuals[beside] * np.sign(residuals[i])
     return bool(np.sum(near > ISOLATED * abs(residuals[i])) <= (near.size > 1))
-
-
-def _one(residuals: np.ndarray) -> np.ndarray:
-    """Return the labels (n,) of a single block."""
-    return np.zeros(residuals.size, dtype=int)
-
-
-def _moves(residuals: np.ndarray, Q: np.ndarray, i: int) -> float:
-    """Return the number of standard errors by which the fitted value changes when the point is left out."""
-    own = min(float(Q[i] @ Q[i]), 1.0 - CURVED)
-    others = (residuals @ residuals - residuals[i] ** 2 / (1.0 - own)) / max(
-        residuals.size - Q.shape[1] - 1, 1
-    )
-    return float(abs(residuals[i]) * math.sqrt(own) / ((1.0 - own) * math.sqrt(max(others, 1e-300))))
 
 
 # Inference from the residuals of a fit: noise, intervals and goodness of fit.
@@ -276,7 +242,8 @@ class Sample(NamedTuple):
     name, unit: of the measured quantity; t (n,) [s], or another abscissa in its unit; measured (n,); weights (n,)
     [1/unit of measured], 0 for a point that is not fitted, and their label; blocks (n,): integers, equal for points of
     one series; final: whether the weights are used unchanged; paired: whether the second half of the values are the
-    imaginary parts of the first.
+    imaginary parts of the first; own_trends: whether the fit judges the trends of the residuals itself, by their size, in
+    place of the common tests.
     """
 
     name: str
@@ -288,14 +255,16 @@ class Sample(NamedTuple):
     blocks: np.ndarray
     final: bool = False
     paired: bool = False
+    own_trends: bool = False
 
     @classmethod
     def of(
-        cls, curve: Curve, weights: np.ndarray, label: str, blocks: np.ndarray | None = None, paired: bool = False
+        cls, curve: Curve, weights: np.ndarray, label: str, blocks: np.ndarray | None = None, paired: bool = False,
+        own_trends: bool = False,
     ) -> "Sample":  # fmt: skip
         """Return the sample of a curve (name, unit, t, measured), one series unless blocks (n,) are given."""
         blocks = np.zeros(weights.size, dtype=int) if blocks is None else blocks
-        return cls(*curve, weights, label, blocks, paired=paired)
+        return cls(*curve, weights, label, blocks, paired=paired, own_trends=own_trends)
 
     @property
     def abscissa(self) -> tuple[str, str]:
@@ -359,7 +328,11 @@ class Sample(NamedTuple):
         side = 0 if self.final or not self.known else contradicted(rss, dof)
         shapes, floors = np.ones((1, self.t.size)), np.zeros(1)
         if self.label == "estimated":
-            floors = noise.floors_for(fitted)
+            # a/b from nearly zero to nearly infinite
+            size = np.abs(fitted)
+            high = noise.BEYOND * float(size.max())
+            low = max(float(size.min()) / noise.BEYOND, noise.LEAST * high)
+            floors = np.geomspace(low, high, max(math.ceil(math.log(high / low) / noise.STEP), 2) + 1)
             shapes = np.hypot(floors[:, None], fitted) * self.weights
         tried = noise.ErrorModels(shapes[:, order], floors)
         given = residual[order], slopes[order], solved.inside, blocks[order], tried, p
@@ -370,8 +343,8 @@ class Sample(NamedTuple):
             real = rss > 0.5 * dof
             found = noise.noise_model(*given, True, real)
         if real and not self.final:
-            # changes along the curve, beyond those that follow from the fitted values: of the estimated error model, or of
-            # one of its two terms alone where that describes the residuals better
+            # changes along the curve, beyond those that follow from the fitted values: of the estimated error model,
+            # or of one of its two terms alone where that describes the residuals better
             size, best = float(np.max(np.abs(fitted))), None
             bases = (found.floor, FAINT * size, size / FAINT) if self.label == "estimated" else (None,)
             for floor in bases:
@@ -612,14 +585,103 @@ def assess(
     Q (n, k): where the sample is part of the data, the rows for its points of orthonormal columns that span the Jacobian
     of all data.
     """
-    residual, jacobian = solved.residual, solved.jacobian
-    own = basis(sample.smooth(residual, jacobian[:, solved.inside])) if Q is None else Q
-    bound = Q is None and not np.all(solved.inside)
-    whole = basis(sample.smooth(residual, jacobian)) if bound else None
-    quality = _weigh(sample, residual, own, found, p, level, whole)
-    spread = (1.0 if found.known else quality.noise) * quality.widening
-    rss, least = float(residual @ residual), ROUNDING * sample.size
-    return Assessment(quality, found.whitened(jacobian, spread), found, level, rss, least)
+    residuals, jacobian, inside = solved.residual, solved.jacobian, solved.inside
+    own = basis(sample.smooth(residuals, jacobian[:, inside])) if Q is None else Q
+    bound = Q is None and not np.all(inside)
+    whole = basis(sample.smooth(residuals, jacobian)) if bound else None
+    measured, weights, n, known = sample.measured, sample.weights, sample.t.size, sample.known
+    rss, dof = float(residuals @ residuals), n - p
+    fitted, scale = measured + residuals / weights, math.sqrt(rss / dof)
+    r2 = math.nan  # of data that are constant to rounding
+    if np.ptp(measured) > FLAT * np.max(np.abs(measured)):
+        total = float(np.sum((measured - measured.mean()) ** 2))
+        r2 = 1.0 - float(np.sum((measured - fitted) ** 2)) / total
+    # deviations that stay within the stated error and have a trend are no evidence against the model
+    real = sample.real(residuals, p) and not (found.known and rss <= 0.5 * dof)
+    misfit = bool(real and found.lag1 > BEYOND_CHANCE / math.sqrt(n))
+
+    # Reasons for a rejection: the residuals, without the factors of runs and each run as a series of its own, ...
+    why: tuple[str, ...] = ()
+    if real and rss > NEGLIGIBLE * sample.size and not sample.own_trends:
+        level_residuals, order, blocks = residuals, np.arange(n), sample.blocks
+        if found.runs is not None:
+            level_residuals = residuals - found.runs.offset
+            blocks = sample.blocks * found.runs.factors.size + found.runs.labels
+            order = np.argsort(blocks, kind="stable")
+        where = Places(sample.t[order], blocks[order], *sample.abscissa)
+        sizes = None if found.spreads is None else found.spreads[order]
+        spanned = None if whole is None else whole[order]
+        why = reasons(level_residuals[order], own[order], found, where, sizes, spanned)
+    # ... and too little of the data explained, in a fit of any kind: R2, or its counterpart with the weights of the
+    # points, is not positive, unless the model is a constant, which the tests for a trend judge; or the standard
+    # deviation of the points exceeds the fitted values, as quadratic means of weighted values.
+    if real:
+        few = []
+        mean = float(np.sum(weights**2 * measured) / np.sum(weights**2))
+        about = float(np.sum((weights * (measured - mean)) ** 2))
+        off = weights * (fitted - measured)
+        left = float(off @ off)
+        constant = p <= 1 and np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
+        if not constant and (r2 <= 0.0 or left >= about * (1.0 - FLAT)):
+            worst = r2 if r2 <= 0.0 else 1.0 - left / max(about, 1e-300)
+            few.append(f"the model describes the data no better than a constant: R2 = {worst:.3g}")
+        scatter, signal = math.sqrt(left / max(dof, 1)), math.sqrt(float(np.mean((weights * fitted) ** 2)))
+        if scatter > signal:
+            few.append(
+                "the scatter of the points exceeds the signal: its standard deviation is"
+                f" {100 * scatter / max(signal, 1e-300):.3g} % of the fitted values"
+            )
+        why = (*few, *why)
+
+    # What the noise does otherwise than assumed.
+    widening, stated, doubts = (
+        found.widening(level, 1.0 if found.known else scale),
+        known and not sample.final,
+        [],
+    )
+    if stated:
+        apart = rss if found.runs is None else rss - float(found.runs.offset @ found.runs.offset)
+        side = contradicted(apart, dof)
+        if side:
+            low, high = (special.chdtri(dof, share) / dof for share in (1.0 - STATED, STATED))
+            size = "small, or the model is incomplete" if side > 0 else "large"
+            doubts.append(
+                f"the stated sigma is too {size}: chi2 per degree of freedom is {apart / dof:.3g}, expected {low:.2g} to"
+                f" {high:.2g}; intervals follow from {'the stated sigma' if found.known else 'the scatter'}"
+            )
+    if found.sizes is not None:
+        first, last = found.sizes[np.argmin(sample.t)], found.sizes[np.argmax(sample.t)]
+        most = float(np.max(found.sizes) / np.min(found.sizes))
+        doubts.append(
+            f"the noise changes along {sample.abscissa[0]}, at the end to {last / first:.2g} times that at the beginning, in"
+            f" all by a factor of {most:.2g}; the intervals allow for it"
+        )
+    if found.runs is not None:
+        runs, m = found.runs, found.runs.factors.size
+        which = "significantly, " if runs.chance < APART else "not significantly, "
+        doubts.append(
+            f"{m} joined runs at equal abscissae differ {which}by a factor of {100.0 * float(np.ptp(runs.factors)):.2g} %"
+            f" (error of a run {100.0 * runs.error:.2g} %, probability by chance {runs.chance:.2g}); the intervals include"
+            f" the variation between runs, of which {m} runs tell little"
+        )
+    if misfit:
+        doubts.append(
+            "MISFIT: the residuals are significantly correlated; intervals were widened by a factor of"
+            f" {widening:.2g} and hold only if the model does"
+        )
+
+    # AIC and BIC for Gaussian errors, up to a constant common to all models of the same data and weights: -2 log L is
+    # rss where sigma is known and n log(rss/n) otherwise, with one more parameter for it, and the log variances of
+    # the points.
+    likelihood = sample.spread() + (rss if known else n * math.log(max(rss, 1e-300) / n))
+    count = p if known else p + 1
+    evidence = Evidence(
+        fitted=fitted, residuals=residuals, rss=rss, noise=scale, lag1=found.lag1, misfit=misfit, widening=widening,
+        refused=why, r2=r2, aic=likelihood + 2 * count, bic=likelihood + count * math.log(n), p=p,
+        chi2=rss / dof if stated else math.nan, stated=found.known, doubts=tuple(doubts),
+    )  # fmt: skip
+    slopes = found.whitened(jacobian, (1.0 if found.known else scale) * widening)
+    return Assessment(evidence, slopes, found, level, rss, ROUNDING * sample.size)
 
 
 def settled(
@@ -640,58 +702,6 @@ def settled(
     return found
 
 
-def _weigh(
-    sample: Sample, residuals: np.ndarray, Q: np.ndarray, found: Noise, p: int, level: float,
-    whole: np.ndarray | None = None,
-) -> Evidence:  # fmt: skip
-    """Return the evidence; Q (n, k): orthonormal columns that span the Jacobian of coordinates not at a bound; whole (n,
-    q): those of all free coordinates where some are."""
-    measured, n, rss, known = sample.measured, sample.t.size, float(residuals @ residuals), sample.known
-    dof = n - p
-    fitted = measured + residuals / sample.weights
-    r2 = coefficient_of_determination(measured, fitted)
-    # deviations that stay within the stated error and have a trend are no evidence against the model
-    real = sample.real(residuals, p) and not (found.known and rss <= 0.5 * dof)
-    misfit = bool(real and found.lag1 > BEYOND_CHANCE / math.sqrt(n))
-    matters = real and rss > NEGLIGIBLE * sample.size
-    # the tests see the residuals without the factors of runs, each run as a series of its own
-    level_residuals, order, blocks = residuals, np.arange(n), sample.blocks
-    if found.runs is not None:
-        level_residuals = residuals - found.runs.offset
-        blocks = sample.blocks * found.runs.factors.size + found.runs.labels
-        order = np.argsort(blocks, kind="stable")
-    where = Places(sample.t[order], blocks[order], *sample.abscissa)
-    sizes = None if found.spreads is None else found.spreads[order]
-    whole = None if whole is None else whole[order]
-    why = reasons(level_residuals[order], Q[order], found, where, sizes, whole) if matters else ()
-    why = (*explains(fitted, measured, sample.weights, p, r2), *why) if real else why
-    scale = math.sqrt(rss / dof)
-    aic, bic = criteria(rss, n, p, known, sample.spread())
-    widening = found.widening(level, 1.0 if found.known else scale)
-    stated = known and not sample.final
-    doubts = [*_of_sigma(rss, dof, found)] if stated else []
-    if found.sizes is not None:
-        first, last = found.sizes[np.argmin(sample.t)], found.sizes[np.argmax(sample.t)]
-        most = float(np.max(found.sizes) / np.min(found.sizes))
-        symbol = sample.abscissa[0]
-        doubts.append(
-            f"the noise changes along {symbol}, at the end to {last / first:.2g} times that at the beginning, in all by a"
-            f" factor of {most:.2g}; the intervals allow for it"
-        )
-    if found.runs is not None:
-        doubts.append(_of_runs(found.runs))
-    if misfit:
-        doubts.append(
-            "MISFIT: the residuals are significantly correlated; intervals were widened by a factor of"
-            f" {widening:.2g} and hold only if the model does"
-        )
-    return Evidence(
-        fitted=fitted, residuals=residuals, rss=rss, noise=scale, lag1=found.lag1, misfit=misfit, widening=widening,
-        refused=tuple(why), r2=r2, aic=aic, bic=bic, p=p, chi2=rss / dof if stated else math.nan, stated=found.known,
-        doubts=tuple(doubts),
-    )  # fmt: skip
-
-
 def contradicted(rss: float, dof: float) -> int:
     """Return 1 where stated standard deviations are too small for a RSS of weighted residuals with ``dof`` degrees of
     freedom, -1 where they are too large, 0 where they agree.
@@ -702,56 +712,6 @@ def contradicted(rss: float, dof: float) -> int:
     if special.chdtrc(dof, rss) < STATED:
         return 1
     return -1 if special.chdtr(dof, rss) < STATED else 0
-
-
-def _of_sigma(rss: float, dof: int, found: Noise) -> list[str]:
-    """Return a note on stated standard deviations that the residuals contradict."""
-    rss = rss if found.runs is None else rss - float(found.runs.offset @ found.runs.offset)
-    side = contradicted(rss, dof)
-    if side == 0:
-        return []
-    low, high = (special.chdtri(dof, share) / dof for share in (1.0 - STATED, STATED))
-    what = (
-        "the stated sigma is too small, or the model is incomplete"
-        if side > 0
-        else "the stated sigma is too large"
-    )
-    then = "the stated sigma" if found.known else "the scatter"
-    return [
-        f"{what}: chi2 per degree of freedom is {rss / dof:.3g}, expected {low:.2g} to {high:.2g}; intervals follow from"
-        f" {then}"
-    ]
-
-
-def _of_runs(runs: noise.Runs) -> str:
-    """Return a note on the difference of joined runs."""
-    m, size = runs.factors.size, 100.0 * float(np.ptp(runs.factors))
-    which = "significantly, " if runs.chance < APART else "not significantly, "
-    return (
-        f"{m} joined runs at equal abscissae differ {which}by a factor of {size:.2g} % (error of a run"
-        f" {100.0 * runs.error:.2g} %, probability by chance {runs.chance:.2g}); the intervals include the variation between"
-        f" runs, of which {m} runs tell little"
-    )
-
-
-def coefficient_of_determination(measured: np.ndarray, fitted: np.ndarray) -> float:
-    """Return R2, nan where the data are constant to rounding."""
-    if np.ptp(measured) <= FLAT * np.max(np.abs(measured)):
-        return math.nan
-    total = float(np.sum((measured - measured.mean()) ** 2))
-    return 1.0 - float(np.sum((measured - fitted) ** 2)) / total
-
-
-def criteria(rss: float, n: int, p: int, known: bool, spread: float = 0.0) -> tuple[float, float]:
-    """Return (AIC, BIC) for Gaussian errors, up to a constant common to all models of the same data and weights.
-
-    -2 log L = spread + rss where sigma is known, spread + n log(rss/n) otherwise, with one more parameter for it; spread:
-    the sum of log variances that depend on the model.
-    """
-    if known:
-        return spread + rss + 2 * p, spread + rss + p * math.log(n)
-    fit = spread + n * math.log(max(rss, 1e-300) / n)
-    return fit + 2 * (p + 1), fit + (p + 1) * math.log(n)
 
 
 def identified(intervals: dict, table: dict, level: float, refused: Any = ()) -> dict[str, bool]:
@@ -841,3 +801,52 @@ def reason(
         f"the residuals of the {np.unique(curve).size} curves have a common shape, {100 * share:.2g} % of them in size,"
         f" which noise has with a probability of {chance:.1g}: the model lacks an effect that all curves show",
     )
+
+
+# Trends that are judged by their size.
+#
+# A measured curve of a real sample, as of a microscope or a nanoindenter, is never described to within its noise
+# where that is small, so that a trend of the residuals alone is no reason for a rejection. Where the common tests
+# find one, the model is fitted again to parts of the points. The intervals are widened by the largest change of each
+# parameter, and the fit is rejected if the parameters of interest change by more than a limit, or the trend exceeds
+# another one.
+
+
+WINDOW = 0.05  # fraction of the points in a running mean of the residuals
+
+
+class Deviation(NamedTuple):
+    """left (m,): change of the coordinates that the intervals must include; against: reasons for rejection; notes."""
+
+    left: np.ndarray
+    against: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def trend(deviations: np.ndarray) -> float:
+    """Return the largest running mean of deviations (n,), in size."""
+    width = min(max(int(WINDOW * deviations.size), 3), deviations.size)
+    return float(np.max(np.abs(np.convolve(deviations, np.ones(width) / width, mode="valid"))))
+
+
+def judged_by_size(
+    problem: Any, solved: Solved, size: Callable[[], float], refits: Callable[[], Sequence[np.ndarray | None]],
+    watched: int, limits: tuple[float, float], words: Callable[[float, np.ndarray, bool], str],
+) -> Deviation:  # fmt: skip
+    """Return the systematic deviation of a fit whose sample has ``own_trends``.
+
+    size(): of the trend; refits(): coordinates (m,) of fits to parts of the points, None with too few; watched: number of
+    coordinates that are of interest, the first ones; limits: of the trend, and of a change of these; words(trend, changes,
+    rejected): the reason or the note, with changes (r, m) from each refit to the fit to all points.
+    """
+    nothing, common = np.zeros(solved.theta.size), problem.sample._replace(own_trends=False)
+    if not common.assess(solved, problem.p, problem.level).evidence.refused:
+        return Deviation(nothing)
+    found = refits()
+    if any(one is None for one in found):
+        return Deviation(nothing, ("too few points in contact to judge the trend of the residuals",))
+    changes, seen = solved.theta - np.array(found), size()
+    left = np.max(np.abs(changes), axis=0)
+    rejected = bool(seen > limits[0] or np.max(left[:watched]) > limits[1])
+    said = (words(seen, changes, rejected),)
+    return Deviation(left, said, ()) if rejected else Deviation(left, (), said)

@@ -128,7 +128,7 @@ def _outer(a: Array, parameter: Array) -> Array:
 # Load over approach of an adhesive ball on an elastic film on an elastic base, for an attraction of short range.
 #
 # The Abel transform g of the pressure of a contact of radius a is linear in the approach and in 1/R
-# (``layered_contact.py``). With adhesion it does not vanish at the edge: there g = -sqrt(pi A a w), with the work of
+# (``thin_layer.py``). With adhesion it does not vanish at the edge: there g = -sqrt(pi A a w), with the work of
 # adhesion w and A = (1 - nu)/G of the film plus that of the ball, since g(a)^2 is the energy release rate of the edge
 # as a crack, and an edge sees the surface alone. On a half-space this is the theory of K. L. Johnson, K. Kendall, A.
 # D. Roberts, Proc. R. Soc. Lond. A 324 (1971) 301. With f, F of the right side 1 and b, B of tau^2 (values at the

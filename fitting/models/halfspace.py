@@ -5,7 +5,7 @@ While the contact grows (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438
     depth^(3/2) = 3/(8 sqrt(R)) int [(1 - nu) J(t - s) + A] dP(s),
     P = 8 sqrt(R)/(3 (1 - nu)) int G(t - s) d(depth^(3/2))                (and so with a bulk modulus: ``surface``),
 
-(other powers and sizes for other probes, ``probe.py``),
+(other powers and sizes for other probes, ``data/indentation.py``),
 
 with A = (1 - nu)/G of an elastic ball, and once it shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966)
 845) the second integral ends at the earlier time t1(t) of equal contact, int_t1^t G(t - s) d(depth) = 0.
@@ -15,9 +15,10 @@ In a layer bonded to a rigid base, with a constant nu, the modulus is a factor o
 that both arguments hold with depth^(3/2) f(depth) in place of depth^(3/2), f of ``thin_layer.py``.
 
 The measured depth is depth + contact point + drift t + machine compliance P. Adhesive
-contact is derived in ``adhesion.py``.
+contact is derived in ``adhesive_contact.py``.
 
-All quantities are scaled as in ``coordinates.py``, so that depth^(3/2) = int (J + extra) dP.
+Times are scaled by the duration, load and depth by their largest values, and compliances so that
+depth^(3/2) = int (J + extra) dP.
 """
 
 import functools
@@ -28,8 +29,8 @@ import jax.numpy as jnp
 from jax import Array
 
 from fitting.models import adhesive_contact
-from fitting.models.coordinates import Coordinates
 from fitting.models.history import columns, recursion
+from fitting.models.parameters import instrument_offset, spectrum
 from fitting.models.thin_layer import LARGEST, ThinLayer
 from jaxcontact._compile.kept_traces import Program
 from jaxcontact._support.exponential import phi1
@@ -46,7 +47,8 @@ class Curve(NamedTuple):
     t, load, depth, weights (n,); basis: the load's ``History``; extra: A of the ball, over 1 - nu; bulk: the bulk
     modulus, or None for a constant nu; power: of the depth; top: index of the largest depth, after which the contact
     may shrink; pull: 6 pi w R of the work of adhesion w; edge: fraction of the creep in the compliance of an adhesive
-    edge, 0 for J(0) and 1 for J(t); layer: the factor of a thin layer over scaled depths, None on a half-space.
+    edge, 0 for J(0) and 1 for J(t); layer: the factor of a thin layer over scaled depths, None on a half-space; rates (k,):
+    1/tau_i of a series with given times, else None.
     """
 
     t: Array
@@ -61,6 +63,15 @@ class Curve(NamedTuple):
     pull: Array | float = 0.0
     edge: Array | float = 0.0
     layer: ThinLayer | None = None
+    rates: Array | None = None
+
+    def surface(self, theta: Array) -> Spectrum:
+        """Return the effective J of the surface at coordinates (m,) (``parameters.spectrum``)."""
+        return surface(spectrum(theta, self.rates), self.bulk)
+
+    def indentation(self, theta: Array) -> Array:
+        """Return the measured depth without the contributions of the instrument (n,), 0 before contact."""
+        return jnp.maximum(self.depth - instrument_offset(theta, self.t, self.load), 0.0)
 
     def force(self, depth: Array) -> Array:
         """Return the scaled force (n,) of an elastic body of J = 1 at depths (n,) >= 0."""
@@ -95,24 +106,24 @@ def _depth_in_layer(force: Array, curve: "Curve") -> Array:
     return jnp.where(layer.chi(depth) <= LARGEST, depth, jnp.nan)
 
 
-def depth_residual(point: Coordinates, curve: Curve) -> Array:
+def depth_residual(theta: Array, curve: Curve) -> Array:
     """Return the weighted depth of the model minus the measured one, (n,); the load is given."""
-    depth = curve.depth_at(_hereditary(surface(point.compliances(), curve.bulk), curve))
-    return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
+    depth = curve.depth_at(_hereditary(curve.surface(theta), curve))
+    return curve.weights * (depth + instrument_offset(theta, curve.t, curve.load) - curve.depth)
 
 
-def load_residual(point: Coordinates, curve: Curve) -> Array:
+def load_residual(theta: Array, curve: Curve) -> Array:
     """Return the weighted load of the model minus the measured one, (n,); the depth is given and the contact grows."""
-    weights, rates = relaxation_modes(surface(point.compliances(), curve.bulk), curve.extra)
-    power = curve.force(jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0))
+    weights, rates = relaxation_modes(curve.surface(theta), curve.extra)
+    power = curve.force(curve.indentation(theta))
     return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
 
 
-def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
+def load_residual_ting(theta: Array, curve: Curve) -> Array:
     """Return the weighted load residual (n,) for a depth with one maximum, after which the integral ends at t1(t)."""
-    weights, rates = relaxation_modes(surface(point.compliances(), curve.bulk), curve.extra)
+    weights, rates = relaxation_modes(curve.surface(theta), curve.extra)
     rising = jnp.arange(curve.t.size) <= curve.top
-    depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
+    depth = curve.indentation(theta)
     depth = jnp.where(rising, _highest(jnp.where(rising, depth, 0.0)), depth)
     last = jnp.where(rising, curve.t, _matching_time(curve, depth, weights, rates))
     power = curve.force(depth)
@@ -121,18 +132,18 @@ def load_residual_ting(point: Coordinates, curve: Curve) -> Array:
     return curve.weights * ((decay * ended) @ weights - curve.load)
 
 
-def sticky_depth_residual(point: Coordinates, curve: Curve) -> Array:
+def sticky_depth_residual(theta: Array, curve: Curve) -> Array:
     """Return the weighted depth residual (n,) of an adhesive ball; the load is given."""
-    c = surface(point.compliances(), curve.bulk)
+    c = curve.surface(theta)
     depth, _ = adhesive_contact.under_load(_hereditary(c, curve), _neck(c, curve))
-    return curve.weights * (depth + point.offset(curve.t, curve.load) - curve.depth)
+    return curve.weights * (depth + instrument_offset(theta, curve.t, curve.load) - curve.depth)
 
 
-def sticky_load_residual(point: Coordinates, curve: Curve) -> Array:
+def sticky_load_residual(theta: Array, curve: Curve) -> Array:
     """Return the weighted load residual (n,) of an adhesive ball; the depth is given."""
-    c = surface(point.compliances(), curve.bulk)
+    c = curve.surface(theta)
     weights, rates = relaxation_modes(c, curve.extra)
-    depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
+    depth = curve.indentation(theta)
     power, _ = adhesive_contact.at_depth(depth, _neck(c, curve))
     return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
 
@@ -145,19 +156,19 @@ def _hereditary(c: Spectrum, curve: Curve) -> Array:
 
 
 def _neck(c: Spectrum, curve: Curve) -> Array:
-    """Return kappa of ``adhesion.py``, (n,)."""
+    """Return kappa of ``adhesive_contact.py``, (n,)."""
     creep = c.creep(curve.t - curve.t[0]) - c.instantaneous
     return adhesive_contact.root(curve.pull * (c.instantaneous + curve.edge * creep + curve.extra))
 
 
 @functools.partial(jax.jit, static_argnames="kind")
-def sticky_area(point: Coordinates, curve: Curve, kind: str) -> tuple[Array, Array]:
+def sticky_area(theta: Array, curve: Curve, kind: str) -> tuple[Array, Array]:
     """Return alpha (n,), proportional to the contact area of an adhesive ball, and J(t) + extra (n,), scaled."""
-    c = surface(point.compliances(), curve.bulk)
+    c = curve.surface(theta)
     if kind == "sticky load":
         alpha = adhesive_contact.under_load(_hereditary(c, curve), _neck(c, curve))[1]
     else:
-        depth = jnp.maximum(curve.depth - point.offset(curve.t, curve.load), 0.0)
+        depth = curve.indentation(theta)
         alpha = adhesive_contact.at_depth(depth, _neck(c, curve))[1]
     return alpha, c.creep(curve.t - curve.t[0]) + curve.extra
 
@@ -258,34 +269,34 @@ MODELS = {
 
 
 @functools.partial(Program, static_argnames=("kind",))
-def evaluate(point: Coordinates, curve: Curve, kind: str) -> Array:
+def evaluate(theta: Array, curve: Curve, kind: str) -> Array:
     """Return the weighted residuals (n,) of one of ``MODELS``."""
-    return MODELS[kind](point, curve)
+    return MODELS[kind](theta, curve)
 
 
 @functools.partial(Program, static_argnames=("kind",))
-def linear(point: Coordinates, free: Array, curve: Curve, kind: str) -> tuple[Array, Array]:
+def linear(theta: Array, free: Array, curve: Curve, kind: str) -> tuple[Array, Array]:
     """Return the residuals and their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,).
 
     Both are computed in one program.
     """
 
     def some(x: Array) -> tuple[Array, Array]:
-        residual = MODELS[kind](point.moved(free, x), curve)
+        residual = MODELS[kind](theta.at[free].set(x), curve)
         return residual, residual
 
-    jacobian, residual = jax.jacfwd(some, has_aux=True)(point.vector()[free])
+    jacobian, residual = jax.jacfwd(some, has_aux=True)(theta[free])
     return residual, jacobian
 
 
 @functools.partial(jax.jit, static_argnames="kind")
-def layer_slope(point: Coordinates, curve: Curve, change: ThinLayer, kind: str) -> Array:
+def layer_slope(theta: Array, curve: Curve, change: ThinLayer, kind: str) -> Array:
     """Return the derivative of the weighted residuals (n,) along a change of the layer's factor."""
-    run = lambda layer: MODELS[kind](point, curve._replace(layer=layer))
+    run = lambda layer: MODELS[kind](theta, curve._replace(layer=layer))
     return jax.jvp(run, (curve.layer,), (change,))[1]
 
 
 @functools.partial(jax.jit, static_argnames="kind")
-def bulk_slope(point: Coordinates, curve: Curve, kind: str) -> Array:
+def bulk_slope(theta: Array, curve: Curve, kind: str) -> Array:
     """Return the derivative of the weighted residuals (n,) with respect to the bulk modulus."""
-    return jax.jacfwd(lambda bulk: MODELS[kind](point, curve._replace(bulk=bulk)))(jnp.asarray(curve.bulk))
+    return jax.jacfwd(lambda bulk: MODELS[kind](theta, curve._replace(bulk=bulk)))(jnp.asarray(curve.bulk))

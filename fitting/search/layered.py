@@ -15,7 +15,7 @@ from jax import Array
 
 import jaxcontact as jc
 from fitting.data.contact import sample_noise
-from fitting.models.coordinates import Coordinates
+from fitting.models.parameters import instrument_offset, spectrum
 from fitting.search.press import IndentationProblem, Units
 from jaxcontact._compile.kept_traces import Program
 
@@ -68,7 +68,8 @@ class FilmTest(NamedTuple):
     """Inputs of the solver beside the coordinates, in SI units except for the scaled quantities.
 
     times (m,) of the march, drive: the control there; t, load, response, weights (n,): the samples, with ``response``
-    the fitted quantity; correction (n,): added to the model; all scaled. units: the units that undo the scaling.
+    the fitted quantity; correction (n,): added to the model; rates (k,): 1/tau_i of a series with given times, else None;
+    all scaled. units: the units that undo the scaling.
     """
 
     indenter: Any
@@ -83,6 +84,7 @@ class FilmTest(NamedTuple):
     weights: Array
     correction: Array
     units: Units
+    rates: Array | None
 
 
 class Mesh(NamedTuple):
@@ -102,7 +104,7 @@ def scene(press: IndentationProblem, coating: Coating, mesh: Mesh) -> FilmTest:
     drive = kind(np.interp(t, knots, np.maximum(polygon(press.t, driven, knots), least)))
     numbers = FilmTest(
         press.pressing.indenter, coating, press.sought.volume.keyword, grid, t, drive, press.t, press.load,
-        press.measured, press.weights, np.zeros(press.t.size), press.units,
+        press.measured, press.weights, np.zeros(press.t.size), press.units, press.rates,
     )  # fmt: skip
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), numbers)
 
@@ -154,10 +156,10 @@ def divided(knots: np.ndarray, fine: int) -> np.ndarray:
     return np.append((knots[:-1, None] + np.diff(knots)[:, None] * shares).ravel(), knots[-1])
 
 
-def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array, Array]:
+def respond(theta: Array, film: FilmTest) -> tuple[Array, Array, Array, Array]:
     """Return the scaled depth (or load) at the samples (n,), and status, contact radius [m] and strain of the top layer at
     the march times (m,)."""
-    c = point.compliances()
+    c = spectrum(theta, film.rates)
     material = jc.Prony(
         J0=c.instantaneous * film.units.compliance,
         J=c.amplitudes * film.units.compliance,
@@ -166,7 +168,7 @@ def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array, Ar
         **film.volume,
     )
     body = film.coating.body(material)
-    offset, drive = point.offset(film.t, film.load), film.drive
+    offset, drive = instrument_offset(theta, film.t, film.load), film.drive
     by_load = isinstance(drive, jc.Load)
     if by_load:
         control: Any = jc.Load(drive.value * film.units.load)
@@ -180,27 +182,27 @@ def respond(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array, Ar
 
 
 @Program
-def evaluate(point: Coordinates, film: FilmTest) -> tuple[Array, Array, Array, Array]:
+def evaluate(theta: Array, film: FilmTest) -> tuple[Array, Array, Array, Array]:
     """Return the weighted residuals (n,), and status, contact radius [m] and strain of the top layer at the march times
     (m,)."""
-    found, status, radius, strain = respond(point, film)
+    found, status, radius, strain = respond(theta, film)
     return film.weights * (found + film.correction - film.response), status, radius, strain
 
 
 @Program
-def slopes(point: Coordinates, free: Array, film: FilmTest) -> Array:
+def slopes(theta: Array, free: Array, film: FilmTest) -> Array:
     """Return the Jacobian (n, k) of the residuals with respect to the coordinates at the places ``free`` (k,)."""
-    some = lambda x: film.weights * respond(point.moved(free, x), film)[0]
-    return jax.jacfwd(some)(point.vector()[free])
+    some = lambda x: film.weights * respond(theta.at[free].set(x), film)[0]
+    return jax.jacfwd(some)(theta[free])
 
 
 @functools.partial(Program, static_argnames=("name",))
-def nuisance_slope(point: Coordinates, film: FilmTest, name: str) -> Array:
+def nuisance_slope(theta: Array, film: FilmTest, name: str) -> Array:
     """Return the derivative (n,) of the weighted response with respect to nu, bulk modulus or thickness."""
 
     def some(thickness: Array, volume: dict[str, Array]) -> Array:
         changed = film._replace(coating=film.coating._replace(thickness=thickness), volume=volume)
-        return film.weights * respond(point, changed)[0]
+        return film.weights * respond(theta, changed)[0]
 
     held = film.coating.thickness, film.volume
     return jax.jacfwd(some, 0)(*held) if name == "thickness" else jax.jacfwd(some, 1)(*held)[name]

@@ -1,6 +1,6 @@
 """Minimisation of any differentiable loss over any tree of parameters: inverse design and identification.
 
-The parameters are searched in coordinates of order one (``fitting.models.search_space``). The default method is L-BFGS
+The parameters are searched in coordinates of order one (``SearchCoordinates``). The default method is L-BFGS
 (optax) with a line search for the weak Wolfe conditions
 
     f(z + t d) <= f(z) + 1e-4 t g.d,      g(z + t d).d >= 0.9 g.d
@@ -25,7 +25,6 @@ import numpy as np
 from jax import Array
 from tqdm import tqdm
 
-from fitting.models.search_space import SearchCoordinates
 from fitting.views import output
 
 LOWER, FLATTER = 1e-4, 0.9  # constants of the Wolfe conditions
@@ -39,6 +38,146 @@ AWAY, BESIDE = (
     8,
 )  # distance of the points beside a start with a gradient of zero, and number of their directions
 MEMORY = 10  # number of pairs of changes kept by L-BFGS
+
+
+# Coordinates of order one for the parameters of a minimisation, in which bounds are eliminated.
+#
+# A parameter x without bounds, with a scale s, has the coordinate z = x/s. Between bounds it is replaced by
+#
+#     x = low + (high - low)/(1 + exp(-z)),      x = low + s exp(z),      x = high - s exp(z)
+#
+# for two bounds, a lower one alone, and an upper one alone, with s = start - low or high - start: every z gives a
+# value inside the bounds. A minimum on a bound is approached but not reached.
+
+
+@dataclass(frozen=True)
+class LeafCoordinates:
+    """The coordinates of one leaf: bounds (None where open) and scale, which broadcast to its shape."""
+
+    low: Any
+    high: Any
+    scale: Any
+
+    @classmethod
+    def of(cls, name: str, start: np.ndarray, bounds: Any, scale: Any) -> LeafCoordinates:
+        """Return the coordinates of one leaf after checking its start, bounds and scale; ValueError that names the
+        leaf."""
+        if not np.all(np.isfinite(start)):
+            raise ValueError(f"start{name}: expected finite numbers")
+        low, high = _pair(name, bounds)
+        inside = (low is None or np.all(start > low)) and (high is None or np.all(start < high))
+        if not inside:
+            raise ValueError(
+                f"start{name}: expected values inside the bounds ({low}, {high}), got {_range(start)}"
+            )
+        if scale is not None and not np.all(np.asarray(scale) > 0.0):
+            raise ValueError(f"scale{name}: expected > 0, got {scale}")
+        if low is not None or high is not None:
+            own = start - low if low is not None else high - start
+            return cls(low, high, own)
+        if scale is None:
+            scale = float(np.sqrt(np.mean(start**2)))
+            if scale == 0.0:
+                raise ValueError(
+                    f"scale{name}: expected a scale or bounds, since start{name} is zero throughout"
+                )
+        return cls(low, high, scale)
+
+    def inwards(self, x: Array) -> Array:
+        """Return the coordinate z of a value x."""
+        if self.low is not None and self.high is not None:
+            return jnp.log((x - self.low) / (self.high - x))
+        if self.low is not None:
+            return jnp.log((x - self.low) / self.scale)
+        if self.high is not None:
+            return jnp.log((self.high - x) / self.scale)
+        return x / self.scale
+
+    def outwards(self, z: Array) -> Array:
+        """Return the value x of a coordinate z."""
+        if self.low is not None and self.high is not None:
+            return self.low + (self.high - self.low) * jax.nn.sigmoid(z)
+        if self.low is not None:
+            return self.low + self.scale * jnp.exp(z)
+        if self.high is not None:
+            return self.high - self.scale * jnp.exp(z)
+        return z * self.scale
+
+
+@dataclass(frozen=True)
+class SearchCoordinates:
+    """The coordinates of a tree of parameters, leaf by leaf."""
+
+    tree: Any
+    leaves: tuple[LeafCoordinates, ...]
+
+    @classmethod
+    def of(cls, start: Any, bounds: Any, scale: Any) -> SearchCoordinates:
+        """Return the coordinates of a tree after checking start, bounds and scale; ValueError that names the leaf."""
+        paths, tree = jax.tree_util.tree_flatten_with_path(start)
+        if not paths:
+            raise ValueError("start: expected numbers or arrays, got a tree without any")
+        spans, scales = _by_leaf("bounds", bounds, tree), _by_leaf("scale", scale, tree)
+        named = [(jax.tree_util.keystr(path), leaf) for path, leaf in paths]
+        leaves = [
+            LeafCoordinates.of(name, _numbers(name, leaf), span, size)
+            for (name, leaf), span, size in zip(named, spans, scales, strict=True)
+        ]
+        return cls(tree, tuple(leaves))
+
+    def inwards(self, values: Any) -> list[Array]:
+        """Return the coordinates of a tree of values, a list over its leaves."""
+        found = jax.tree.leaves(values)
+        return [own.inwards(jnp.asarray(x, float)) for own, x in zip(self.leaves, found, strict=True)]
+
+    def outwards(self, coordinates: list[Array]) -> Any:
+        """Return the tree of values at the given coordinates."""
+        values = [own.outwards(z) for own, z in zip(self.leaves, coordinates, strict=True)]
+        return jax.tree.unflatten(self.tree, values)
+
+
+def _numbers(name: str, leaf: Any) -> np.ndarray:
+    """Return a leaf of ``start`` as an array of floats; ValueError that names it if it is none."""
+    try:
+        return np.asarray(leaf, float)
+    except (TypeError, ValueError):
+        raise ValueError(f"start{name}: expected a number or an array, got {leaf!r}") from None
+
+
+def _by_leaf(name: str, given: Any, tree: Any) -> list[Any]:
+    """Return the argument for each leaf: one value for all, or a tree like ``start``."""
+    one_for_all = given is None or isinstance(given, float | int) or (name == "bounds" and _is_pair(given))
+    if one_for_all:
+        return [given] * tree.num_leaves
+    try:
+        found = tree.flatten_up_to(given)
+    except (ValueError, TypeError, KeyError):
+        raise ValueError(
+            f"{name}: expected one for all parameters, or a tree like start, got {given!r}"
+        ) from None
+    return found
+
+
+def _is_pair(given: Any) -> bool:
+    numbers = isinstance(given, tuple) and len(given) == 2
+    return numbers and all(end is None or isinstance(end, float | int) for end in given)
+
+
+def _pair(name: str, bounds: Any) -> tuple[Any, Any]:
+    """Return (low, high) as arrays, None where open."""
+    if bounds is None:
+        return None, None
+    if not isinstance(bounds, tuple | list) or len(bounds) != 2:
+        raise ValueError(f"bounds{name}: expected (low, high), None where open, got {bounds!r}")
+    ends = (None if end is None or np.all(np.isinf(end)) else np.asarray(end, float) for end in bounds)
+    low, high = ends
+    if low is not None and high is not None and not np.all(low < high):
+        raise ValueError(f"bounds{name}: expected low < high, got ({low}, {high})")
+    return low, high
+
+
+def _range(values: np.ndarray) -> str:
+    return f"{values:g}" if values.size == 1 else f"{values.min():g} to {values.max():g}"
 
 
 @dataclass(frozen=True)

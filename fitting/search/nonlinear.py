@@ -3,13 +3,21 @@
 It is for models that are not linear in their compliances; those that are linear use ``varpro.py``.
 """
 
+from __future__ import annotations
+
 import dataclasses
+import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import scipy
+from jax import Array
+
+from fitting.models.parameters import Parameters
 
 # Covariance, condition number and weakest direction from a Jacobian, by SVD.
 #
@@ -140,6 +148,23 @@ class Objective:
     jacobian_runs: int = 0
     unfinished: int = 0  # local searches that did not converge
 
+    @classmethod
+    def of(
+        cls, model: Callable[..., Array], inputs: Any, measured: Any, weights: Any, parameters: Parameters, *,
+        points: Any = None, static: tuple = (), **tolerances: float,
+    ) -> Objective:  # fmt: skip
+        """Return the least squares of weights (model(theta, inputs, *static) - measured), all (n,), padded or not.
+
+        model: a module function that jax traces; inputs: a pytree, or a function of theta that returns one; points: those
+        of the n that are no padding, None for all; static: further hashable arguments of the model.
+        """
+        given = model, static, inputs, measured, weights, slice(None) if points is None else points
+        floor = 1e-26 * float(np.sum((np.asarray(weights) * np.asarray(measured)) ** 2))
+        return cls(
+            functools.partial(_residual_at, *given), functools.partial(_slopes_at, *given), *parameters.bounds,
+            **{"floor": floor, **tolerances},
+        )  # fmt: skip
+
     @property
     def free(self) -> np.ndarray:
         """Indices of the fitted coordinates."""
@@ -154,6 +179,44 @@ class Objective:
         """Return the Jacobian (n, k) of the residuals with respect to the free coordinates."""
         self.jacobian_runs += 1
         return np.asarray(self.jacobian(theta, self.free))
+
+
+@functools.partial(jax.jit, static_argnames=("model", "static"))
+def _residual(
+    theta: Array, inputs: Any, measured: Array, weights: Array, model: Callable[..., Array], static: tuple
+) -> Array:
+    return weights * (model(theta, inputs, *static) - measured)
+
+
+@functools.partial(jax.jit, static_argnames=("model", "static"))
+def _slopes(theta: Array, free: Array, *given: Any, model: Callable[..., Array], static: tuple) -> Array:
+    varied = lambda values: _residual(theta.at[free].set(values), *given, model=model, static=static)
+    return jax.jacfwd(varied)(theta[free])
+
+
+def _residual_at(
+    model: Callable[..., Array],
+    static: tuple,
+    inputs: Any,
+    measured: Any,
+    weights: Any,
+    points: Any,
+    theta: Any,
+) -> Any:
+    """Return the weighted residuals at theta (m,); a module function, so that fits can be pickled."""
+    own = inputs(theta) if callable(inputs) else inputs
+    found = _residual(theta, own, measured, weights, model=model, static=static)
+    return found[points] if isinstance(found, jax.core.Tracer) else np.asarray(found)[points]
+
+
+def _slopes_at(
+    model: Callable[..., Array], static: tuple, inputs: Any, measured: Any, weights: Any, points: Any,
+    theta: np.ndarray, free: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """Return the Jacobian of these residuals with respect to the coordinates at the places ``free`` (k,)."""
+    own = inputs(theta) if callable(inputs) else inputs
+    found = _slopes(jnp.asarray(theta), free, own, measured, weights, model=model, static=static)
+    return np.asarray(found)[points]
 
 
 class Best(NamedTuple):

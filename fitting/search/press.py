@@ -1,7 +1,7 @@
 """A checked and scaled indentation fit, ready for the search.
 
 Times are scaled by the duration, load and depth by their largest values, and compliance so that a half-space has
-depth^power = int J dP (``coordinates.py``, ``probe.py``).
+depth^power = int J dP.
 """
 
 from collections.abc import Callable
@@ -16,8 +16,8 @@ from fitting.data.contact import find_contact
 from fitting.data.indentation import IndentationData, Probe, probe_of, with_earlier
 from fitting.data.weights import choose_weights
 from fitting.models import adhesive_contact
-from fitting.models.coordinates import Space
 from fitting.models.history import columns
+from fitting.models.parameters import Parameters
 from fitting.models.structure import Sought
 from fitting.models.thin_layer import LARGEST, ThinLayer
 from fitting.search import varpro
@@ -111,9 +111,15 @@ class IndentationProblem(NamedTuple):
     kept: np.ndarray
     weights: np.ndarray
     label: str
-    space: Space
+    space: Parameters
     notes: tuple[str, ...]
     layer: ThinLayer | None = None
+
+    @property
+    def rates(self) -> np.ndarray | None:
+        """Scaled 1/tau_i (k,) of a series with given times, else None."""
+        tau = self.sought.structure.tau
+        return None if tau is None else self.units.duration / tau
 
     @property
     def extra(self) -> float:
@@ -288,12 +294,12 @@ def indentation_weights(
     return chosen, label
 
 
-def _space(sought: Sought, instrument: Instrument, units: Units, least: float) -> Space:
+def _space(sought: Sought, instrument: Instrument, units: Units, least: float) -> Parameters:
     """Return the search space: compliances, at least ``least`` at their open end, then the instrument's contributions."""
     structure, own = sought.structure, sought.structure.units(units.compliance, units.duration)
     sizes = units.depth / np.array([1.0, units.duration, units.load])
     box = np.concatenate([structure.box(sought.table) / own[:, None], instrument.box(sizes)])
-    return Space.of(structure, box, np.append(own, sizes), units.duration, least)
+    return Parameters.of_compliances(structure, box, np.append(own, sizes), least=least)
 
 
 def start(
@@ -304,12 +310,12 @@ def start(
     Logarithmic coordinates start at log(least) or above.
     """
     space = press.space
-    box = space.linear_box
+    box = _linear_box(space)
     if space.structure.tau is None:
         _, x, tau, _ = varpro.solve(_search(press, y, weights, basis))
         found = np.append(x, x[1] / tau)[varpro.PLACES[len(box)]]
     else:
-        A = weights[:, None] * np.asarray(columns(basis, press.units.duration / space.structure.tau))
+        A = weights[:, None] * np.asarray(columns(basis, press.rates))
         low, high = box.T
         found = scipy.optimize.lsq_linear(A, weights * y, (low, np.maximum(high, low + 1e-300))).x
     return space.near(found, least)
@@ -333,7 +339,14 @@ def spread_starts(
 
 
 def _search(press: IndentationProblem, y: np.ndarray, weights: np.ndarray, basis: Any) -> varpro.TauSearch:
-    return varpro.search(y, weights, basis, press.t, press.space.linear_box)
+    return varpro.search(y, weights, basis, press.t, _linear_box(press.space))
+
+
+def _linear_box(space: Parameters) -> np.ndarray:
+    """Return the bounds (size, 2) of the compliances, with those of the search at open sides of linear coordinates."""
+    own = space.material
+    low, high = space.box[own].T
+    return np.stack([np.where(space.logarithmic[own], low, space.lower[own]), high], -1)
 
 
 class Medium(NamedTuple):

@@ -68,6 +68,12 @@ class TauSearch(NamedTuple):
     origin: Array
 
     @property
+    def free(self) -> np.ndarray:
+        """Places (k,) of the fitted compliances among (j0, j2, f, j2/tau)."""
+        lower, upper = self.limits
+        return np.flatnonzero(np.asarray(lower) < np.asarray(upper))
+
+    @property
     def limits(self) -> tuple[Array, Array]:
         """Bounds of (j0, j2, f, j2/tau), (4,) each."""
         return jnp.append(self.lower, self.ratio[0]), jnp.append(self.upper, self.ratio[1])
@@ -79,38 +85,28 @@ def search(y: np.ndarray, weights: np.ndarray, basis: Any, t: np.ndarray, box: n
     whole = np.zeros((4, 2))
     whole[PLACES[len(box)]] = box
     low, high = whole.T
-    ends = low[:3], high[:3], whole[3], _tau_range(t, whole), _sides(low, high)
-    return TauSearch(y, weights, basis, *ends, origin=np.zeros(3))
 
-
-def _sides(lower: np.ndarray, upper: np.ndarray) -> Sides:
-    """Return the faces that can occur, from the bounds (4,) of (j0, j2, f, j2/tau); usually far fewer than 27.
-
-    A compliance that is fixed has the faces of one with an open end, on one of which it is at its value: so materials with
-    and without it share their compiled programs.
-    """
-    low, high = np.asarray(lower), np.asarray(upper)
+    # The faces that can occur; usually far fewer than 27. A compliance that is fixed has the faces of one with an
+    # open end, on one of which it is at its value: so materials with and without it share their compiled programs.
     ends = np.isfinite(high[:3]) & (low[:3] < high[:3])
     ends[1] |= np.isfinite(high[3]) and low[1] < high[1]
-    return Sides(tuple((0, 1, 2) if capped else (0, 1) for capped in ends))
+    sides = Sides(tuple((0, 1, 2) if capped else (0, 1) for capped in ends))
 
-
-def _tau_range(t: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return the range of retardation times to search, restricted to the bounds.
-
-    Below t_first/40 and above 300 times the last time the curve no longer depends on tau (to 1e-17 and to 2e-3 of a
-    term that flow and spring already represent).
-    """
-    low, high = np.min(t[t > 0]) / 40.0, 300.0
-    if box[1, 1] == 0.0:
-        return np.array([1.0, 1.0])  # without a retarded part tau is arbitrary
+    # The range of retardation times to search, restricted to the bounds of j2 and j2/tau. Below t_first/40 and above
+    # 300 times the last time the curve no longer depends on tau (to 1e-17 and to 2e-3 of a term that flow and spring
+    # already represent).
+    first, last = np.min(t[t > 0]) / 40.0, 300.0
     with np.errstate(divide="ignore", invalid="ignore"):
-        least = box[1, 0] / box[3, 1] if box[1, 0] > 0 and np.isfinite(box[3, 1]) else 0.0
-        most = box[1, 1] / box[3, 0] if box[3, 0] > 0 and np.isfinite(box[1, 1]) else np.inf
-    low, high = max(low, least) if least > 0 else low, min(high, most)
-    if low <= high:
-        return np.array([low, high])
-    return np.array([least or most, most if np.isfinite(most) else least])
+        least = low[1] / high[3] if low[1] > 0 and np.isfinite(high[3]) else 0.0
+        most = high[1] / low[3] if low[3] > 0 and np.isfinite(high[1]) else np.inf
+    first, last = max(first, least) if least > 0 else first, min(last, most)
+    if high[1] == 0.0:
+        first = last = 1.0  # without a retarded part tau is arbitrary
+    elif first > last:
+        first, last = least or most, most if np.isfinite(most) else least
+    return TauSearch(
+        y, weights, basis, low[:3], high[:3], whole[3], np.array([first, last]), sides, origin=np.zeros(3)
+    )
 
 
 class Faces(NamedTuple):
@@ -121,11 +117,6 @@ class Faces(NamedTuple):
     inverse: Array
     rss: Array
     inside: Array
-
-
-def weighted_columns(problem: TauSearch, tau: Array) -> Array:
-    """Return [E, D(tau), F] times the weights, (n, 3)."""
-    return columns(problem.basis, jnp.reshape(1.0 / tau, 1)) * jnp.asarray(problem.weights)[:, None]
 
 
 def box(problem: TauSearch, tau: Array) -> tuple[Array, Array]:
@@ -149,23 +140,18 @@ def _inverse3(A: Array) -> Array:
     return jnp.sum(L[..., :, :, None] * L[..., :, None, :] / jnp.stack([d0, d1, d2], -1)[..., None, None], -3)
 
 
-def moments(problem: TauSearch, tau: Array) -> tuple[Array, Array, Array]:
-    """Return the normal matrix (3, 3), right-hand side (3,) and weighted sum of squares of the data minus the model at
-    the origin.
-
-    The squared weights are separate from the products of columns: for many curves on one time grid the products are
-    formed once and the sums are one matrix product.
-    """
-    C, square = columns(problem.basis, jnp.reshape(1.0 / tau, 1)), problem.weights**2
-    sums = square @ (C[:, PAIRS[0]] * C[:, PAIRS[1]])
-    left = problem.data - C @ problem.origin
-    pull = square * left
-    return sums[PLACE], pull @ C, pull @ left
-
-
 def faces(problem: TauSearch, tau: Array) -> Faces:
     """Return the least-squares solution on each face of the box at this tau."""
-    A, b, yy = moments(problem, tau)
+    # The normal matrix (3, 3), right-hand side and weighted sum of squares of the data minus the model at the origin.
+    # The squared weights are separate from the products of columns: for many curves on one time grid the products are
+    # formed once and the sums are one matrix product.
+    C, square = columns(problem.basis, jnp.reshape(1.0 / tau, 1)), problem.weights**2
+    A = (square @ (C[:, PAIRS[0]] * C[:, PAIRS[1]]))[PLACE]
+    left = problem.data - C @ problem.origin
+    pull = square * left
+    b, yy = pull @ C, pull @ left
+
+    # The minimiser and the inverse of the normal matrix on each face, in units of the columns.
     scale = 1.0 / jnp.sqrt(jnp.maximum(jnp.diagonal(A), 1e-300))
     A, b = A * scale[:, None] * scale, b * scale
     low, high = ((side - problem.origin) / scale for side in box(problem, tau))
@@ -191,12 +177,16 @@ def _within(x: Array, low: Array, high: Array, free: Array) -> Array:
     return jnp.all(ok | ~free, -1) & jnp.all(low <= high + slack)
 
 
-def best_at(problem: TauSearch, tau: Array) -> tuple[Array, Array]:
-    """Return the lowest rss at this tau and its x; inf where the box is empty."""
-    face = faces(problem, tau)
-    rss = jnp.where(face.inside, face.rss, jnp.inf)
-    k = jnp.argmin(rss)
-    return rss[k], face.x[k]
+def best_at_each(problem: TauSearch, log_tau: Array) -> tuple[Array, Array]:
+    """Return the lowest rss (k,) at each tau and its x (k, 3); inf where the box is empty."""
+
+    def best(z: Array) -> tuple[Array, Array]:
+        face = faces(problem, jnp.exp(z))
+        rss = jnp.where(face.inside, face.rss, jnp.inf)
+        k = jnp.argmin(rss)
+        return rss[k], face.x[k]
+
+    return jax.lax.map(best, log_tau)
 
 
 @jax.jit
@@ -204,13 +194,13 @@ def solve(problem: TauSearch) -> tuple[Array, Array, Array, Array]:
     """Return (rss, x, tau, rss on the first grid of tau (COARSE,)), from a grid in log tau that is then refined."""
     lo, hi = jnp.log(problem.tau[0]), jnp.log(problem.tau[1])
     grid = jnp.linspace(lo, hi, COARSE)
-    cost = _costs(problem, grid)
+    cost, _ = best_at_each(problem, grid)
     k = jnp.argmin(cost)
     step = (hi - lo) / (COARSE - 1)
 
     def zoom(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
         points = jnp.clip(state[0] + jnp.linspace(-1.0, 1.0, ZOOM) * state[1], lo, hi)
-        rss, x = _bests(problem, points)
+        rss, x = best_at_each(problem, points)
         j = jnp.argmin(rss)
         return points[j], state[1] * (2.0 / (ZOOM - 1)), rss[j], x[j]
 
@@ -222,51 +212,7 @@ def solve(problem: TauSearch) -> tuple[Array, Array, Array, Array]:
 @jax.jit
 def solve_each(problem: TauSearch, tau: Array) -> Array:
     """Return the least-squares solutions (k, 3) at each of tau (k,)."""
-    return _bests(problem, jnp.log(tau))[1]
-
-
-def _costs(problem: TauSearch, log_tau: Array) -> Array:
-    return _bests(problem, log_tau)[0]
-
-
-def _bests(problem: TauSearch, log_tau: Array) -> tuple[Array, Array]:
-    return jax.lax.map(lambda z: best_at(problem, jnp.exp(z)), log_tau)
-
-
-def reach(problem: TauSearch, tau: Array, cost: Array, level: Array) -> Array:
-    """Return log of the lowest and the highest tau with rss <= level, (2,); the end of the search range where open."""
-    grid = jnp.linspace(jnp.log(problem.tau[0]), jnp.log(problem.tau[1]), COARSE)
-    good = cost <= level
-    best = jnp.log(tau)
-    first = jnp.min(jnp.where(good, grid, best))
-    last = jnp.max(jnp.where(good, grid, best))
-    below = jnp.max(jnp.where(grid < first, grid, grid[0]))
-    above = jnp.min(jnp.where(grid > last, grid, grid[-1]))
-
-    inner, outer = jnp.stack([first, last]), jnp.stack([below, above])
-    known = _costs(problem, jnp.concatenate([best[None], inner, outer]))
-    floor, goal = known[0], jnp.sqrt(jnp.maximum(level - known[0], 1e-300))
-    height = lambda rss: jnp.sqrt(jnp.maximum(rss - floor, 0.0)) / goal - 1.0
-
-    def close_in(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
-        """Take an Illinois step on the square root of the rise in rss, which is nearly linear."""
-        inner, low, outer, high, side = state
-        share = jnp.where(jnp.isfinite(high), -low / jnp.where(high > low, high - low, 1.0), 0.5)
-        middle = inner + jnp.clip(share, 0.01, 0.99) * (outer - inner)
-        here = height(_costs(problem, middle))
-        ok = here <= 0.0
-        return (
-            jnp.where(ok, middle, inner),
-            jnp.where(ok, here, jnp.where(side == 1, 0.5 * low, low)),
-            jnp.where(ok, outer, middle),
-            jnp.where(ok, jnp.where(side == -1, 0.5 * high, high), here),
-            jnp.where(ok, -1, 1),
-        )
-
-    start = (inner, height(known[1:3]), outer, height(known[3:]), jnp.zeros(2, int))
-    inner = jax.lax.fori_loop(0, CLOSER, close_in, start)[0]
-    open_end = jnp.stack([cost[0], cost[-1]]) <= level
-    return jnp.where(open_end, grid[jnp.array([0, -1])], inner)
+    return best_at_each(problem, jnp.log(tau))[1]
 
 
 def extent_at(problem: TauSearch, tau: Array, level: Array, d: Array) -> Array:
@@ -301,24 +247,57 @@ def extents(
     The nodes are Chebyshev points in log tau: the extent along tau is the edge of an ellipse-like region, which is
     smooth in the angle even where tau and the functional are strongly correlated.
     """
-    low, high = reach(problem, tau, cost, level)
+    # log of the lowest and the highest tau with rss <= level, between neighbours on the first grid of tau with
+    # ``cost``; the end of the search range where open
+    grid = jnp.linspace(jnp.log(problem.tau[0]), jnp.log(problem.tau[1]), COARSE)
+    good = cost <= level
+    best = jnp.log(tau)
+    first = jnp.min(jnp.where(good, grid, best))
+    last = jnp.max(jnp.where(good, grid, best))
+    below = jnp.max(jnp.where(grid < first, grid, grid[0]))
+    above = jnp.min(jnp.where(grid > last, grid, grid[-1]))
+
+    inner, outer = jnp.stack([first, last]), jnp.stack([below, above])
+    known, _ = best_at_each(problem, jnp.concatenate([best[None], inner, outer]))
+    floor, goal = known[0], jnp.sqrt(jnp.maximum(level - known[0], 1e-300))
+    height = lambda rss: jnp.sqrt(jnp.maximum(rss - floor, 0.0)) / goal - 1.0
+
+    def close_in(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
+        """Take an Illinois step on the square root of the rise in rss, which is nearly linear."""
+        inner, low, outer, high, side = state
+        share = jnp.where(jnp.isfinite(high), -low / jnp.where(high > low, high - low, 1.0), 0.5)
+        middle = inner + jnp.clip(share, 0.01, 0.99) * (outer - inner)
+        here = height(best_at_each(problem, middle)[0])
+        ok = here <= 0.0
+        return (
+            jnp.where(ok, middle, inner),
+            jnp.where(ok, here, jnp.where(side == 1, 0.5 * low, low)),
+            jnp.where(ok, outer, middle),
+            jnp.where(ok, jnp.where(side == -1, 0.5 * high, high), here),
+            jnp.where(ok, -1, 1),
+        )
+
+    start = (inner, height(known[1:3]), outer, height(known[3:]), jnp.zeros(2, int))
+    inner = jax.lax.fori_loop(0, CLOSER, close_in, start)[0]
+    open_end = jnp.stack([cost[0], cost[-1]]) <= level
+    low, high = ends_of_tau = jnp.where(open_end, grid[jnp.array([0, -1])], inner)
+
+    # the extremes at the nodes and at the optimum
     angle = jnp.linspace(0.0, jnp.pi, FINE)
     nodes = jnp.append(0.5 * (low + high) - 0.5 * (high - low) * jnp.cos(angle), jnp.log(tau))
     ends = jax.lax.map(lambda z: extent_at(problem, jnp.exp(z), level, functional(jnp.exp(z))), nodes)
-    most = jnp.maximum(_summit(ends[:-1] * jnp.array([-1.0, 1.0])), ends[-1] * jnp.array([-1.0, 1.0]))
-    return most * jnp.array([-1.0, 1.0]), jnp.stack([low, high])
+    sign = jnp.array([-1.0, 1.0])
+    y, at_best = ends[:-1] * sign, ends[-1] * sign
 
-
-def _summit(y: Array) -> Array:
-    """Return the maximum of y (n, ...) along its first axis, by the parabola through the largest value and its
-    neighbours."""
+    # the summit between the nodes, by the parabola through the largest value and its neighbours
     k = jnp.clip(jnp.argmax(y, 0), 1, y.shape[0] - 2)
     before, here, after = (jnp.take_along_axis(y, (k + s)[None], 0)[0] for s in (-1, 0, 1))
     bend = 2.0 * here - before - after
     smooth = jnp.isfinite(bend) & (bend > 0.0)
     gain = jnp.where(smooth, (after - before) ** 2 / (8.0 * jnp.where(smooth, bend, 1.0)), 0.0)
     top = jnp.max(y, 0)
-    return jnp.where(here >= top, here + jnp.minimum(gain, 0.5 * jnp.where(smooth, bend, 0.0)), top)
+    most = jnp.where(here >= top, here + jnp.minimum(gain, 0.5 * jnp.where(smooth, bend, 0.0)), top)
+    return jnp.maximum(most, at_best) * sign, ends_of_tau
 
 
 # Optimum and profiles of a creep curve as compiled programs; ``batch.py`` runs the same for many curves.
@@ -371,14 +350,32 @@ class Optimum(NamedTuple):
 
 @Program
 def minimise(problem: TauSearch) -> Optimum:
-    """Return the least-squares solution: variable projection, then Gauss-Newton in log parameters."""
+    """Return the least-squares solution: variable projection, then Gauss-Newton in log parameters.
+
+    Variable projection leaves an error of 1e-4 in tau, which converges quadratically in ``STEPS`` steps. Their number
+    is fixed, so that a batch of curves does not wait for the slowest.
+    """
     _, x, tau, cost = solve(problem)
     start = jnp.append(x, x[1] / tau)
     lower, upper = problem.limits
-    active = strictly_inside(start, lower, upper)
-    parts = jnp.clip(_polish(problem, start, tau, active), lower, upper)
-    residual = _residual(problem, parts, tau)
-    better = residual @ residual <= jnp.sum(_residual(problem, start, tau) ** 2)
+    active = strictly_inside(start, lower, upper)  # the other parts are held
+
+    def residual(u: Array) -> Array:
+        return _residual(problem, jnp.where(active, jnp.exp(u), start), tau)
+
+    def step(_: int, u: Array) -> Array:
+        r, J = residual(u), jax.jacfwd(residual)(u)
+        size = jnp.where(active, jnp.sqrt(jnp.maximum(jnp.sum(J * J, 0), 1e-300)), 1.0)
+        J = J / size
+        A = J.T @ J + jnp.diag(jnp.where(active, 1e-13, 1.0))
+        trial = u - jnp.clip(jnp.linalg.solve(A, J.T @ r) / size, -1.0, 1.0)
+        after = residual(trial)
+        return jnp.where(after @ after < r @ r, trial, u)
+
+    u = jax.lax.fori_loop(0, STEPS, step, jnp.log(jnp.where(active, start, 1.0)))
+    parts = jnp.clip(jnp.where(active, jnp.exp(u), start), lower, upper)
+    found = _residual(problem, parts, tau)
+    better = found @ found <= jnp.sum(_residual(problem, start, tau) ** 2)
     parts = jnp.where(better, parts, start)
     tau = _tau(parts, tau)
     return Optimum(parts, tau, _residual(problem, parts, tau), cost)
@@ -396,7 +393,8 @@ def _tau(parts: Array, tau: Array) -> Array:
 
 
 def _residual(problem: TauSearch, parts: Array, tau: Array) -> Array:
-    return weighted_columns(problem, _tau(parts, tau)) @ parts[:3] - problem.weights * problem.data
+    C = columns(problem.basis, jnp.reshape(1.0 / _tau(parts, tau), 1)) * jnp.asarray(problem.weights)[:, None]
+    return C @ parts[:3] - problem.weights * problem.data
 
 
 @Program
@@ -423,29 +421,6 @@ def inside_jacobian(problem: TauSearch, optimum: Optimum) -> np.ndarray:
     return np.asarray(jacobian(problem, optimum))[:, np.asarray(inside)]
 
 
-def _polish(problem: TauSearch, start: Array, tau: Array, active: Array) -> Array:
-    """Refine ``start`` by Gauss-Newton steps in the logarithms of the active parts; the other parts are held.
-
-    Variable projection leaves an error of 1e-4 in tau, which converges quadratically in ``STEPS`` steps. Their number
-    is fixed, so that a batch of curves does not wait for the slowest.
-    """
-
-    def residual(u: Array) -> Array:
-        return _residual(problem, jnp.where(active, jnp.exp(u), start), tau)
-
-    def step(_: int, u: Array) -> Array:
-        r, J = residual(u), jax.jacfwd(residual)(u)
-        size = jnp.where(active, jnp.sqrt(jnp.maximum(jnp.sum(J * J, 0), 1e-300)), 1.0)
-        J = J / size
-        A = J.T @ J + jnp.diag(jnp.where(active, 1e-13, 1.0))
-        trial = u - jnp.clip(jnp.linalg.solve(A, J.T @ r) / size, -1.0, 1.0)
-        after = residual(trial)
-        return jnp.where(after @ after < r @ r, trial, u)
-
-    u = jax.lax.fori_loop(0, STEPS, step, jnp.log(jnp.where(active, start, 1.0)))
-    return jnp.where(active, jnp.exp(u), start)
-
-
 @Program
 def profile(problem: TauSearch, optimum: Optimum, level: Array, times: Array) -> Array:
     """Return profile-likelihood extents (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...) over RSS <= level, () or
@@ -463,22 +438,17 @@ def profile(problem: TauSearch, optimum: Optimum, level: Array, times: Array) ->
     one = lambda most, d: extents(problem, optimum.tau, optimum.cost, most, d)
     if jnp.ndim(level) == 0:
         ends, reach = one(level, rows)
-        return _opened(ends, reach, problem)
-    single = lambda i: one(level[i], lambda tau: jax.lax.dynamic_slice_in_dim(rows(tau), i, 1))
-    ends, reach = jax.lax.map(single, jnp.arange(level.size))
-    return _opened(ends[:, 0], reach.T, problem)
+    else:
+        single = lambda i: one(level[i], lambda tau: jax.lax.dynamic_slice_in_dim(rows(tau), i, 1))
+        ends, reach = jax.lax.map(single, jnp.arange(level.size))
+        ends, reach = ends[:, 0], reach.T
 
-
-def _opened(ends: Array, reach: Array, problem: TauSearch) -> Array:
-    """Return extents (m, 2) with an infinite end where they grow with tau without limit.
-
-    If every tau up to the upper end of the search fits, j2 has no upper limit; if every tau down to the lower end does,
-    neither 1/eta2 = j2/tau nor the initial slope has one.
-    """
+    # An end is infinite where it grows with tau without limit: if every tau up to the upper end of the search fits,
+    # j2 has no upper limit; if every tau down to the lower end does, neither 1/eta2 = j2/tau nor the initial slope
+    # has one.
     low, high = jnp.log(problem.tau)
     slow = (reach[1] >= high) & ~jnp.isfinite(problem.upper[1])
     fast = (reach[0] <= low) & ~jnp.isfinite(problem.ratio[1])
-    slow, fast = (jnp.broadcast_to(side, ends.shape[:1]) for side in (slow, fast))
     place = jnp.arange(ends.shape[0])
     open_end = jnp.where(place == 1, slow, ((place == 3) | (place == 4)) & fast)
     return ends.at[:, 1].set(jnp.where(open_end, jnp.inf, ends[:, 1]))

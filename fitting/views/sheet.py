@@ -1,7 +1,9 @@
 """Figure of a fit: data, model and residuals over time, the parameters, and the verdict."""
 
+import functools
 import math
 import textwrap
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -37,35 +39,60 @@ EVERY = 7  # of these points, those at which a band is computed; 400 = 57 x 7 + 
 LETTERS = 90  # characters of a line above the narrowest figure
 
 
-def draw(fit: Any, path: Any) -> Any:
-    """Return a figure of a ``Fit``, with J(t) and its band beside the data where these are not J."""
+def draw(
+    fit: Any, path: Any, panel: Callable[[Any, Any], None], beside: Sequence[Callable[[Any], None]] = (),
+    lines: Sequence[str] | None = None,
+) -> Any:  # fmt: skip
+    """Return a figure of a fit with its verdict above and its parameters below; save it where a path is given.
+
+    panel(top, bottom): plots data and model, and below them the residuals, over one abscissa; beside: each plots into one of
+    the axes at the right; lines: of text in place of the parameters.
+    """
     from matplotlib.figure import Figure
 
-    name, unit, t, measured = fit.curve
-    direct = name == "J"
-    figure = Figure(figsize=(7.5, 6.5) if direct else (10.0, 6.0), layout="constrained")
+    figure = Figure(figsize=(10.0, 4.0 + 2.0 * len(beside)) if beside else (7.5, 6.5), layout="constrained")
     title(figure, fit)
-    places = figure.add_gridspec(3, 1 if direct else 2, height_ratios=(3, 1, 0.5))
+    lines = [text.parameter(fit, name) for name in fit.values] if lines is None else lines
+    places = figure.add_gridspec(3, 2 if beside else 1, height_ratios=(3, 1, 0.5 if lines else 1e-3))
     top = figure.add_subplot(places[0, 0])
     bottom = figure.add_subplot(places[1, 0], sharex=top)
-    if direct:
-        line = _times(t, t[0], t[-1])
-        _band(top, fit, line)
-    else:
-        compliance(figure.add_subplot(places[:2, 1]), fit)
-    top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
-    label = fit.model.__name__ + ("" if math.isnan(fit.r2) else f", R² = {fit.r2:.5f}")
-    top.plot(*((line, fit.predict(line)) if direct else _broken(t, fit.fitted)), label=label)
-    axis_label(top.yaxis, name, unit, measured)
+    panel(top, bottom)
     top.tick_params(labelbottom=False)
-    top.legend()
-    bottom.plot(t, -fit.residuals, ".", markersize=3)
+    if top.get_legend() is None:
+        top.legend(fontsize="small")
     bottom.axhline(0.0, color="0.4", linewidth=0.8)
-    bottom.set(xlabel="{} [{}]".format(*fit.abscissa), ylabel=f"residual\n({fit.weights})", xscale=_scale(t))
-    parameters(figure.add_subplot(places[2, :]), fit)
+    if beside:
+        right = places[:2, 1].subgridspec(len(beside), 1)
+        for k, plot in enumerate(beside):
+            plot(figure.add_subplot(right[k]))
+    if lines:
+        below = figure.add_subplot(places[2, :])
+        below.axis("off")
+        below.text(0.0, 1.0, "\n".join(lines), va="top", family="monospace", fontsize="x-small")
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
+
+
+def draw_material(fit: Any, path: Any) -> Any:
+    """Return a figure of the ``Fit`` of a material, with J(t) and its band beside the data where these are not J."""
+    name, unit, t, measured = fit.curve
+    direct = name == "J"
+
+    def panel(top: Any, bottom: Any) -> None:
+        line = _times(t, t[0], t[-1])
+        if direct:
+            _band(top, fit, line)
+        top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
+        label = fit.model.__name__ + ("" if math.isnan(fit.r2) else f", R² = {fit.r2:.5f}")
+        top.plot(*((line, fit.predict(line)) if direct else _broken(t, fit.fitted)), label=label)
+        axis_label(top.yaxis, name, unit, measured)
+        bottom.plot(t, -fit.residuals, ".", markersize=3)
+        bottom.set(
+            xlabel="{} [{}]".format(*fit.abscissa), ylabel=f"residual\n({fit.weights})", xscale=_scale(t)
+        )
+
+    return draw(fit, path, panel, () if direct else (functools.partial(compliance, fit),))
 
 
 def draw_tests(fit: Any, path: Any) -> Any:
@@ -122,7 +149,7 @@ def _times(t: np.ndarray, begin: float, end: float) -> np.ndarray:
     return np.append(begin, np.geomspace(t[t > begin][0], end, FINE - 1))
 
 
-def compliance(axes: Any, fit: Any) -> None:
+def compliance(fit: Any, axes: Any) -> None:
     """Plot J(t) of the material and its band."""
     since = fit.since
     t = _times(since, 0.0, fit.duration)

@@ -21,7 +21,7 @@ import jaxcontact as jc
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit
 from fitting.inference.verdict import Sample
-from fitting.models.search_space import ParameterSpace
+from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search.nonlinear import Objective
 
@@ -54,7 +54,7 @@ def fit_growth(data, *, sigma=None, logarithmic=False, fixed=None, level=0.95):
     by_log = np.full(2, logarithmic)
     box = np.array(list(sought.table.values()))
     box = np.log(np.clip(box, 1e-6, 1e6)) if logarithmic else box
-    space = ParameterSpace.of(structure, box, by_log)
+    space = Parameters.of(structure, box, logarithmic=by_log)
     problem = FitProblem(data, sought, space, sample, float(data.t[-1]), level)
     columns = np.stack([np.ones(data.t.size), data.t], -1)
 
