@@ -1,5 +1,6 @@
 """The fit commands as a user meets them: results, and every malformed file refused in one line, status 2."""
 
+import functools
 import json
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 from test_progress import Terminal
 from test_readers import MALFORMED, write
 
-from fitting.cli import command, kinds
+from fitting.cli.kinds import KINDS
 from fitting.views.text import HEADS
 from jaxcontact.__main__ import main
 
@@ -163,11 +164,13 @@ class Taken(Exception):
 def taken(monkeypatch):
     """The data and options that a command line brings to the fit."""
 
-    def stop(data, model, **options):
-        raise Taken(data, options)
+    for name in ("creep", "indentation"):
 
-    monkeypatch.setattr(command, "fit_creep", stop)
-    monkeypatch.setattr(kinds, "fit_indentation", stop)
+        @functools.wraps(KINDS[name].fit)
+        def stop(data, model, **options):
+            raise Taken(data, options)
+
+        monkeypatch.setitem(KINDS, name, KINDS[name]._replace(fit=stop))
 
     def run(*arguments):
         with pytest.raises(Taken) as caught:
