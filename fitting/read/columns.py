@@ -102,33 +102,34 @@ def fail(path: str, line: int, column: str, what: str) -> NoReturn:
     raise ValueError(f"{path}: line {line}, column {column!r}: {what}")
 
 
-def has(block: Block, wanted: Wanted, columns: dict) -> bool:
-    """Return whether the block has a column for the wanted quantity."""
-    choice = columns.get(wanted.key)
-    if isinstance(choice, int):
-        return choice < block.width
-    cells = block.header.cells if block.header else []
-    if choice is not None:
-        return choice in cells
-    return any(read_heading(cell).kind in wanted.names for cell in cells)
+def having(table: Table, *wanted: Wanted) -> list[Block]:
+    """Return the blocks that have a column for each wanted quantity."""
+
+    def has(block: Block, one: Wanted) -> bool:
+        choice, cells = table.columns.get(one.key), block.header.cells if block.header else []
+        if choice is None:
+            return any(read_heading(cell).kind in one.names for cell in cells)
+        return choice < block.width if isinstance(choice, int) else choice in cells
+
+    return [block for block in table.blocks if all(has(block, one) for one in wanted)]
 
 
-def locate(table: Table, block: Block, wanted: Wanted, columns: dict, units: dict) -> Column:
+def locate(table: Table, block: Block, wanted: Wanted) -> Column:
     """Return the column of the wanted quantity, with the factor of its unit.
 
     Raises:
         ValueError: no column, several equally suitable ones, or an unknown unit.
     """
-    place, kind, notes = _place(table, block, wanted, columns)
+    place, kind, notes = _place(table, block, wanted)
     label, heading, line = f"column {place + 1}", Heading("", None, None), block.rows[0][0]
     if block.header and place < len(block.header.cells):
         label, line = block.header.cells[place], block.header.line
         heading = read_heading(label)
         under = block.header.units[place]
         heading = heading._replace(unit=heading.unit if heading.unit is not None else under or None)
-        _check_plain(table.path, line, label, wanted.key, units)
+        _check_plain(table.path, line, label, wanted.key, table.units)
         _check_kind(table.path, line, wanted, label, heading)
-    text = units.get(wanted.key, heading.unit)
+    text = table.units.get(wanted.key, heading.unit)
     quantity = KINDS[wanted.names[0]]
     if text is None:
         notes = (*notes, f"{label}: no unit, taken as {SI[quantity]}")
@@ -166,17 +167,15 @@ def _check_plain(path: str, line: int, label: str, key: str, units: dict) -> Non
         fail(path, line, label, f"{what}, units={{{key!r}: ...}}")
 
 
-def _place(
-    table: Table, block: Block, wanted: Wanted, columns: dict
-) -> tuple[int, str | None, tuple[str, ...]]:
+def _place(table: Table, block: Block, wanted: Wanted) -> tuple[int, str | None, tuple[str, ...]]:
     """Return (position, kind of its name, notes) of the wanted column."""
-    key, choice = wanted.key, columns.get(wanted.key)
+    key, choice = wanted.key, table.columns.get(wanted.key)
     if isinstance(choice, int):
         if not 0 <= choice < block.width:
             raise ValueError(f"{table.path}: columns[{key!r}]: expected 0 to {block.width - 1}, got {choice}")
         kind = read_heading(block.header.cells[choice]).kind if block.header else None
         return choice, kind, ()
-    assert block.header is not None  # ensured by ``has``
+    assert block.header is not None  # ensured by ``having``
     cells = block.header.cells
     if choice is not None:
         hits, name = [i for i, cell in enumerate(cells) if cell == choice], None
