@@ -145,10 +145,10 @@ class Form(NamedTuple):
     value: Callable[[argparse.Namespace], Any] | None = None
 
 
-_modulus = lambda metavar, text: {"type": float, "metavar": metavar, "help": text}
+_float = lambda metavar, text: {"type": float, "metavar": metavar, "help": text}
 _several = lambda metavar, text: {"action": "append", "default": [], "metavar": metavar, "help": text}
 TIP = {
-    "radius": _modulus("R", "radius of the ball or of the --punch [m]"),
+    "radius": _float("R", "radius of the ball or of the --punch [m]"),
     "punch": {"action": "store_true", "help": "a flat punch of that radius in place of a ball"},
     "cone": {"metavar": "A", "help": "a cone in place of a ball: half-angle [degrees], or berkovich"},
 }
@@ -183,8 +183,8 @@ FORMS = {
     "indenter": Form(TIP, indenter_of),
     "substrate": Form(
         {
-            "substrate_modulus": _modulus("E", "Young's modulus of the substrate [Pa]"),
-            "substrate_nu": _modulus("NU", "Poisson's ratio of the substrate") | {"default": 0.3},
+            "substrate_modulus": _float("E", "Young's modulus of the substrate [Pa]"),
+            "substrate_nu": _float("NU", "Poisson's ratio of the substrate") | {"default": 0.3},
         },
         lambda o: elastic(o, "substrate"),
     ),
@@ -194,7 +194,7 @@ FORMS = {
     ),
     "errors": Form(
         {
-            f"{name}_error": _modulus("E", f"relative standard deviation of the {name.replace('_', ' ')}, which enters the"
+            f"{name}_error": _float("E", f"relative standard deviation of the {name.replace('_', ' ')}, which enters the"
                                       " interval of the modulus") | {"default": 0.0}
             for name in ("spring_constant", "sensitivity")
         },
@@ -216,22 +216,22 @@ FORMS = {
         lambda o: None if o.tau is None or o.tau.lower() == "auto" else numbers("--tau", o.tau),
     ),
     "ball": Form({
-        "ball_modulus": _modulus("E", "Young's modulus of the indenter [Pa]; rigid by default"),
-        "ball_nu": _modulus("NU", "Poisson's ratio of the indenter") | {"default": 0.3},
+        "ball_modulus": _float("E", "Young's modulus of the indenter [Pa]; rigid by default"),
+        "ball_nu": _float("NU", "Poisson's ratio of the indenter") | {"default": 0.3},
     }),
     "tip": Form({
-        "tip_modulus": _modulus("E", "Young's modulus of the tip [Pa], such as 1141e9 of diamond; rigid by default"),
-        "tip_nu": _modulus("NU", "Poisson's ratio of the tip") | {"default": 0.07},
+        "tip_modulus": _float("E", "Young's modulus of the tip [Pa], such as 1141e9 of diamond; rigid by default"),
+        "tip_nu": _float("NU", "Poisson's ratio of the tip") | {"default": 0.07},
     }),
-    "pyramid": Form({"pyramid": _modulus(
+    "pyramid": Form({"pyramid": _float(
         "A", f"a four-sided pyramid of this half-angle between axis and face [degrees] (the default, {FACE:g})"
     )}),
     "spectrum": Form({"spectrum": {"action": "store_true", "help": "a continuous relaxation spectrum with what the data"
                                    " resolve of it, in place of --model"}}),
     "exclude": Form({"exclude": {"metavar": "X,X,...", "help": "leave out single points, by their times [s] or angular"
                                  " frequencies [rad/s], before --resample"}}),
-    "resample": Form({"resample": _modulus("N", "average the samples to N points per decade of time")}),
-    "tension": Form({"tension": _modulus("NU", "the test is in tension, with this Poisson's ratio")}),
+    "resample": Form({"resample": _float("N", "average the samples to N points per decade of time")}),
+    "tension": Form({"tension": _float("NU", "the test is in tension, with this Poisson's ratio")}),
     "in_contact": Form({"in_contact": {"nargs": "?", "const": "seen", "metavar": "DEPTH", "help": "leave out the points"
                                        " before contact, found from the load or given as a depth [m]"}}),
 }  # fmt: skip
@@ -263,7 +263,7 @@ def options_of(kind: Kind) -> dict[str, dict[str, Any]]:
                 continue
             found |= {one: given for one, given in own.items() if one not in found}
     for name in kind.more:
-        found |= FORMS[name].flags
+        found |= {one: dict(given) for one, given in FORMS[name].flags.items()}
     if "nu" in found and kind.nu is not None:
         found["nu"] |= {"default": None, "help": f"Poisson's ratio of the sample ({kind.nu:g}, with a note)"}
     if "weights" in found:
