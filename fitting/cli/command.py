@@ -2,35 +2,26 @@
 growth, compare, batch, together, posterior, propagate and design.
 
 Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
-which the command line prints; options in the message are replaced by the corresponding flags.
+which the command line prints; options in the message are replaced by the corresponding flags. A kind of fit is an entry of
+``kinds.KINDS``, from which ``flags`` makes its command; those that read several files, or do more than fit, follow here.
 """
 
 import argparse
-from collections.abc import Callable
+import dataclasses
+from pathlib import Path
 from typing import Any
 
-from fitting.cli import (
-    design_command,
-    flags,
-    force_command,
-    growth_command,
-    kinds,
-    maps,
-    master_command,
-    posterior_command,
-    propagate_command,
-    stiffness_command,
-    together_command,
-)
-from fitting.fits.creep import compare, fit_creep
-from fitting.fits.modulus import fit_oscillation, fit_relaxation
-from fitting.fits.prony import fit_maxwell, fit_prony
-from fitting.fits.spectrum import fit_spectrum
-from fitting.read.modulus import read_oscillation, read_relaxation
+from fitting.cli import after, flags, kinds, maps
+from fitting.cli.kinds import KINDS
+from fitting.fits.creep import compare
+from fitting.fits.master import LAWS
+from fitting.fits.together import fit_together
 from fitting.views import output
+from fitting.views.text import in_flags
 from jaxcontact._support.usage import Parser
 
 MODELS = "Maxwell,StandardLinearSolid,Burgers"
+TOGETHER = ("creep", "relaxation", "oscillation")  # kinds that one material is fitted to
 
 EXAMPLES = {
     "creep": ("film.csv -o film --model StandardLinearSolid", "film.csv -o film --stress 1e3 --start 20"),
@@ -73,171 +64,184 @@ def main(arguments: list[str]) -> int:
 
 def add_parser(commands: Any) -> None:
     """Add the commands to subparsers."""
-    for name, command, what in (
-        ("creep", _creep, "a creep curve: time and compliance, or strain and stress"),
-        ("prony", _prony, "a creep curve: series of retardation times"),
-    ):
-        parser = _add(commands, name, what)
-        flags.add_file(parser)
-        if command is _prony:
-            times = "retardation times [s]; by default chosen by BIC"
-            parser.add_argument("--tau", metavar="T,T,...", help=times)
-        else:
-            flags.add_model(parser, laws=True)
-        flags.add_creep(parser)
-        parser.set_defaults(command=command)
-    pressed = "indentation by a ball, cone or punch: time, load and depth"
-    kinds.add_indentation(_add(commands, "indentation", pressed))
-    force_command.add_force(_add(commands, "force", "Young's modulus from a force curve of a microscope"))
-    several = "Young's modulus from the force curves of a map or a folder: one table and one figure"
-    maps.add_map(_add(commands, "map", several))
-    over_depth = "modulus over depth from a continuous stiffness measurement: depth, stiffness and load"
-    stiffness_command.add_stiffness(_add(commands, "stiffness", over_depth))
-    _add_moduli(commands)
-    growth_command.add_growth(_add(commands, "growth", "growth kinetics of a film: time and thickness"))
-    _add_further(commands)
-
-
-def _add_further(commands: Any) -> None:
-    """Add the commands for several curves, and for what follows from a fit."""
-    for name, command, what in (
-        ("compare", _compare, "a creep curve, a modulus or an indentation: comparison of several models"),
-        ("batch", maps.run_batch, "many curves: a folder of results for each, a table and a report of all"),
-        ("together", together_command.run, "one material from several tests of it: creep, relaxation and oscillation"),
-        ("posterior", posterior_command.run, "draws from the posterior of the parameters of a fit"),
-        (
-            "propagate",
-            propagate_command.run,
-            "prediction from a fit, at other times or of another contact, with a confidence band",
-        ),
+    for name, what, command in (
+        ("creep", "a creep curve: time and compliance, or strain and stress", _fit),
+        ("prony", "a creep curve: series of retardation times", _fit),
+        ("indentation", "indentation by a ball, cone or punch: time, load and depth", _fit),
+        ("force", "Young's modulus from a force curve of a microscope", _fit),
+        ("map", "Young's modulus from the force curves of a map or a folder: one table and one figure", maps.run_map),
+        ("stiffness", "modulus over depth from a continuous stiffness measurement: depth, stiffness and load", _fit),
+        ("relaxation", "a relaxation modulus over time", _fit),
+        ("oscillation", "storage and loss modulus over frequency", _fit),
+        ("master", "time-temperature superposition: curves at several temperatures", _master),
+        ("growth", "growth kinetics of a film: time and thickness", _growth),
+        ("compare", "a creep curve, a modulus or an indentation: comparison of several models", _compare),
+        ("batch", "many curves: a folder of results for each, a table and a report of all", maps.run_batch),
+        ("together", "one material from several tests of it: creep, relaxation and oscillation", _together),
+        ("posterior", "draws from the posterior of the parameters of a fit", after.run_posterior),
+        ("propagate", "prediction from a fit, at other times or of another contact, with a confidence band",
+         after.run_propagate),
+        ("design", "planning: the shortest creep tests for a material", after.run_design),
     ):  # fmt: skip
-        parser = _add(commands, name, what)
-        flags.add_file(parser, several=name in ("batch", "together"))
-        if name == "compare":
-            models = f"models to compare ({MODELS})"
-            parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=models)
-            flags.add_known(parser)
+        parser = commands.add_parser(
+            name,
+            help=what,
+            description=f"{what[0].upper()}{what[1:]}.",
+            epilog="\n  ".join(
+                ["examples:", *(f"jaxcontact fit {name} {words}" for words in EXAMPLES[name])]
+            ),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        parser.set_defaults(command=command, kind=name)
+        if name == "map":
+            maps.add_map(parser)
+        elif name == "design":
+            after.add_design(parser)
         else:
-            flags.add_model(parser, laws=name != "together")
-        if name == "together":
-            together_command.add_together(parser)
-        else:
-            kinds.add_kind(parser, "--data" if name == "propagate" else "--of")
-        if name == "posterior":
-            posterior_command.add_posterior(parser)
-        if name == "propagate":
-            propagate_command.add_propagate(parser)
-            kinds.add_curves(parser, "of an indentation, or of the contact that is predicted")
-        elif name != "together":
-            kinds.add_curves(parser)
-        parser.set_defaults(command=command)
-    design_command.add_design(_add(commands, "design", "planning: the shortest creep tests for a material"))
+            what = "CSV, TSV or an export with columns that name their units"
+            if name == "force":
+                what = "a file of JPK, Asylum, Bruker or AFM Workshop, or text"
+            flags.add_file(parser, name in ("batch", "together", "master", "growth"), name != "force", what)
+            if name in KINDS:
+                flags.add(parser, KINDS[name], flags.options_of(KINDS[name]))
+            else:
+                _add_several(parser, name)
 
 
-def _add(commands: Any, name: str, what: str) -> Any:
-    """Add a command with its description and its examples."""
-    lines = [f"jaxcontact fit {name} {words}" for words in EXAMPLES[name]]
-    return commands.add_parser(
-        name,
-        help=what,
-        description=f"{what[0].upper()}{what[1:]}.",
-        epilog="\n  ".join(["examples:", *lines]),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def _add_several(parser: Any, name: str) -> None:
+    """Add the flags of a command for several kinds of curves."""
+    without: tuple[str, ...] = ("model",) if name == "compare" else ()
+    if name == "compare":
+        models = f"models to compare ({MODELS})"
+        parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=models)
+    if name == "together":
+        what = f"kind of each file, in their order ({', '.join(TOGETHER)})"
+        parser.add_argument("--of", required=True, metavar="KIND,KIND,...", help=what)
+        without = ("weights",)
+    if name == "posterior":
+        after.add_posterior(parser)
+    if name == "propagate":
+        after.add_propagate(parser)
+    flag = {"propagate": "--data", "together": None}.get(name, "--of")
+    kinds.add_kinds(parser, flag, TOGETHER if name == "together" else kinds.SEVERAL, without)
 
 
-def _add_moduli(commands: Any) -> None:
-    relaxation = _add(commands, "relaxation", "a relaxation modulus over time")
-    flags.add_file(relaxation)
-    flags.add_model(relaxation, laws=True)
-    flags.add_test(relaxation, "t, modulus")
-    flags.add_resample(relaxation)
-    relaxation.set_defaults(command=_relaxation)
-    oscillation = _add(commands, "oscillation", "storage and loss modulus over frequency")
-    flags.add_file(oscillation)
-    flags.add_model(oscillation, laws=True)
-    errors = "proportional, relative, absolute, or a standard deviation of the moduli [Pa]"
-    columns = "omega, storage, loss, complex, delta, tan_delta"
-    flags.add_common(oscillation, "proportional", errors, columns, window="angular frequencies [rad/s]")
-    flags.add_exclude(oscillation)
-    flags.add_volume(oscillation)
-    flags.add_segment(
-        oscillation, "one of several sweeps, by name or position from 0; repeat to join several"
-    )
-    oscillation.set_defaults(command=_oscillation)
-    series = "a generalised Maxwell model with these relaxation times [s], or auto, in place of --model"
-    for parser in (relaxation, oscillation):
-        parser.add_argument("--tau", metavar="T,T,...", help=series)
-        smooth = "a continuous relaxation spectrum with what the data resolve of it, in place of --model"
-        parser.add_argument("--spectrum", action="store_true", help=smooth)
-    several = "time-temperature superposition: curves at several temperatures"
-    master_command.add_master(_add(commands, "master", several))
-
-
-def _creep(options: argparse.Namespace) -> int:
-    """Fit a creep curve and write the results."""
+def _fit(options: argparse.Namespace) -> int:
+    """Fit a file and write the results."""
+    kind, more = KINDS[options.kind], {}
+    if options.directory is None:
+        options.directory = Path(f"{Path(options.file).name.split('.')[0]}-fit")
+    assumed = kinds.check_contact(options)
     output.check_directory(options)
-    data, given = flags.crept(options, options.file)
-    with flags.about(options.file):
-        found = fit_creep(data, options.model, **given, **flags.known(options))
-    return output.finish(options, found)
-
-
-def _prony(options: argparse.Namespace) -> int:
-    """Fit a series of retardation times and write the results."""
-    output.check_directory(options)
-    data, given = flags.crept(options, options.file)
-    with flags.about(options.file):
-        found = fit_prony(data, _times(options.tau), **given)
-    return output.finish(options, found)
-
-
-def _relaxation(options: argparse.Namespace) -> int:
-    """Fit a relaxation modulus and write the results."""
-    output.check_directory(options)
-    data, nu = flags.moduli(options, options.file, read_relaxation, start=options.start)
-    return _fit_modulus(options, fit_relaxation, data, nu)
-
-
-def _oscillation(options: argparse.Namespace) -> int:
-    """Fit storage and loss moduli and write the results."""
-    output.check_directory(options)
-    data, nu = flags.moduli(options, options.file, read_oscillation)
-    return _fit_modulus(options, fit_oscillation, data, nu)
-
-
-def _fit_modulus(options: argparse.Namespace, fit: Callable[..., Any], data: Any, nu: float) -> int:
-    """Fit a model, or a series of relaxation times, and write the results."""
-    given, held = flags.weighting(options, flags.averaged(data)), flags.known(options)
-    if options.spectrum and (options.tau is not None or any(held.values())):
-        raise ValueError("--spectrum: expected no --tau, no --fix and no --bound beside it, got some")
-    if options.tau is not None and any(held.values()):
-        raise ValueError("--tau: expected no --fix and no --bound beside it, got some")
-    with flags.about(options.file):
-        if options.spectrum:
-            found: Any = fit_spectrum(data, nu=nu, **given)
-        elif options.tau is None:
-            found = fit(data, options.model, nu=nu, **given, **held)
-        else:
-            found = fit_maxwell(data, _times(options.tau), nu=nu, **given)
-    return output.finish(options, found)
-
-
-def _times(text: str | None) -> list[float] | None:
-    """Return the times of a series, None for those chosen automatically."""
-    if text is None or text.lower() == "auto":
-        return None
-    return [flags.number("--tau", one) for one in text.split(",")]
+    found = kinds.fitted(kind, options, options.file)
+    if assumed:
+        print(assumed)
+        more = {"assumed": assumed}
+    return output.finish(options, found, more)
 
 
 def _compare(options: argparse.Namespace) -> int:
     """Fit each model, print the table, and write the fit of lowest BIC with the summaries of all models."""
     if options.kind == "relaxation":  # estimated weights differ between the models
         options.weights = options.weights or "proportional"
-    options = kinds.checked(options)
+    kind, options = kinds.checked(options)
     output.check_directory(options)
-    data, given = kinds.read(options, options.file)
+    data, given = kinds.read(kind, options, options.file)
     with flags.about(options.file):
-        table = compare(data, options.models.split(","), **flags.known(options), **given)
+        table = compare(data, options.models.split(","), **given)
     print(table)
     return output.finish(options, table.fits[0], {"models": [fit.to_dict() for fit in table.fits]})
+
+
+def _together(options: argparse.Namespace) -> int:
+    """Fit one material to all files and write the results."""
+    names = options.of.split(",")
+    if len(options.file) < 2:
+        raise ValueError(
+            f"{options.file[0]}: expected several files, got one: jaxcontact fit {names[0]} fits it"
+        )
+    if len(names) != len(options.file) or not set(names) <= set(TOGETHER):
+        raise ValueError(
+            f"--of: expected a kind for each of {len(options.file)} files, of {', '.join(TOGETHER)}, got {options.of}"
+        )
+    if options.window is not None and len({name == "oscillation" for name in names}) > 1:
+        raise ValueError(
+            f"--window: expected none for a sweep over frequency beside a test over time, got {options.window}"
+        )
+    output.check_directory(options)
+    # the fit weighs each test by itself
+    options.weights = "estimated"
+    data, given = zip(
+        *(kinds.read(KINDS[name], options, file) for name, file in zip(names, options.file, strict=True)), strict=True
+    )  # fmt: skip
+    files = ", ".join(options.file)
+    with flags.about(files):
+        wanted = ("model", "fixed", "bounds", "nu", "level")
+        found = fit_together(data, **{name: given[0][name] for name in wanted})
+    more = {"files": [Path(file).name for file in options.file], "kinds": names}
+    return output.finish(argparse.Namespace(**vars(options) | {"file": files}), found, more)
+
+
+def _growth(options: argparse.Namespace) -> int:
+    """Read one curve of each file at its stress and temperature, fit, write."""
+    output.check_directory(options)
+    count, held = len(options.file), {}
+    for name in ("stress", "temperature"):
+        values = flags.numbers(f"--{name}", getattr(options, name))
+        if len(values) not in (1, count):
+            raise ValueError(
+                f"--{name}: expected one number, or {count} for as many files, got {len(values)}"
+            )
+        held[name] = values * (count if len(values) == 1 else 1)
+    kind = KINDS["growth"]
+    data = [
+        flags.read(kind, file, options, stress=stress, temperature=T)
+        for file, stress, T in zip(options.file, held["stress"], held["temperature"], strict=True)
+    ]
+    given = flags.arguments(kind.fit, kind, options) | flags.weighting(kind, options, data[0])
+    if "sigma" in given:
+        data = [dataclasses.replace(one, sigma=given["sigma"]) for one in data]
+        del given["sigma"]
+    with flags.about(", ".join(options.file)):
+        found = kind.fit(data, **given)
+    print(in_flags(found.summary()))
+    return _leave(options, found)
+
+
+def _master(options: argparse.Namespace) -> int:
+    """Read the curves, superpose them by each law, and write the one of lower BIC."""
+    output.check_directory(options)
+    count = len(options.file)
+    held: list[float | None] = [None] * count
+    if options.temperature is not None:
+        held = [*flags.numbers("--temperature", options.temperature)]
+        if len(held) != count:
+            raise ValueError(f"--temperature: expected {count}, one for each file, got {len(held)}")
+    kind = KINDS["master"]
+    data = [
+        curve
+        for file, T in zip(options.file, held, strict=True)
+        for curve in flags.read(kind, file, options, temperature=T)
+    ]
+    laws = list(LAWS) if options.law is None else [options.law]
+    if options.law is None and (options.fix or options.bound):
+        raise ValueError("--fix, --bound: expected a --law whose parameters they name, got none")
+    given = flags.arguments(kind.fit, kind, options)
+    with flags.about(", ".join(options.file)):
+        fits = [kind.fit(data, **(given | {"law": law})) for law in laws]
+    found = min(fits, key=lambda fit: fit.bic)
+    print(in_flags(found.summary()))
+    for other in (fit for fit in fits if fit is not found):
+        values = ", ".join(f"{name} = {value:.4g}" for name, value in other.values.items())
+        print(
+            f"{other.model.__name__}, {other.verdict}: {values}, rms deviation {other.deviation:.2g} K,"
+            f" BIC higher by {other.bic - found.bic:.1f}"
+        )
+    return _leave(options, found)
+
+
+def _leave(options: argparse.Namespace, found: Any) -> int:
+    """Write the results of several files."""
+    output.leave(found, options.directory, {"files": [Path(file).name for file in options.file]})
+    print(f"in {options.directory}: summary.json, curve.csv, fit.png")
+    return 0

@@ -19,7 +19,7 @@ import numpy as np
 from tqdm import tqdm
 
 import jaxcontact as jc
-from fitting.cli import force_command, kinds
+from fitting.cli import flags, kinds
 from fitting.inference.result import Fit
 from fitting.read import force_curves
 from fitting.read.force_curves import Place, curves_in
@@ -51,58 +51,46 @@ MOST = 150  # largest number of plotted points of a curve
 
 
 def page(model: str, outcomes: Sequence[Any], kind: str = "creep") -> str:
-    """Return the HTML page of the outcomes, a sequence of ``batch_command.FileFit``, for curves of a kind."""
+    """Return the HTML page of the outcomes, a sequence of ``FileFit``, for curves of a kind."""
     fits = [one for one in outcomes if one.fit is not None]
     failed = [one for one in outcomes if one.fit is None]
     accepted = sum(not one.fit.refused for one in fits)
     over = "over time" if kind != "oscillation" else "over the logarithm of the angular frequency"
+    title = f"{escape(model)} fits of {len(outcomes)} {kind} curves"
+    # a row for each fit; on a narrow screen each cell stands under the name of its column
+    structure, names = fits[0].fit.structure, list(fits[0].fit.values)
+    heads = ["file", *(f"{name} [{structure.unit(name)}]" for name in names), "verdict"]
+    rows = []
+    for one in fits:
+        why = "".join(f"<small>{escape(reason)}</small>" for reason in one.fit.refused)
+        verdict = f'<span class="{one.fit.verdict}">{one.fit.verdict}</span>, {text.in_words(one.fit)}{why}'
+        cells = [
+            f'<a href="{quote(one.folder)}/fit.png">{escape(one.file)}</a>',
+            *(_parameter(one.fit, name) for name in names),
+            f"<span>{verdict}</span>",
+        ]
+        marked = zip(heads, cells, strict=True)
+        row = "".join(f'<td data-of="{escape(head, quote=True)}">{cell}</td>' for head, cell in marked)
+        rows.append(f"<tr>{row}</tr>")
+    head, lines = "".join(f"<th>{escape(one)}</th>" for one in heads), "\n".join(rows)
+    reasons = "".join(f"<li>{escape(one.error)}</li>" for one in failed)
     body = [
-        f"<h1>{escape(model)} fits of {len(outcomes)} {kind} curves</h1>",
+        f"<h1>{title}</h1>",
         f"<p>Fits accepted: {accepted}; fits rejected: {len(fits) - accepted}; files that could not be read or fitted:"
         f" {len(failed)}. Intervals are those of the profile likelihood at {100 * fits[0].fit.level:g} %. No parameter is"
         " determined by a rejected fit.</p>",
-        *_failures(failed),
+        *([f'<h2 class="failed">Not fitted</h2>\n<ul>{reasons}</ul>'] if failed else []),
         "<h2>Parameters</h2>",
-        _page_table(fits),
+        f"<table><thead><tr>{head}</tr></thead>\n<tbody>\n{lines}\n</tbody></table>",
         "<h2>Curves</h2>",
         f"<p>Data (dots) and fit (line) {over}; the numbers in the corners are the limits of the axes.</p>",
         f'<div class="many">{"".join(map(_figure, fits))}</div>',
     ]
-    head = f"<title>{escape(model)} fits of {len(outcomes)} {kind} curves</title>\n<style>{STYLE}</style>"
     view = '<meta name="viewport" content="width=device-width, initial-scale=1">'
-    start = f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n{view}\n{head}\n</head>'
-    return f"{start}\n<body>\n" + "\n".join(body) + "\n</body>\n</html>\n"
-
-
-def _failures(failed: Sequence[Any]) -> list[str]:
-    """Return the list of the files without a fit, with the reasons."""
-    if not failed:
-        return []
-    rows = "".join(f"<li>{escape(one.error)}</li>" for one in failed)
-    return [f'<h2 class="failed">Not fitted</h2>\n<ul>{rows}</ul>']
-
-
-def _page_table(fits: Sequence[Any]) -> str:
-    """Return the table of the fits: parameters and verdict of each."""
-    structure = fits[0].fit.structure
-    names = list(fits[0].fit.values)
-    heads = ["file", *(f"{name} [{structure.unit(name)}]" for name in names), "verdict"]
-    head = "".join(f"<th>{escape(one)}</th>" for one in heads)
-    rows = "\n".join(_row(one, names, heads) for one in fits)
-    return f"<table><thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody></table>"
-
-
-def _row(one: Any, names: list[str], heads: list[str]) -> str:
-    fit = one.fit
-    why = "".join(f"<small>{escape(reason)}</small>" for reason in fit.refused)
-    cells = [
-        f'<a href="{quote(one.folder)}/fit.png">{escape(one.file)}</a>',
-        *(_parameter(fit, name) for name in names),
-        f'<span><span class="{fit.verdict}">{fit.verdict}</span>, {text.in_words(fit)}{why}</span>',
-    ]
-    return "<tr>" + "".join(
-        f'<td data-of="{escape(head, quote=True)}">{cell}</td>' for head, cell in zip(heads, cells, strict=True)
-    ) + "</tr>"  # fmt: skip
+    return (
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n{view}\n<title>{title}</title>\n'
+        f"<style>{STYLE}</style>\n</head>\n<body>\n" + "\n".join(body) + "\n</body>\n</html>\n"
+    )
 
 
 def _parameter(fit: Any, name: str) -> str:
@@ -164,14 +152,23 @@ def run_batch(options: argparse.Namespace) -> int:
 
     The exit status is 3 where a file could not be fitted, as that of ``jaxcontact sweep``.
     """
-    options = kinds.checked(options)
+    kind, options = kinds.checked(options)
     options.file, notes = files_of(options.file)
     folders = folders_of(options.file)
     written = [f"{folder}/{name}" for folder in folders for name in output.RESULTS]
     output.check_directory(options, (*BATCH_RESULTS, *written))
+    found: list[FileFit] = []
     files = tqdm(options.file, "fitting", unit="file", disable=None, leave=False)
-    found = [_outcome(options, path, folder) for path, folder in zip(files, folders, strict=True)]
-    if all(one.error for one in found):
+    for file, folder in zip(files, folders, strict=True):
+        try:
+            fit = kinds.fitted(kind, options, file)
+        except ValueError as error:
+            found.append(FileFit(file, folder, None, in_flags(str(error))))
+            continue
+        output.leave(fit, options.directory / folder, {"file": file})
+        found.append(FileFit(file, folder, fit, None))
+    fits = [one.fit for one in found if one.fit]
+    if not fits:
         raise ValueError(
             f"{found[0].error} (and no other file could be fitted)" if found[1:] else str(found[0].error)
         )
@@ -186,10 +183,24 @@ def run_batch(options: argparse.Namespace) -> int:
     output.write_json(
         options.directory / "summary.json", {"model": options.model, "fits": rows, "notes": notes}
     )
-    output.write_table(options.directory / "table.csv", *_batch_table(rows, [one.fit for one in found]))
+    # a row for each file: parameters with their intervals, and the verdict, or the error
+    structure = fits[0].structure
+    keys = list(next(row["parameters"] for row in rows if not row["error"]))
+    named = {structure.key(name): (name, structure.unit(name) or "-") for name in fits[0].values}
+    heads = [f"{named[key][0]}{end} [{named[key][1]}]" for key in keys for end in ("", " low", " high")]
+    table = []
+    for row in rows:
+        if row["error"]:
+            table.append([row["file"], *[None] * len(heads), "failed", row["error"]])
+            continue
+        spans = [(row["parameters"].get(key), *row["intervals"].get(key, (None, None))) for key in keys]
+        table.append(
+            [row["file"], *(x for span in spans for x in span), row["verdict"], "; ".join(row["reasons"])]
+        )
+    output.write_table(options.directory / "table.csv", ["file", *heads, "verdict", "reason"], table)
     output.write_text(options.directory / "report.html", page(options.model, found, options.kind))
     print(f"in {options.directory}: report.html, summary.json, table.csv, and a folder for each fit")
-    failed = sum(one.fit is None for one in found)
+    failed = len(found) - len(fits)
     if failed:
         print(f"{failed} of {len(found)} files could not be fitted")
     return FAILED if failed else 0
@@ -199,16 +210,6 @@ def files_of(paths: Sequence[str]) -> tuple[list[str], list[str]]:
     """Return the files, with those of each folder that may hold curves in place of it, and notes on the others."""
     found = [curves_in(path) if Path(path).is_dir() else ([path], "") for path in paths]
     return [file for files, _ in found for file in files], [note for _, note in found if note]
-
-
-def _outcome(options: argparse.Namespace, file: str, folder: str) -> FileFit:
-    """Return the fit of a file, after writing its results, or the error."""
-    try:
-        found = kinds.fitted(options, file)
-    except ValueError as error:
-        return FileFit(file, folder, None, in_flags(str(error)))
-    output.leave(found, options.directory / folder, {"file": file})
-    return FileFit(file, folder, found, None)
 
 
 def folders_of(files: Sequence[str]) -> list[str]:
@@ -221,7 +222,8 @@ def folders_of(files: Sequence[str]) -> list[str]:
         >>> folders_of(["x/a.csv", "y/a.csv", "1_a.csv", "...csv", "report.html.csv"])
         ['0_a', '1_a_', '1_a', '3_', '4_report.html']
     """
-    names = [_plain(Path(file).stem) for file in files]
+    # without characters that some system does not allow, and without dots and blanks at the ends
+    names = [re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", Path(file).stem).strip(". ") for file in files]
     plain = [name.casefold() for name in names]
     alone = [bool(name) and plain.count(name) == 1 and name not in BATCH_RESULTS for name in plain]
     taken = {name for name, single in zip(plain, alone, strict=True) if single}
@@ -235,31 +237,6 @@ def folders_of(files: Sequence[str]) -> list[str]:
     return found
 
 
-def _plain(name: str) -> str:
-    """Return a name without characters that some system does not allow, and without dots and blanks at its ends."""
-    return re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", name).strip(". ")
-
-
-def _batch_table(rows: list[dict[str, Any]], fits: list[Fit | None]) -> tuple[list[str], list[list[Any]]]:
-    """Return the names and one row for each file: parameters with their intervals, and the verdict or the error."""
-    keys = list(next(row["parameters"] for row in rows if not row["error"]))
-    first = next(fit for fit in fits if fit)
-    units = {first.structure.key(name): (name, first.structure.unit(name)) for name in first.values}
-    heads = [
-        f"{units[key][0]}{end} [{units[key][1] or '-'}]" for key in keys for end in ("", " low", " high")
-    ]
-    table = []
-    for row in rows:
-        if row["error"]:
-            table.append([row["file"], *[None] * len(heads), "failed", row["error"]])
-            continue
-        spans = [(row["parameters"].get(key), *row["intervals"].get(key, (None, None))) for key in keys]
-        table.append(
-            [row["file"], *(x for span in spans for x in span), row["verdict"], "; ".join(row["reasons"])]
-        )
-    return ["file", *heads, "verdict", "reason"], table
-
-
 # Figure of a map of force curves: modulus, contact point and verdict, over the place or the number of the curve.
 
 
@@ -268,7 +245,7 @@ SIZE = 5.0  # width of a map [inches]
 
 
 def draw(points: Sequence[Any]) -> Any:
-    """Return a Figure of a list of ``map_command.MapPoint``."""
+    """Return a Figure of a list of ``MapPoint``."""
     from matplotlib.figure import Figure
 
     x, y = (np.array([getattr(one, name) for one in points]) for name in ("x", "y"))
@@ -286,7 +263,10 @@ def _maps(figure: Any, axes: list[Any], points: Sequence[Any], x: np.ndarray, y:
     from matplotlib.colors import LogNorm
 
     good = np.array([one.verdict == "accepted" for one in points])
-    side = 0.8 * 72.0 * SIZE * _spacing(x, y) / max(np.ptp(x), np.ptp(y), 1e-300)
+    # squares that almost touch where the places are closest along an axis
+    steps = np.concatenate([np.diff(np.unique(np.round(v, 12))) for v in (x, y)])
+    spacing = float(steps.min()) if steps.size else 1.0
+    side = 0.8 * 72.0 * SIZE * spacing / max(np.ptp(x), np.ptp(y), 1e-300)
     size = float(np.clip(0.7 * side, 3.0, 60.0)) ** 2
     for axes_, name, unit, values in (
         (axes[0], "Young's modulus", "Pa", np.array([one.E for one in points])),
@@ -308,12 +288,6 @@ def _maps(figure: Any, axes: list[Any], points: Sequence[Any], x: np.ndarray, y:
         one.set_aspect("equal", adjustable="datalim")
         sheet.axis_label(one.xaxis, "x", "m", x)
         sheet.axis_label(one.yaxis, "y", "m", y)
-
-
-def _spacing(x: np.ndarray, y: np.ndarray) -> float:
-    """Return the least distance between places along an axis [m]."""
-    steps = np.concatenate([np.diff(np.unique(np.round(v, 12))) for v in (x, y)])
-    return float(steps.min()) if steps.size else 1.0
 
 
 def _rows(axes: list[Any], points: Sequence[Any]) -> None:
@@ -346,7 +320,8 @@ def _rows(axes: list[Any], points: Sequence[Any]) -> None:
 
 MAP_RESULTS = ("map.csv", "map.png", "summary.json")
 STORE = "curves"  # folder of the stored fits
-LOCAL = ("command", "directory", "force", "file", "processes")  # options that do not change a fit
+MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials"))
+LOCAL = ("command", "kind", "directory", "force", "file", "processes")  # options that do not change a fit
 NUMBERS = re.compile(r"\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
 
 
@@ -379,8 +354,7 @@ def add_map(parser: Any) -> None:
     parser.add_argument("--force", action="store_true", help="fit all curves again")
     each = "number of processes (one for each core)"
     parser.add_argument("--processes", type=int, metavar="N", help=each)
-    force_command.add_sample(parser)
-    parser.set_defaults(command=run_map)
+    flags.add(parser, MAPPED, flags.options_of(MAPPED))
 
 
 def run_map(options: argparse.Namespace) -> int:
@@ -389,8 +363,17 @@ def run_map(options: argparse.Namespace) -> int:
         if not Path(path).exists():
             raise ValueError(f"{path}: expected a file or a folder, got neither")
     files, left = files_of(options.file)
-    cases = [case for file in files for case in _curves(Path(file))]
-    _, assumed = force_command.tip_of(options)
+    # a case for each curve; a file that cannot be read is one case, which fails
+    cases: list[dict[str, Any]] = []
+    for file in map(Path, files):
+        try:
+            places = force_curves.places(file)
+        except ValueError:
+            places = [Place(0, math.nan, math.nan)]
+        plain = lambda value: None if math.isnan(value) else value
+        of_file = {"file": str(file.resolve()), "changed": file.stat().st_mtime_ns, "choose": len(places) > 1}
+        cases += [of_file | {"curve": one.curve, "x": plain(one.x), "y": plain(one.y)} for one in places]
+    assumed = kinds.check_contact(options)
     given = {name: value for name, value in vars(options).items() if name not in LOCAL}
     _check_directory(options, given)
     study = jc.sweep(
@@ -401,38 +384,41 @@ def run_map(options: argparse.Namespace) -> int:
         version=f"map {jc.__version__}",
     )
     points = [_point(case, study, k) for k, case in enumerate(cases)]
-    output.write_json(options.directory / "summary.json", _summary(options, given, points))
-    output.write_table(options.directory / "map.csv", *_map_table(points))
+    E = np.array([one.E for one in points if one.verdict == "accepted"])
+    quartiles = [float(v) for v in np.percentile(E, [25, 50, 75])] if E.size else None
+    # each kind of note, with the number of its curves and the note of the first
+    notes = counted(((NUMBERS.sub("0", note), note) for one in points for note in one.notes), len(points))
+    summary = {
+        "paths": list(options.file), "options": {name: value for name, value in given.items() if value is not None},
+        "curves": len(points), "accepted": int(E.size), "youngs_modulus_Pa_quartiles": quartiles, "notes": notes,
+    }  # fmt: skip
+    output.write_json(options.directory / "summary.json", summary)
+    units = {"x": "m", "y": "m", "E": "Pa", "low": "Pa", "high": "Pa", "contact": "m", "depth": "m"}
+    shown = {"low": "E low", "high": "E high", "contact": "contact point"}
+    names = [field.name for field in dataclasses.fields(MapPoint)]
+    heads = [f"{shown.get(name, name)} [{units[name]}]" if name in units else name for name in names]
+    rows = [[*(getattr(one, name) for name in names[:-1]), "; ".join(one.notes)] for one in points]
+    output.write_table(options.directory / "map.csv", heads, rows)
     output.write(
         options.directory / "map.png",
         lambda path: draw(points).savefig(path, dpi=150, format="png"),
     )
     for line in [*([assumed] if assumed else []), *(f"note: {note}" for note in left)]:
         print(line)
-    _report(points)
+    print(f"{E.size} of {len(points)} curves accepted")
+    if quartiles:
+        low, middle, high = quartiles
+        print(f"E = {middle:.4g} Pa (median), {low:.4g} to {high:.4g} Pa (half of them)")
+    for line in notes:
+        print(f"note: {line}")
+    for one in points:
+        if one.verdict != "accepted":
+            print(f"{Path(one.file).name}, curve {one.curve}: {one.verdict}: {one.reason}")
     print(f"in {options.directory}: map.csv, map.png, summary.json")
     failed = sum(one.verdict == "failed" for one in points)
     if failed:
         print(f"{failed} of {len(points)} curves could not be fitted")
     return FAILED if failed else 0
-
-
-def _curves(file: Path) -> list[dict[str, Any]]:
-    """Return the cases of a file, one for each curve; a file that cannot be read is one case, which fails."""
-    try:
-        places = force_curves.places(file)
-    except ValueError:
-        places = [Place(0, math.nan, math.nan)]
-    plain = lambda value: None if math.isnan(value) else value
-    stamp = file.stat().st_mtime_ns
-    several = len(places) > 1
-    return [
-        {
-            "file": str(file.resolve()), "changed": stamp, "curve": one.curve, "choose": several,
-            "x": plain(one.x), "y": plain(one.y),
-        }
-        for one in places
-    ]  # fmt: skip
 
 
 def _check_directory(options: argparse.Namespace, given: dict[str, Any]) -> None:
@@ -458,7 +444,8 @@ def _fitted(given: dict[str, Any]) -> Callable[[dict[str, Any]], dict[str, Any]]
     def fitted(case: dict[str, Any]) -> dict[str, Any]:
         options = argparse.Namespace(**given)
         try:
-            found = force_command.fitted(options, case["file"], case["curve"] if case["choose"] else None)
+            chosen = {"curve": case["curve"]} if case["choose"] else {}
+            found = kinds.fitted(MAPPED, options, case["file"], **chosen)
         except ValueError as error:
             return {"numbers": np.full(5, np.nan), "words": _coded("failed", str(error))}
         numbers = [*found.youngs_modulus, found.nuisances["contact_point"][0], float(found.depth.max())]
@@ -484,46 +471,3 @@ def _point(case: dict[str, Any], study: Any, k: int) -> MapPoint:
     numbers = dict(zip(("E", "low", "high", "contact", "depth"), found["numbers"].tolist(), strict=True))
     said = tuple(in_flags(note) for note in notes)
     return dataclasses.replace(point, **numbers, verdict=verdict, reason=in_flags(reason), notes=said)
-
-
-def _accepted(points: list[MapPoint]) -> np.ndarray:
-    """Return Young's moduli of the accepted fits."""
-    return np.array([one.E for one in points if one.verdict == "accepted"])
-
-
-def _noted(points: list[MapPoint]) -> list[str]:
-    """Return each kind of note, with the number of its curves and the note of the first."""
-    return counted(((NUMBERS.sub("0", note), note) for one in points for note in one.notes), len(points))
-
-
-def _report(points: list[MapPoint]) -> None:
-    """Print the numbers of accepted and rejected curves, the moduli, the notes, and the reasons."""
-    E = _accepted(points)
-    print(f"{E.size} of {len(points)} curves accepted")
-    if E.size:
-        low, middle, high = np.percentile(E, [25, 50, 75])
-        print(f"E = {middle:.4g} Pa (median), {low:.4g} to {high:.4g} Pa (half of them)")
-    for line in _noted(points):
-        print(f"note: {line}")
-    for one in points:
-        if one.verdict != "accepted":
-            print(f"{Path(one.file).name}, curve {one.curve}: {one.verdict}: {one.reason}")
-
-
-def _summary(options: argparse.Namespace, given: dict[str, Any], points: list[MapPoint]) -> dict[str, Any]:
-    E = _accepted(points)
-    quartiles = [float(v) for v in np.percentile(E, [25, 50, 75])] if E.size else None
-    return {
-        "paths": list(options.file), "options": {name: value for name, value in given.items() if value is not None},
-        "curves": len(points), "accepted": int(E.size), "youngs_modulus_Pa_quartiles": quartiles,
-        "notes": _noted(points),
-    }  # fmt: skip
-
-
-def _map_table(points: list[MapPoint]) -> tuple[list[str], list[list[Any]]]:
-    """Return the names and one row for each curve."""
-    units = {"x": "m", "y": "m", "E": "Pa", "low": "Pa", "high": "Pa", "contact": "m", "depth": "m"}
-    shown = {"low": "E low", "high": "E high", "contact": "contact point"}
-    names = [field.name for field in dataclasses.fields(MapPoint)]
-    heads = [f"{shown.get(name, name)} [{units[name]}]" if name in units else name for name in names]
-    return heads, [[*(getattr(one, name) for name in names[:-1]), "; ".join(one.notes)] for one in points]

@@ -29,8 +29,14 @@ def runs(series: Series) -> list[Series]:
         return [series]
     pieces = np.split(np.arange(t.size), back)
     long = [piece for piece in pieces if piece.size >= LEAST]
-    enough = sum(piece.size for piece in long) > (1 - LOSS) * t.size
-    if not (enough and any(_overlap(t[a], t[b]) for a, b in itertools.pairwise(long))):
+    if not sum(piece.size for piece in long) > (1 - LOSS) * t.size:
+        return [series]
+
+    def overlap(first: np.ndarray, second: np.ndarray) -> bool:
+        begin, end = max(np.nanmin(first), np.nanmin(second)), min(np.nanmax(first), np.nanmax(second))
+        return all(np.sum((run >= begin) & (run <= end)) >= LEAST for run in (first, second))
+
+    if not any(overlap(t[a], t[b]) for a, b in itertools.pairwise(long)):
         return [series]
     parts = [series.pick(piece) for piece in pieces]
     return [part._replace(name=f"{part.name} from line {part.lines[0]}".strip()) for part in parts]
@@ -96,12 +102,6 @@ def turned(series: Series) -> list[Series]:
     ]
 
 
-def _overlap(first: np.ndarray, second: np.ndarray) -> bool:
-    """Return whether two runs cover the same times."""
-    begin, end = max(np.nanmin(first), np.nanmin(second)), min(np.nanmax(first), np.nanmax(second))
-    return all(np.sum((run >= begin) & (run <= end)) >= LEAST for run in (first, second))
-
-
 def choose(path: str, option: str, parts: list[Series], segment: Segment) -> Series:
     """Return one of several curves of a file, or several joined, by position or name.
 
@@ -109,6 +109,17 @@ def choose(path: str, option: str, parts: list[Series], segment: Segment) -> Ser
         ValueError: several curves and no choice, or an unknown choice; the message names the option.
     """
     names = ", ".join(f"{k} ({part.name or f'line {part.lines[0]}'})" for k, part in enumerate(parts))
+
+    def one(choice: int | str) -> Series:
+        if isinstance(choice, int):
+            hits = parts[choice : choice + 1] if choice >= 0 else []
+        else:
+            hits = [part for part in parts if part.name.lower() == choice.lower()]
+            hits = hits or [part for part in parts if choice.lower() in part.name.lower()]
+        if len(hits) != 1:
+            raise ValueError(f"{path}: {option}: expected one of {names[:200]}; got {choice!r}")
+        return _read(hits[0])
+
     if segment is None:
         if len(parts) > 1:
             raise ValueError(
@@ -116,21 +127,10 @@ def choose(path: str, option: str, parts: list[Series], segment: Segment) -> Ser
             )
         return _read(parts[0])
     several = [segment] if isinstance(segment, int | str) else list(segment)
-    chosen = [_one(path, option, parts, one, names) for one in several]
+    chosen = [one(choice) for choice in several]
     return join(chosen).say(
         f"{option} taken: {', '.join(part.name or str(part.lines[0]) for part in chosen)}"
     )
-
-
-def _one(path: str, option: str, parts: list[Series], choice: int | str, names: str) -> Series:
-    if isinstance(choice, int):
-        hits = parts[choice : choice + 1] if choice >= 0 else []
-    else:
-        hits = [part for part in parts if part.name.lower() == choice.lower()]
-        hits = hits or [part for part in parts if choice.lower() in part.name.lower()]
-    if len(hits) != 1:
-        raise ValueError(f"{path}: {option}: expected one of {names[:200]}; got {choice!r}")
-    return _read(hits[0])
 
 
 def _read(part: Series) -> Series:
@@ -238,7 +238,13 @@ def settle(path: str, series: Series, end: float | None) -> Series:
     t, J, stress = (series.values[key] for key in ("t", "J", "stress"))
     known = np.isfinite(t) & np.isfinite(J) & np.isfinite(stress)
     known &= (t + series.zero) <= (np.inf if end is None else end)
-    if _steady(np.abs(stress[known & (J > 0)])):
+    # constant where its running median stays at its median
+    size = np.abs(stress[known & (J > 0)])
+    steady = size.size < 3
+    if not steady:
+        level = float(np.median(size))
+        steady = bool(np.max(np.abs(smooth(size) - level)) <= max(STEADY * level, SURE * sample_noise(size)))
+    if steady:
         return _keep(series, ("t", "J", "sigma"), ("stress", "strain"))
     label = series.columns["stress"].label
     if "strain" in series.values and "sigma" not in series.values:
@@ -254,21 +260,9 @@ def settle(path: str, series: Series, end: float | None) -> Series:
             f"{path}: column {label!r}: expected a strain beside a stress that ends, got a compliance alone: "
             f"window=({begin:g}, {last:g}) selects the part before its end"
         )
-    return _strained(series, label)
-
-
-def _steady(stress: np.ndarray) -> bool:
-    """Return whether the running median of the stress stays at its median."""
-    if stress.size < 3:
-        return True
-    level = float(np.median(stress))
-    return bool(np.max(np.abs(smooth(stress) - level)) <= max(STEADY * level, SURE * sample_noise(stress)))
-
-
-def _strained(series: Series, label: str) -> Series:
-    """Return the series with strain = compliance times stress in place of the compliance."""
-    stress, compliance = series.values["stress"], series.columns["J"]
-    values = {"t": series.values["t"], "strain": series.values["J"] * stress, "stress": stress}
+    # strain = compliance times stress
+    compliance = series.columns["J"]
+    values = {"t": t, "strain": J * stress, "stress": stress}
     if "sigma" in series.values:
         values["sigma"] = series.values["sigma"] * np.abs(stress)
     columns: dict[str, Column] = {key: series.columns[key] for key in values if key in series.columns}

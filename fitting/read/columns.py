@@ -102,33 +102,43 @@ def fail(path: str, line: int, column: str, what: str) -> NoReturn:
     raise ValueError(f"{path}: line {line}, column {column!r}: {what}")
 
 
-def has(block: Block, wanted: Wanted, columns: dict) -> bool:
-    """Return whether the block has a column for the wanted quantity."""
-    choice = columns.get(wanted.key)
-    if isinstance(choice, int):
-        return choice < block.width
-    cells = block.header.cells if block.header else []
-    if choice is not None:
-        return choice in cells
-    return any(read_heading(cell).kind in wanted.names for cell in cells)
+def having(table: Table, *wanted: Wanted) -> list[Block]:
+    """Return the blocks that have a column for each wanted quantity."""
+
+    def has(block: Block, one: Wanted) -> bool:
+        choice, cells = table.columns.get(one.key), block.header.cells if block.header else []
+        if choice is None:
+            return any(read_heading(cell).kind in one.names for cell in cells)
+        return choice < block.width if isinstance(choice, int) else choice in cells
+
+    return [block for block in table.blocks if all(has(block, one) for one in wanted)]
 
 
-def locate(table: Table, block: Block, wanted: Wanted, columns: dict, units: dict) -> Column:
+def locate(table: Table, block: Block, wanted: Wanted) -> Column:
     """Return the column of the wanted quantity, with the factor of its unit.
 
     Raises:
         ValueError: no column, several equally suitable ones, or an unknown unit.
     """
-    place, kind, notes = _place(table, block, wanted, columns)
+    place, kind, notes = _place(table, block, wanted)
     label, heading, line = f"column {place + 1}", Heading("", None, None), block.rows[0][0]
     if block.header and place < len(block.header.cells):
         label, line = block.header.cells[place], block.header.line
         heading = read_heading(label)
         under = block.header.units[place]
         heading = heading._replace(unit=heading.unit if heading.unit is not None else under or None)
-        _check_plain(table.path, line, label, wanted.key, units)
-        _check_kind(table.path, line, wanted, label, heading)
-    text = units.get(wanted.key, heading.unit)
+        _check_plain(table.path, line, label, wanted.key, table.units)
+        # a heading that states another quantity than ``columns``, such as a stress for a modulus, since their units are the
+        # same and the numbers do not show it; a symbol of one or two letters states none
+        own, stated = (
+            next((k for k, names in enumerate(EXCLUSIVE) if one in names), None)
+            for one in (wanted.names[0], heading.kind)
+        )
+        if own is not None and stated is not None and own != stated and len(heading.name) > 2:
+            what = f"expected a {wanted.names[0]}, got a {heading.kind} according to the heading"
+            what = f"columns[{wanted.key!r}]: {what}: name another column, or correct the heading"
+            fail(table.path, line, label, what)
+    text = table.units.get(wanted.key, heading.unit)
     quantity = KINDS[wanted.names[0]]
     if text is None:
         notes = (*notes, f"{label}: no unit, taken as {SI[quantity]}")
@@ -139,20 +149,6 @@ def locate(table: Table, block: Block, wanted: Wanted, columns: dict, units: dic
         accepted = unit_table.accepted(quantity)
         fail(table.path, line, label, f"expected a unit among {accepted}; got {text!r}")
     return Column(place, label, kind, heading.name, factor, notes, str(text))
-
-
-def _check_kind(path: str, line: int, wanted: Wanted, label: str, heading: Heading) -> None:
-    """Raise ValueError for a column chosen by ``columns`` whose heading states another quantity, such as a stress for a
-    modulus, since their units are the same and the numbers do not show it. A symbol of one or two letters states none."""
-    own, stated = (
-        next((k for k, names in enumerate(EXCLUSIVE) if kind in names), None)
-        for kind in (wanted.names[0], heading.kind)
-    )
-    if own is not None and stated is not None and own != stated and len(heading.name) > 2:
-        what = f"expected a {wanted.names[0]}, got a {heading.kind} according to the heading"
-        fail(
-            path, line, label, f"columns[{wanted.key!r}]: {what}: name another column, or correct the heading"
-        )
 
 
 def _check_plain(path: str, line: int, label: str, key: str, units: dict) -> None:
@@ -166,17 +162,15 @@ def _check_plain(path: str, line: int, label: str, key: str, units: dict) -> Non
         fail(path, line, label, f"{what}, units={{{key!r}: ...}}")
 
 
-def _place(
-    table: Table, block: Block, wanted: Wanted, columns: dict
-) -> tuple[int, str | None, tuple[str, ...]]:
+def _place(table: Table, block: Block, wanted: Wanted) -> tuple[int, str | None, tuple[str, ...]]:
     """Return (position, kind of its name, notes) of the wanted column."""
-    key, choice = wanted.key, columns.get(wanted.key)
+    key, choice = wanted.key, table.columns.get(wanted.key)
     if isinstance(choice, int):
         if not 0 <= choice < block.width:
             raise ValueError(f"{table.path}: columns[{key!r}]: expected 0 to {block.width - 1}, got {choice}")
         kind = read_heading(block.header.cells[choice]).kind if block.header else None
         return choice, kind, ()
-    assert block.header is not None  # ensured by ``has``
+    assert block.header is not None  # ensured by ``having``
     cells = block.header.cells
     if choice is not None:
         hits, name = [i for i, cell in enumerate(cells) if cell == choice], None
@@ -192,7 +186,11 @@ def _place(
         give = f"columns={{{key!r}: {hits[0]}}} for instance" if alike else f"columns={{{key!r}: ...}}"
         what = f"expected one column for {choice or key!r} in {shown}; got {found}; give {give}"
         fail(table.path, block.header.line, key, what)
-    return hits[0], name or read_heading(cells[hits[0]]).kind, _others(cells, hits[0], wanted)
+    place, kind = hits[0], name or read_heading(cells[hits[0]]).kind
+    # another column would have been suitable
+    others = [cell for i, cell in enumerate(cells) if i != place and read_heading(cell).kind in wanted.names]
+    noted = bool(others) and len(wanted.names) > 1
+    return place, kind, (f"{cells[place]!r} taken, not {others[0]!r}",) if noted else ()
 
 
 def _by_name(cells: list[str], under: list[str], wanted: Wanted) -> tuple[list[int], str | None]:
@@ -210,19 +208,26 @@ def _by_name(cells: list[str], under: list[str], wanted: Wanted) -> tuple[list[i
     return [], None
 
 
-def _others(cells: list[str], place: int, wanted: Wanted) -> tuple[str, ...]:
-    """Return a note where another column would have been suitable."""
-    others = [cell for i, cell in enumerate(cells) if i != place and read_heading(cell).kind in wanted.names]
-    return (f"{cells[place]!r} taken, not {others[0]!r}",) if others and len(wanted.names) > 1 else ()
-
-
 def series(table: Table, block: Block, found: dict[str, Column]) -> Series:
     """Return the numbers of a block; lines of text after them are left out and noted.
 
     Raises:
         ValueError: a cell that is not a number, with its line and column.
     """
-    rows, notes = _body(table, block, next(iter(found.values())))
+    time, decimal = next(iter(found.values())), table.dialect.decimal
+    is_word = lambda cell: not is_missing(cell) and number(cell, decimal) is None
+    # lines of text after the numbers: no number in the cell of the time, and a word somewhere
+    rows = list(block.rows)
+    while rows:
+        last = rows[-1][1]
+        timed = time.place < len(last) and number(last[time.place], decimal) is not None
+        if timed or not any(map(is_word, last)):
+            break
+        rows.pop()
+    left = block.rows[len(rows) :]
+    if len(left) > max(FOOTER, len(rows) // 10):
+        fail(table.path, left[0][0], time.label, f"expected numbers, got {' '.join(left[0][1])[:40]!r}")
+    notes = tuple(f"line {line} left out: {' '.join(row)[:40]!r}" for line, row in left)
     own = [column.place for column in found.values()]
     while rows and all(k >= len(rows[-1][1]) or is_missing(rows[-1][1][k]) for k in own):
         rows = rows[:-1]  # a longer curve stands beside this one
@@ -235,28 +240,24 @@ def series(table: Table, block: Block, found: dict[str, Column]) -> Series:
         notes = (*notes, f"{len(beside)} cells beside the table left out, the first in line {beside[0][0]}")
     for key, column in found.items():
         values[key] = values[key] * column.factor
-        _check_size(table, column, key, values[key])
+        # numbers without a unit that are too large for SI, such as a depth of 1500 m
+        if key in LARGEST and any("no unit" in note for note in column.notes):
+            largest, (limit, likely) = float(np.nanmax(np.abs(values[key]), initial=0.0)), LARGEST[key]
+            if largest > limit:
+                given = " or ".join(f"units={{{key!r}: {unit!r}}}" for unit in likely)
+                raise ValueError(
+                    f"{table.path}: column {column.label!r}: no unit, and {largest:g} {SI[key]} is too large: give {given}"
+                )
+    # the column of segments, in which an empty cell repeats the one above
+    names = [read_heading(cell).kind for cell in block.header.cells] if block.header else []
+    marks: list[str] = []
+    if "segment" in names:
+        place = names.index("segment")
+        for _, cells in rows:
+            again = marks[-1] if marks else ""
+            marks.append(cells[place] if place < len(cells) and cells[place] else again)
     lines = np.array([line for line, _ in rows])
-    return Series(block.name, lines, values, found, block.before, _marks(block, rows), notes)
-
-
-def _body(table: Table, block: Block, time: Column) -> tuple[list[Row], tuple[str, ...]]:
-    """Return the rows without the lines of text that follow them."""
-    rows = list(block.rows)
-    while rows and _is_words(rows[-1][1], time.place, table.dialect.decimal):
-        rows.pop()
-    left = block.rows[len(rows) :]
-    if len(left) > max(FOOTER, len(rows) // 10):
-        fail(table.path, left[0][0], time.label, f"expected numbers, got {' '.join(left[0][1])[:40]!r}")
-    return rows, tuple(f"line {line} left out: {' '.join(row)[:40]!r}" for line, row in left)
-
-
-def _is_words(row: list[str], place: int, decimal: str) -> bool:
-    """Return whether there is no number in the cell of the time, and a word somewhere."""
-    time = row[place] if place < len(row) else ""
-    if number(time, decimal) is not None:
-        return False
-    return any(not is_missing(cell) and number(cell, decimal) is None for cell in row)
+    return Series(block.name, lines, values, found, block.before, tuple(marks), notes)
 
 
 def _cell(table: Table, block: Block, row: Row, column: Column) -> float:
@@ -280,26 +281,3 @@ def _cell(table: Table, block: Block, row: Row, column: Column) -> float:
     if math.isinf(value):
         fail(table.path, line, column.label, f"expected a finite number, got {cell!r}")
     return math.nan if abs(value) in OVERLOAD or abs(value) > NONE else value
-
-
-def _check_size(table: Table, column: Column, key: str, values: np.ndarray) -> None:
-    """Raise ValueError for numbers without a unit that are too large for SI, such as a depth of 1500 m."""
-    if key not in LARGEST or not any("no unit" in note for note in column.notes):
-        return
-    largest, (limit, likely) = float(np.nanmax(np.abs(values), initial=0.0)), LARGEST[key]
-    if largest > limit:
-        given = " or ".join(f"units={{{key!r}: {unit!r}}}" for unit in likely)
-        raise ValueError(
-            f"{table.path}: column {column.label!r}: no unit, and {largest:g} {SI[key]} is too large: give {given}"
-        )
-
-
-def _marks(block: Block, rows: list[Row]) -> tuple[str, ...]:
-    """Return the cells of the segment column, an empty one repeating the previous one; () without such a column."""
-    names = [read_heading(cell).kind for cell in block.header.cells] if block.header else []
-    if "segment" not in names:
-        return ()
-    place, marks = names.index("segment"), [""]
-    for _, cells in rows:
-        marks.append(cells[place] if place < len(cells) and cells[place] else marks[-1])
-    return tuple(marks[1:])

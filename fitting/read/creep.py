@@ -10,14 +10,13 @@ import numpy as np
 from fitting.data import units as unit_table
 from fitting.data.curves import CONVENTIONS, CreepData
 from fitting.read import cleaning, loading_time
-from fitting.read.columns import Series, Wanted, has, locate
+from fitting.read.columns import Series, Wanted, having, locate
 from fitting.read.curves import (
     COMPLIANCE,
     CREEP_MODULUS,
     TIME,
     build,
     check_holdings,
-    checked_options,
     curves_of,
     heated,
     once,
@@ -147,11 +146,9 @@ def read_creep(
     """
     if convention not in CONVENTIONS:
         raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
-    table = read_table(path, decimal, columns)
     keys = ("t", "J", "strain", "stress", "creep_modulus", "sigma")
-    columns, units = checked_options(table, columns, units, keys)
-    wanted = wanted_of(table, columns, units, stress)
-    parts = curves_of(table, wanted, columns, units, "", segment, segment is not None)
+    table = read_table(path, decimal, columns, units, keys)
+    parts = curves_of(table, wanted_of(table, stress), "", segment, segment is not None)
     parts = sorted_out(table, parts, segment is not None)
     taken = cleaning.choose(table.path, "segment", parts, segment)
     check(table, taken)
@@ -210,19 +207,20 @@ def _inverse(path: str, taken: Series) -> Series:
     )
 
 
-def wanted_of(table: Table, columns: dict, units: dict, stress: float | None) -> tuple[Wanted, ...]:
+def wanted_of(table: Table, stress: float | None) -> tuple[Wanted, ...]:
     """Return the wanted columns of a creep test."""
-    wanted = _what(table, columns, stress)
-    if "sigma" in columns:
+    wanted = _what(table, stress)
+    if "sigma" in table.columns:
         wanted = (*wanted, Wanted("sigma", wanted[1].names))
-    if COMPLIANCE in wanted:
-        wanted = (*wanted, *_beside(table, columns, units))
+    # the stress, and the strain, in the columns beside a compliance, unless the stress is missing or ambiguous
+    if COMPLIANCE in wanted and _is_located(table, STRESS):
+        wanted = (*wanted, STRESS, *([STRAIN] if _is_located(table, STRAIN) else []))
     return wanted
 
 
-def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ...]:
+def _what(table: Table, stress: float | None) -> tuple[Wanted, ...]:
     """Return the wanted columns: compliance where a block has it, otherwise strain and stress."""
-    some = lambda *wanted: any(all(has(block, one, columns) for one in wanted) for block in table.blocks)
+    some, columns = lambda *wanted: bool(having(table, *wanted)), table.columns
     others = {"J", "strain", "stress"} & set(columns)
     # then a compliance beside it is 1/D too
     if CREEP_MODULUS.key in columns or (some(CREEP_MODULUS) and not others):
@@ -239,18 +237,13 @@ def _what(table: Table, columns: dict, stress: float | None) -> tuple[Wanted, ..
     return (TIME, STRAIN, STRESS) if some(STRAIN, STRESS) else (TIME, STRAIN)
 
 
-def _beside(table: Table, columns: dict, units: dict) -> list[Wanted]:
-    """Return the stress, and the strain, in the columns beside a compliance; empty where the stress is missing or
-    ambiguous."""
-    blocks = [block for block in table.blocks if has(block, COMPLIANCE, columns)]
-
-    def told(wanted: Wanted) -> bool:
-        try:
-            return bool(blocks) and all(locate(table, block, wanted, columns, units) for block in blocks)
-        except (ValueError, AssertionError):
-            return False
-
-    return [wanted for wanted in (STRESS, STRAIN) if told(wanted)] if told(STRESS) else []
+def _is_located(table: Table, wanted: Wanted) -> bool:
+    """Return whether each block with a compliance has one column of the wanted quantity."""
+    blocks = having(table, COMPLIANCE)
+    try:
+        return bool(blocks) and all(locate(table, block, wanted) for block in blocks)
+    except (ValueError, AssertionError):
+        return False
 
 
 def _stressed(table: Table, taken: Series, stress: float | None) -> Series:

@@ -16,7 +16,7 @@ import numpy as np
 
 from fitting.data import units as unit_table
 from fitting.read import cleaning
-from fitting.read.columns import SI, Series, Wanted, has, locate, series
+from fitting.read.columns import SI, Series, Wanted, having, locate, series
 from fitting.read.table import Table, number, read_heading
 
 TIME = Wanted("t", ("step time", "time"))
@@ -51,22 +51,9 @@ OF = {
 }  # place, among the wanted columns, of the quantity of an error
 
 
-def checked_options(table: Table, columns: dict | None, units: dict | None, keys: tuple) -> tuple[dict, dict]:
-    """Return the two dictionaries; ValueError for unknown keys."""
-    for name, given in (("columns", columns), ("units", units)):
-        for key in given or {}:
-            if key not in keys:
-                raise ValueError(f"{table.path}: {name}: expected keys among {list(keys)}, got {key!r}")
-    chosen = list((columns or {}).values())
-    if len(set(chosen)) < len(chosen):
-        raise ValueError(f"{table.path}: columns: expected different columns, got {columns}")
-    return columns or {}, units or {}
-
-
 def curves_of(
-    table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict, reader: str = "", choice: Any = None,
-    divided: bool = False,
-) -> list[Series]:  # fmt: skip
+    table: Table, wanted: Sequence[Wanted], reader: str = "", choice: Any = None, divided: bool = False
+) -> list[Series]:
     """Return the curves of a file: its blocks that have all wanted columns, split where the clock starts again.
 
     A block that cannot be read is a curve with an ``error``, which is raised only if that curve is chosen.
@@ -78,11 +65,12 @@ def curves_of(
     texts = [choice] if isinstance(choice, str) else (choice if isinstance(choice, Sequence) else [])
     texts = [one.lower() if isinstance(one, str) else "" for one in texts]
     named = [block for block in table.blocks if any(text and text in block.name.lower() for text in texts)]
-    lacking = [block for block in table.blocks if not all(has(block, one, columns) for one in wanted)]
+    blocks = having(table, *wanted)
+    lacking = [block for block in table.blocks if block not in blocks]
     if named and all(texts):
         table = table._replace(blocks=named)
-    blocks = [block for block in table.blocks if all(has(block, one, columns) for one in wanted)]
-    if not blocks and reader and not columns:
+        blocks = having(table, *wanted)
+    if not blocks and reader and not table.columns:
         check_holdings(table, next(what for _, what, own in HOLDINGS if own == reader), reader)
     if not blocks:  # report what the longest block lacks
         blocks = [max(table.blocks, key=lambda block: len(block.rows))]
@@ -93,7 +81,7 @@ def curves_of(
             )
         if blocks[0].header is None:
             example = {one.key: k for k, one in enumerate(wanted)}
-            line, got = blocks[0].rows[0][0], columns or "none"
+            line, got = blocks[0].rows[0][0], table.columns or "none"
             raise ValueError(
                 f"{table.path}: line {line}: no header, expected the places of the columns, columns={example} for instance, "
                 f"and units= where these are not SI; got {got}"
@@ -101,7 +89,7 @@ def curves_of(
     found = []
     for block in blocks:
         try:
-            places = {one.key: locate(table, block, one, columns, units) for one in wanted}
+            places = {one.key: locate(table, block, one) for one in wanted}
             for key, place in OF.items():
                 if key in places and any("no unit" in note for note in places[key].notes):
                     places[key] = places[key]._replace(factor=places[wanted[place].key].factor, notes=())

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fitting.data.growth import GrowthData
 from fitting.read import cleaning, loading_time
 from fitting.read.columns import Wanted
-from fitting.read.curves import TIME, build, checked_options, curves_of, once
+from fitting.read.curves import TIME, build, curves_of, once
 from fitting.read.table import read_table
 
 THICKNESS = Wanted("thickness", ("thickness", "depth"))  # "h" alone is the name of a depth
@@ -47,10 +47,9 @@ def read_growth(
         >>> print(data.t[0], data.thickness[0])
         60.0 2e-09
     """
-    table = read_table(path, decimal, columns)
-    columns, units = checked_options(table, columns, units, ("t", "thickness", "sigma"))
-    wanted = [TIME, THICKNESS] + ([Wanted("sigma", THICKNESS.names)] if "sigma" in columns else [])
-    parts = curves_of(table, tuple(wanted), columns, units, "read_growth")
+    table = read_table(path, decimal, columns, units, ("t", "thickness", "sigma"))
+    wanted = [TIME, THICKNESS] + ([Wanted("sigma", THICKNESS.names)] if "sigma" in table.columns else [])
+    parts = curves_of(table, wanted, "read_growth")
     taken = cleaning.choose(table.path, "segment", parts, segment)
     taken = loading_time.shift(table.path, taken, start)
     taken = cleaning.ordered(cleaning.complete(table.path, cleaning.window(taken, window)))

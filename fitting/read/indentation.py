@@ -11,12 +11,11 @@ import numpy as np
 from fitting.data.contact import UNTIMED, label, named, tip_depth
 from fitting.data.indentation import ERRORS, LEAVE_OUT, IndentationData
 from fitting.read import cleaning, force_curves
-from fitting.read.columns import Series, Wanted, has
+from fitting.read.columns import Wanted, having
 from fitting.read.curves import (
     DEPTH,
     LOAD,
     build,
-    checked_options,
     curves_of,
     once,
     stated_facts,
@@ -148,18 +147,23 @@ def _indentation_text(
 
     untimed: whether a file without times is accepted; raised: whether a height is preferred to a depth.
     """
-    table = read_table(path, decimal, columns)
-    columns, units = checked_options(
-        table, columns, units, ("t", "load", "depth", "height", "separation", *ERRORS)
-    )
-    untimed = untimed and not any(has(block, CLOCK, columns) for block in table.blocks)
-    if untimed and "t" not in columns:
-        table, columns, units = _numbered(table, columns, units)
-    way = _way(table, columns, raised)
+    keys = ("t", "load", "depth", "height", "separation", *ERRORS)
+    table = read_table(path, decimal, columns, units, keys)
+    untimed = untimed and not having(table, CLOCK)
+    if untimed and "t" not in table.columns:
+        table = _numbered(table)
+    # the depth in its own column, or the separation of tip and sample, or the height of the base
+    way = DEPTH
+    if "height" in table.columns:
+        way = HEIGHT
+    elif not having(table, DEPTH) or raised or "separation" in table.columns:
+        way = next((one for one in (SEPARATION, HEIGHT) if having(table, one)), DEPTH)
     errors = [
-        Wanted(key, kind.names) for key, kind in zip(ERRORS, (DEPTH, LOAD), strict=True) if key in columns
+        Wanted(key, kind.names)
+        for key, kind in zip(ERRORS, (DEPTH, LOAD), strict=True)
+        if key in table.columns
     ]
-    parts = curves_of(table, (CLOCK, LOAD, way, *errors), columns, units, "read_indentation", curve)
+    parts = curves_of(table, (CLOCK, LOAD, way, *errors), "read_indentation", curve)
     parts = [
         part._replace(marks=(part.name,) * part.lines.size) if named(part.name) else part for part in parts
     ]
@@ -167,41 +171,22 @@ def _indentation_text(
     taken = cleaning.join(parts) if one else cleaning.choose(table.path, "curve", parts, curve)
     taken = cleaning.ordered(cleaning.complete(table.path, taken))
     t, load = taken.values["t"], taken.values["load"]
-    depth, note = _depth(table.path, taken, way, spring_constant)
-    taken = taken.say(note) if note else taken
+    depth = taken.values[way.key]
+    if way is SEPARATION:
+        depth, taken = -depth, taken.say(f"depth from {taken.columns[way.key].label!r}, with the other sign")
+    if way is HEIGHT:
+        k = spring_constant or stated_number(SPRING_FACT, taken.before)
+        depth, note = tip_depth(table.path, t, load, depth, k)
+        taken = taken.say(note) if note else taken
     marks = label(taken.marks, load, depth) if taken.marks else None
     notes = once((*taken.notes, *stated_facts(taken.before), *([UNTIMED] if untimed else [])))
     known = {key: taken.values[key] for key in ERRORS if key in taken.values}
     return build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes, **known)
 
 
-def _way(table: Table, columns: dict, raised: bool) -> Wanted:
-    """Return the column that states the depth: its own, or the separation of tip and sample, or the height of the base.
-
-    raised: whether the last two are preferred to a depth.
-    """
-    held = lambda wanted: any(has(block, wanted, columns) for block in table.blocks)
-    if "height" in columns:
-        return HEIGHT
-    if held(DEPTH) and not raised and "separation" not in columns:
-        return DEPTH
-    return next((wanted for wanted in (SEPARATION, HEIGHT) if held(wanted)), DEPTH)
-
-
-def _depth(path: str, taken: Series, way: Wanted, spring_constant: float | None) -> tuple[np.ndarray, str]:
-    """Return the depth (n,) [m] from that column, and a note on its source, "" for a column of the depth."""
-    values = taken.values[way.key]
-    if way is SEPARATION:
-        return -values, f"depth from {taken.columns[way.key].label!r}, with the other sign"
-    if way is HEIGHT:
-        k = spring_constant or stated_number(SPRING_FACT, taken.before)
-        return tip_depth(path, taken.values["t"], taken.values["load"], values, k)
-    return values, ""
-
-
-def _numbered(table: Table, columns: dict, units: dict) -> tuple[Table, dict, dict]:
-    """Return the table with a last column of times that numbers its rows, and the options that find it."""
-    blocks, count = [], itertools.count()
+def _numbered(table: Table) -> Table:
+    """Return the table with a last column of times that numbers its rows."""
+    blocks, count, columns = [], itertools.count(), table.columns
     for block in table.blocks:
         rows = [(line, cells + [""] * (block.width - len(cells))) for line, cells in block.rows]
         rows = [
@@ -214,4 +199,4 @@ def _numbered(table: Table, columns: dict, units: dict) -> tuple[Table, dict, di
         else:
             columns = {**columns, "t": block.width}
         blocks.append(block._replace(header=head, width=block.width + 1, rows=rows))
-    return table._replace(blocks=blocks), columns, {**units, "t": "s"}
+    return table._replace(blocks=blocks, columns=columns, units={**table.units, "t": "s"})

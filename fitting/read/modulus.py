@@ -8,8 +8,8 @@ import numpy as np
 
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.read import cleaning, loading_time
-from fitting.read.columns import Series, Wanted, has
-from fitting.read.curves import DRIFT, MODULUS, STORAGE, TIME, build, checked_options, curves_of, heated, once
+from fitting.read.columns import Series, Wanted, having
+from fitting.read.curves import DRIFT, MODULUS, STORAGE, TIME, build, curves_of, heated, once
 from fitting.read.table import Table, number, read_heading, read_table, says_shear
 
 OMEGA = Wanted("omega", ("angular frequency", "frequency"))
@@ -64,9 +64,8 @@ def read_relaxation(
         >>> print(data.t[0], data.modulus[0])
         60.0 8000.0
     """
-    table = read_table(path, decimal, columns)
-    columns, units = checked_options(table, columns, units, ("t", "modulus"))
-    parts = curves_of(table, (TIME, MODULUS), columns, units, "read_relaxation", segment, True)
+    table = read_table(path, decimal, columns, units, ("t", "modulus"))
+    parts = curves_of(table, (TIME, MODULUS), "read_relaxation", segment, True)
     taken = heated(table, cleaning.choose(table.path, "segment", parts, segment), None)
     check_relaxing(table, taken)
     return relaxation_of(table.path, taken, convention, nu, start, window)
@@ -162,15 +161,12 @@ def read_oscillation(
         >>> print(round(data.omega[0], 3), data.storage[0], data.loss[0])
         6.283 2000.0 1000.0
     """
-    table = read_table(path, decimal, columns)
     keys = ("omega", *(one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR)))
-    columns, units = checked_options(table, columns, units, keys)
-    parts = curves_of(
-        table, (OMEGA, *pair_of(table, columns)), columns, units, "read_oscillation", segment, True
-    )
+    table = read_table(path, decimal, columns, units, keys)
+    parts = curves_of(table, (OMEGA, *pair_of(table)), "read_oscillation", segment, True)
     parts = swept(parts, 1 if segment is None else 0)
     taken = heated(table, cleaning.choose(table.path, "segment", parts, segment), DRIFT)
-    return oscillation_of(table.path, taken, units, convention, nu, window)
+    return oscillation_of(table, taken, convention, nu, window)
 
 
 def swept(parts: list[Series], most: float) -> list[Series]:
@@ -190,71 +186,56 @@ def swept(parts: list[Series], most: float) -> list[Series]:
 
 
 def oscillation_of(
-    path: str, taken: Series, units: dict, convention: str, nu: float | None,
+    table: Table, taken: Series, convention: str, nu: float | None,
     window: tuple[float | None, float | None] | None, temperature: float | None = None,
 ) -> OscillationData:  # fmt: skip
     """Return the frequency sweep of a series of frequencies with a pair of moduli or angles."""
-    _check_frequency(path, taken, units)
-    convention, taken = _tension(path, taken, convention, nu)
-    taken = cleaning.complete(path, cleaning.window(taken, window), positive=("omega",))
-    _check_angle(path, taken, units)
-    _check_sweep(path, taken.values["omega"])
-    taken = taken.pick(np.argsort(taken.values["omega"], kind="stable"))
-    fields = _moduli(taken.values) | {"convention": convention, "nu": nu, "notes": once(taken.notes)}
-    return build(path, OscillationData, **fields, temperature=temperature)
-
-
-def pair_of(table: Table, columns: dict) -> tuple[Wanted, Wanted]:
-    """Return the preferred pair of columns that a block has completely; columns named by the caller come first."""
-    named = sorted(PAIRS, key=lambda pair: -sum(one.key in columns for one in pair))
-    whole = [pair for pair in named if any(all(has(b, one, columns) for one in pair) for b in table.blocks)]
-    return (whole or named)[0]
-
-
-def _moduli(values: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return omega, storage and loss moduli from one of the pairs."""
-    if "loss" in values:
-        return values
-    tan = values["tan_delta"] if "tan_delta" in values else np.tan(values["delta"])
-    storage = values["storage"] if "storage" in values else values["complex"] / np.hypot(1.0, tan)
-    return {"omega": values["omega"], "storage": storage, "loss": storage * tan}
-
-
-def _check_angle(path: str, taken: Series, units: dict) -> None:
-    """Raise ValueError for a phase angle without a unit, or outside 0 to 90 degrees."""
-    column = taken.columns.get("delta")
-    if column is None:
-        return
-    if column.unit is None:
-        raise ValueError(
-            f"{path}: column {column.label!r}: expected a phase angle in ° or rad, got neither: give"
-            " units={'delta': 'deg'} or 'rad'"
-        )
-    most = float(np.nanmax(np.abs(taken.values["delta"])))
-    if most >= 0.5 * np.pi:
-        raise ValueError(
-            f"{path}: column {column.label!r}: expected phase angles between 0 and 90°, got {np.degrees(most):.4g}°"
-        )
-
-
-def _check_sweep(path: str, omega: np.ndarray) -> None:
-    """Raise ValueError for a sweep of time, strain or temperature at one frequency."""
-    if omega.size > 1 and np.ptp(omega) == 0.0:
-        raise ValueError(
-            f"{path}: omega: expected several frequencies, got {omega[0]:g} rad/s throughout: a sweep of something"
-            " else? give a frequency sweep"
-        )
-
-
-def _check_frequency(path: str, taken: Series, units: dict) -> None:
-    """Raise ValueError for a frequency that could be in rad/s as well as in Hz."""
+    path = table.path
+    # a frequency that could be in rad/s as well as in Hz
     column = taken.columns["omega"]
-    said = "omega" in units or re.search("rad|hz", column.unit or "", re.IGNORECASE)
+    said = "omega" in table.units or re.search("rad|hz", column.unit or "", re.IGNORECASE)
     if column.name == "frequency" and not said:
         raise ValueError(
             f"{path}: column {column.label!r}: expected a frequency in rad/s or Hz, got neither: give"
             " units={'omega': 'Hz'} or 'rad/s'"
         )
+    convention, taken = _tension(path, taken, convention, nu)
+    taken = cleaning.complete(path, cleaning.window(taken, window), positive=("omega",))
+    # a phase angle without a unit, or outside 0 to 90 degrees
+    if "delta" in taken.columns:
+        column = taken.columns["delta"]
+        if column.unit is None:
+            raise ValueError(
+                f"{path}: column {column.label!r}: expected a phase angle in ° or rad, got neither: give"
+                " units={'delta': 'deg'} or 'rad'"
+            )
+        most = float(np.nanmax(np.abs(taken.values["delta"])))
+        if most >= 0.5 * np.pi:
+            raise ValueError(
+                f"{path}: column {column.label!r}: expected phase angles between 0 and 90°, got {np.degrees(most):.4g}°"
+            )
+    # a test over time, strain or temperature
+    omega = taken.values["omega"]
+    if omega.size > 1 and np.ptp(omega) == 0.0:
+        raise ValueError(
+            f"{path}: omega: expected several frequencies, got {omega[0]:g} rad/s throughout: a sweep of something"
+            " else? give a frequency sweep"
+        )
+    # G' and G'' from one of the pairs
+    values = taken.pick(np.argsort(omega, kind="stable")).values
+    if "loss" not in values:
+        tan = values["tan_delta"] if "tan_delta" in values else np.tan(values["delta"])
+        storage = values["storage"] if "storage" in values else values["complex"] / np.hypot(1.0, tan)
+        values = {"omega": values["omega"], "storage": storage, "loss": storage * tan}
+    fields = values | {"convention": convention, "nu": nu, "notes": once(taken.notes)}
+    return build(path, OscillationData, **fields, temperature=temperature)
+
+
+def pair_of(table: Table) -> tuple[Wanted, Wanted]:
+    """Return the preferred pair of columns that a block has completely; columns named by the caller come first."""
+    named = sorted(PAIRS, key=lambda pair: -sum(one.key in table.columns for one in pair))
+    whole = [pair for pair in named if having(table, *pair)]
+    return (whole or named)[0]
 
 
 def _tension(path: str, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:

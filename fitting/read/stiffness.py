@@ -7,8 +7,8 @@ import numpy as np
 
 from fitting.data.stiffness import StiffnessData
 from fitting.read import cleaning
-from fitting.read.columns import Series, Wanted, has, locate
-from fitting.read.curves import DEPTH, LOAD, build, checked_options, curves_of, once
+from fitting.read.columns import Series, Wanted, having, locate
+from fitting.read.curves import DEPTH, LOAD, build, curves_of, once
 from fitting.read.table import Table, read_table
 
 STIFFNESS = Wanted("stiffness", ("contact stiffness", "stiffness"))
@@ -57,16 +57,14 @@ def read_stiffness(
         >>> print(data.depth.size, f"{data.stiffness[0]:.6g}")
         8 2000
     """
-    table = read_table(path, decimal, columns)
-    columns, units = checked_options(table, columns, units, ("depth", "stiffness", "load", "area", "sigma"))
+    table = read_table(path, decimal, columns, units, ("depth", "stiffness", "load", "area", "sigma"))
     wanted = [DEPTH, STIFFNESS]
-    loaded = any(all(has(block, one, columns) for one in (*wanted, LOAD)) for block in table.blocks)
-    wanted += [LOAD] if loaded else []
-    wanted += [Wanted("sigma", STIFFNESS.names)] if "sigma" in columns else []
-    wanted += [one for one in (AREA, *MODULI.values()) if _told(table, one, wanted, columns, units)]
-    parts = curves_of(table, tuple(wanted), columns, units, "read_stiffness", curve)
+    wanted += [LOAD] if having(table, *wanted, LOAD) else []
+    wanted += [Wanted("sigma", STIFFNESS.names)] if "sigma" in table.columns else []
+    wanted += [one for one in (AREA, *MODULI.values()) if _is_stated(table, one, wanted)]
+    parts = curves_of(table, wanted, "read_stiffness", curve)
     taken = cleaning.choose(table.path, "curve", parts, curve)
-    if AREA.key not in taken.values and any(has(block, AREA, columns) for block in table.blocks):
+    if AREA.key not in taken.values and having(table, AREA):
         taken = taken.say(
             "the contact area of the file is not used: it has no unit, which units={'area': 'um2'} gives, say"
         )
@@ -82,22 +80,28 @@ def read_stiffness(
     )  # fmt: skip
 
 
-def _told(table: Table, one: Wanted, wanted: list[Wanted], columns: dict, units: dict) -> bool:
+def _is_stated(table: Table, one: Wanted, wanted: list[Wanted]) -> bool:
     """Return whether every block with the wanted columns has one more, in one column with a unit."""
-    blocks = [block for block in table.blocks if all(has(block, other, columns) for other in wanted)]
+    blocks = having(table, *wanted, one)
+    if not blocks or len(blocks) < len(having(table, *wanted)):
+        return False
     try:
-        return bool(blocks) and all(
-            has(block, one, columns) and locate(table, block, one, columns, units).unit is not None
-            for block in blocks
-        )
+        return all(locate(table, block, one).unit is not None for block in blocks)
     except ValueError:  # several columns
         return False
 
 
 def _in_contact(path: str, taken: Series) -> Series:
     """Return the rows from the surface to the largest load; ValueError where most of them are not in contact."""
-    taken = _loading(taken)
-    approach = _first(taken.values["depth"])
+    # up to the largest load, or depth
+    pushed = taken.values.get("load", taken.values["depth"])
+    end = int(np.argmax(np.where(np.isfinite(pushed), pushed, -np.inf))) + 1
+    if end < pushed.size:
+        note = f"{pushed.size - end} of {pushed.size} rows after the largest load left out"
+        taken = taken.pick(slice(end)).say(note)
+    # from the last row above the surface on
+    above = np.flatnonzero(taken.values["depth"] <= 0.0)
+    approach = int(above[-1]) + 1 if above.size else 0
     with np.errstate(invalid="ignore"):
         own = [values for key, values in taken.values.items() if key not in MODULI]
         outside = np.any([values <= 0.0 for values in own], axis=0)
@@ -111,20 +115,3 @@ def _in_contact(path: str, taken: Series) -> Series:
     if not outside.any():
         return taken
     return taken.pick(~outside).say(f"{outside.sum()} of {outside.size} rows before contact left out")
-
-
-def _loading(taken: Series) -> Series:
-    """Return the rows up to the largest load, or depth."""
-    pushed = taken.values.get("load", taken.values["depth"])
-    end = int(np.argmax(np.where(np.isfinite(pushed), pushed, -np.inf))) + 1
-    if end == pushed.size:
-        return taken
-    return taken.pick(slice(end)).say(
-        f"{pushed.size - end} of {pushed.size} rows after the largest load left out"
-    )
-
-
-def _first(depth: np.ndarray) -> int:
-    """Return the number of rows up to the last one above the surface."""
-    above = np.flatnonzero(depth <= 0.0)
-    return int(above[-1]) + 1 if above.size else 0

@@ -9,7 +9,7 @@ import numpy as np
 
 from fitting.data.curves import since_load
 from fitting.data.units import CELSIUS
-from fitting.read.columns import Series, Wanted, has
+from fitting.read.columns import Series, Wanted, having
 from fitting.read.creep import creep_of, wanted_of
 from fitting.read.curves import (
     COMPLIANCE,
@@ -18,7 +18,6 @@ from fitting.read.curves import (
     MODULUS,
     STORAGE,
     TIME,
-    checked_options,
     curves_of,
 )
 from fitting.read.modulus import (
@@ -84,25 +83,22 @@ def read_sweeps(
         >>> [one.temperature for one in fitting.read_sweeps(file)]
         [403.15, 423.15]
     """
-    table = read_table(path, decimal, columns)
     pairs = (one.key for one in (STORAGE, LOSS, COMPLEX, ANGLE, FACTOR))
     keys = ("t", "modulus", "J", "creep_modulus", "sigma", "omega", TEMPERATURE.key, *pairs)
-    columns, units = checked_options(table, columns, units, keys)
-    some = lambda wanted: any(has(block, wanted, columns) for block in table.blocks)
+    table = read_table(path, decimal, columns, units, keys)
+    some = lambda wanted: bool(having(table, wanted))
     crept = (some(COMPLIANCE) or some(CREEP_MODULUS)) and not some(STORAGE)
     relaxed = some(MODULUS) and not crept and not some(STORAGE)
     if crept:
-        wanted = tuple(
-            one for one in wanted_of(table, columns, units, None) if one.key not in ("stress", "strain")
-        )
+        wanted = tuple(one for one in wanted_of(table, None) if one.key not in ("stress", "strain"))
     else:
-        wanted = (TIME, MODULUS) if relaxed else (OMEGA, *pair_of(table, columns))
+        wanted = (TIME, MODULUS) if relaxed else (OMEGA, *pair_of(table))
     found: list[Any] = []
-    parts = _parts(table, wanted, columns, units, temperature is None)
+    parts = _parts(table, wanted, temperature is None)
     for part in parts if crept or relaxed else swept(parts, math.inf):
         if part.error:
             raise ValueError(part.error)
-        held = _held(table.path, part, units) if temperature is None else temperature
+        held = _held(table, part) if temperature is None else temperature
         part = part._replace(values={k: v for k, v in part.values.items() if k != TEMPERATURE.key})
         if part.lines.size < LEAST:
             continue
@@ -116,7 +112,7 @@ def read_sweeps(
             found.append(relaxation_of(table.path, part, given, nu, 0.0, window, held))
         else:
             given = convention or ("G" if nu is None else "E")
-            found.append(oscillation_of(table.path, part, units, given, nu, window, held))
+            found.append(oscillation_of(table, part, given, nu, window, held))
     if not found:
         raise ValueError(
             f"{table.path}: expected curves of at least {LEAST} points at one temperature, got none"
@@ -124,14 +120,13 @@ def read_sweeps(
     return found
 
 
-def _parts(
-    table: Table, wanted: tuple[Wanted, ...], columns: dict, units: dict, heated: bool
-) -> list[Series]:
+def _parts(table: Table, wanted: tuple[Wanted, ...], heated: bool) -> list[Series]:
     """Return the curves of a file, each at one temperature."""
     place = next((_column(block) for block in table.blocks if _column(block) is not None), None)
-    if heated and (place is not None or TEMPERATURE.key in columns):
-        wanted, columns = (*wanted, TEMPERATURE), {TEMPERATURE.key: place, **columns}
-    parts = curves_of(table, wanted, columns, units, divided=True)
+    if heated and (place is not None or TEMPERATURE.key in table.columns):
+        wanted = (*wanted, TEMPERATURE)
+        table = table._replace(columns={TEMPERATURE.key: place, **table.columns})
+    parts = curves_of(table, wanted, divided=True)
     return [piece for part in parts for piece in _pieces(table.path, part)]
 
 
@@ -160,13 +155,13 @@ def _pieces(path: str, part: Series) -> list[Series]:
     return [part.pick(rows) for rows in np.split(np.arange(T.size), cuts)]
 
 
-def _held(path: str, part: Series, units: dict) -> float:
+def _held(table: Table, part: Series) -> float:
     """Return the temperature of a curve [K]: the median of its column, or what its name or the text above it states."""
-    T = part.values.get(TEMPERATURE.key)
+    path, T = table.path, part.values.get(TEMPERATURE.key)
     if T is None:
         return _stated(path, part.name, part.before)
     column = part.columns[TEMPERATURE.key]
-    unit = str(units.get(TEMPERATURE.key, column.unit or ""))
+    unit = str(table.units.get(TEMPERATURE.key, column.unit or ""))
     if not unit:
         raise ValueError(
             f"{path}: column {column.label!r}: expected a temperature in °C or K, got neither: give"

@@ -8,7 +8,7 @@ import math
 import os
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -596,23 +596,33 @@ class Block(NamedTuple):
 
 
 class Table(NamedTuple):
-    """The blocks of a file and its dialect."""
+    """The blocks of a file, its dialect, and the places of columns and the units that the caller states."""
 
     path: str
     dialect: Dialect
     blocks: list[Block]
+    columns: dict[str, Any]
+    units: dict[str, str]
 
 
-def read_table(path: str | os.PathLike, decimal: str | None = None, columns: dict | None = None) -> Table:
+def read_table(
+    path: str | os.PathLike,
+    decimal: str | None,
+    columns: dict | None,
+    units: dict | None,
+    keys: Sequence[str],
+) -> Table:
     """Split a file into blocks, each of which begins with a line of known column names.
 
     Args:
         path: of a text file.
         decimal: the decimal mark, "." or ",", if it is ambiguous.
         columns: of the caller; tables side by side are one block where they have positions, which are those of the file.
+        units: of the caller.
+        keys: of the quantities that the reader knows.
 
     Raises:
-        ValueError: no file, no text, no rows of numbers.
+        ValueError: no file, no text, no rows of numbers, an unknown key, or one column for two quantities.
     """
     name = os.fspath(path)
     if decimal not in (None, ".", ","):
@@ -641,7 +651,14 @@ def read_table(path: str | os.PathLike, decimal: str | None = None, columns: dic
         blocks = _on_side(lines, dialect) or blocks
     if not any(isinstance(one, int) for one in (columns or {}).values()):
         blocks = [part for block in blocks for part in _apart(block, dialect)]
-    return Table(name, dialect, blocks)
+    for option, given in (("columns", columns), ("units", units)):
+        for key in given or {}:
+            if key not in keys:
+                raise ValueError(f"{name}: {option}: expected keys among {list(keys)}, got {key!r}")
+    chosen = list((columns or {}).values())
+    if len(set(chosen)) < len(chosen):
+        raise ValueError(f"{name}: columns: expected different columns, got {columns}")
+    return Table(name, dialect, blocks, columns or {}, units or {})
 
 
 def _after(last: Block, groups: list[tuple[list[Line], list[Row]]], dialect: Dialect) -> bool:

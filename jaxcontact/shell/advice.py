@@ -33,7 +33,7 @@ from jaxcontact.shell.case_file import Case, CaseError, tables_named
 from jaxcontact.shell.case_keys import FEW, chosen, maps_of
 from jaxcontact.shell.case_schema import KINDS
 from jaxcontact.shell.finished_steps import StoredFields
-from jaxcontact.simulate.experiment import Experiment, TimedExperiment
+from jaxcontact.simulate.experiment import Experiment
 from jaxcontact.simulate.run import BLOCK, first_block
 
 # Checks of a case with adhesion before it runs: the Tabor number, and the cells across the contact and its edge.
@@ -141,21 +141,11 @@ class Footprint:
 def footprint_of(case: Case) -> Footprint:
     """Return the requirements of a run of the case."""
     experiment = case.experiment()
-    return _at_once(case) if experiment is None else _in_blocks(case, experiment)
-
-
-def _at_once(case: Case) -> Footprint:
-    """Return the requirements of a steady state, one compiled program: its work arrays and the fields of its result."""
-    field, maps = (
-        8.0 * case.grid.shape[0] * case.grid.shape[1],
-        maps_of(stored_fields(case.result), 1),
-    )
-    memory = PROCESS + (KINDS[case.kind].memory + 3.0 * maps) * field
-    return Footprint(memory, maps * field + 8.0 * 20 + HEADERS)
-
-
-def _in_blocks(case: Case, experiment: TimedExperiment) -> Footprint:
-    """Return the requirements of a run in blocks of steps."""
+    if experiment is None:  # a steady state: the work arrays of one program and the fields of its result
+        field, count = 8.0 * case.grid.shape[0] * case.grid.shape[1], maps_of(stored_fields(case.result), 1)
+        memory = PROCESS + (KINDS[case.kind].memory + 3.0 * count) * field
+        return Footprint(memory, count * field + 8.0 * 20 + HEADERS)
+    # a run in blocks of steps
     plan, *block = shapes(first_block, experiment)
     kernels, steps, carry, outcomes = (_bytes(tree) for tree in (plan.stepper, plan.steps, *block))
     work = KINDS[case.kind].memory * kernels
@@ -224,7 +214,12 @@ def check(case: Case, path: Path) -> None:
         if case.experiment() is None:
             setup, settings, _ = case.arguments()
             Experiment.of(setup, settings)
-        _check_memory(case)
+        needed, has = footprint_of(case).memory, machine_memory()
+        if needed > has:
+            raise ValueError(
+                f"grid: found a run that needs about {in_bytes(needed)} of memory, accepted: up to the {in_bytes(has)}"
+                " of this machine; fewer cells (or fewer times, if quasi-elastic) need less"
+            )
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from error
 
@@ -250,15 +245,6 @@ def check_disk(case: Case, path: Path, directory: Path) -> None:
         )
 
 
-def _check_memory(case: Case) -> None:
-    needed, has = footprint_of(case).memory, machine_memory()
-    if needed > has:
-        raise ValueError(
-            f"grid: found a run that needs about {in_bytes(needed)} of memory, accepted: up to the {in_bytes(has)}"
-            " of this machine; fewer cells (or fewer times, if quasi-elastic) need less"
-        )
-
-
 def in_bytes(size: float) -> str:
     """Return a size as text with two digits, in MB or GB."""
     number, unit = (size / 1e6, "MB") if size < 1e8 else (size / 1e9, "GB")
@@ -267,8 +253,24 @@ def in_bytes(size: float) -> str:
 
 def advice(case: Case) -> list[str]:
     """Return one line for each likely fault of the result; an empty list if there is none."""
+    found = []
+    # a layer so thick that an error of the unit is likely: the substrate below it has no effect
+    width, thickness = max(float(width) for width in case.grid.width), thickest(case.body)
+    if thickness > THICK * width:
+        found.append(
+            f"layer.thickness: found {thickness:g} m, {thickness / width:.2g} times the grid's width: a half-space"
+            ' for this contact; accepted: text with its unit too, "150 nm"'
+        )
+    # a film strain beyond the range of linear theory, of which a run warns too
+    strain = estimated_strain(case)
+    if strain is not None and strain > STRAIN_LIMIT:
+        found.append(
+            f"layer: the film may be shortened by {told_apart(strain, STRAIN_LIMIT)}"
+            f" of its thickness: above {STRAIN_LIMIT} linear theory"
+            " is inaccurate; a lower load or approach reduces the strain"
+        )
     contact = adhesion_advice if "adhesion" in case.motion else _grid_advice
-    return [*_layer_advice(case), *_strain_advice(case), *contact(case), *_time_advice(case)]
+    return [*found, *contact(case), *_time_advice(case)]
 
 
 def describe_strain(case: Case) -> str:
@@ -301,27 +303,6 @@ def describe(case: Case) -> str:
         f"{times}, {nx} x {ny} cells over {width_x:.4g} x {width_y:.4g} um,"
         f" about {in_bytes(needed.memory)} of memory, {in_bytes(needed.disk)} on disk"
     )
-
-
-def _layer_advice(case: Case) -> Iterator[str]:
-    """Warn of a layer so thick that an error of the unit is likely: the substrate below it has no effect."""
-    width, thickness = max(float(width) for width in case.grid.width), thickest(case.body)
-    if thickness > THICK * width:
-        yield (
-            f"layer.thickness: found {thickness:g} m, {thickness / width:.2g} times the grid's width: a half-space"
-            ' for this contact; accepted: text with its unit too, "150 nm"'
-        )
-
-
-def _strain_advice(case: Case) -> Iterator[str]:
-    """Warn of a film strain beyond the range of linear theory, as a run does too."""
-    strain = estimated_strain(case)
-    if strain is not None and strain > STRAIN_LIMIT:
-        yield (
-            f"layer: the film may be shortened by {told_apart(strain, STRAIN_LIMIT)}"
-            f" of its thickness: above {STRAIN_LIMIT} linear theory"
-            " is inaccurate; a lower load or approach reduces the strain"
-        )
 
 
 def _grid_advice(case: Case) -> Iterator[str]:

@@ -12,7 +12,7 @@ import re
 import reprlib
 import textwrap
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from decimal import Decimal
 from pathlib import Path
@@ -44,7 +44,7 @@ from jaxcontact.shell.case_keys import (
     in_si,
     kept_unless_said,
 )
-from jaxcontact.shell.case_schema import KIND, KINDS, OPTIONAL_SECTIONS, PARTS, SEVERAL, CasePart, sections_of
+from jaxcontact.shell.case_schema import KIND, KINDS, OPTIONAL_SECTIONS, PARTS, SEVERAL, sections_of
 from jaxcontact.simulate.experiment import ContactSetup, Options, Settings, TimedExperiment
 
 # The tables of a case file: reading them, checking their keys and values, and converting values with units to SI.
@@ -201,7 +201,10 @@ def check_table(where: str, table: Table, keys: dict[str, Key]) -> None:
     """Raise CaseError for an unknown key, a missing one, or a value that its key does not accept."""
     for name, value in table.items():
         if name not in keys:
-            raise CaseError(f"{_path(where, name)}: unknown key; {_suggestion(name, list(keys))}")
+            near = lambda text: difflib.get_close_matches(text, list(keys), n=1)
+            close = near(name) or near(name.lower())
+            hint = f'did you mean "{close[0]}"? ' if close else ""
+            raise CaseError(f"{_path(where, name)}: unknown key; {hint}accepted: {', '.join(keys)}")
         if not keys[name].accept.test(value):
             raise CaseError(f"{_path(where, name)}: found {shown(value)}, accepted: {keys[name].words}")
     for name, key in keys.items():
@@ -211,12 +214,6 @@ def check_table(where: str, table: Table, keys: dict[str, Key]) -> None:
 
 def _path(where: str, name: str) -> str:
     return f"{where}.{name}" if where else f"[{name}]"
-
-
-def _suggestion(name: str, known: list[str]) -> str:
-    close = difflib.get_close_matches(name, known, n=1) or difflib.get_close_matches(name.lower(), known, n=1)
-    hint = f'did you mean "{close[0]}"? ' if close else ""
-    return f"{hint}accepted: {', '.join(known)}"
 
 
 def shown(value: Any) -> str:
@@ -259,7 +256,9 @@ class Case:
 
     def run(self) -> Any:
         """Return the result of the function that runs an experiment of this kind."""
-        return KINDS[self.kind].verb(**self._given())
+        given = {"body": self.body, "indenter": self.indenter, "control": self.control, "grid": self.grid}
+        over_time = {} if KINDS[self.kind].times is None else {"times": self.times}
+        return KINDS[self.kind].verb(**given, **over_time, **self.motion, **self.options)
 
     def experiment(self) -> TimedExperiment | None:
         """Return the checked experiment, to march in blocks; None for a steady state. Raises ValueError as ``run``."""
@@ -282,11 +281,6 @@ class Case:
         """The body with layers of one thickness each, the largest."""
         return at_its_thickest(self.body)
 
-    def _given(self) -> Table:
-        given = {"body": self.body, "indenter": self.indenter, "control": self.control, "grid": self.grid}
-        over_time = {} if KINDS[self.kind].times is None else {"times": self.times}
-        return given | over_time | self.motion | self.options
-
 
 def read_case(path: Path) -> Case:
     """The case in a TOML file. Raises CaseError for a file that is missing, broken or wrong."""
@@ -306,6 +300,7 @@ def _case(tables: Table, folder: Path) -> Case:
         raise CaseError(
             "[sweep]: found a study, accepted: a single case; jaxcontact sweep checks and runs a study"
         )
+    # the keys of every table, and the values in SI
     kind, sections = kind_of(tables)
     adhesive = "adhesion" in tables
     sections = sections_of(kind, adhesive=True) if adhesive else sections
@@ -316,10 +311,21 @@ def _case(tables: Table, folder: Path) -> Case:
     for name, part in KINDS[kind].parts.items():
         for where, table in tables_named(name, tables):
             check_table(where, table, part.keys)
-    body = _body(tables, sections, folder)
+    # the arguments of the function, in the order of their dependence
+    layers = []
+    for where, table in tables_named("layer", tables):
+        material, thickness = _material(where, table, sections["layer"]), table["thickness"]
+        if isinstance(thickness, str):
+            thickness = _field(f"{where}.thickness", folder / thickness, "thicknesses (nx, ny) [m]")
+        else:
+            thickness = float(thickness)
+        layers.append(Layer(material, thickness))
+    body = LayeredHalfSpace(layers, _material("substrate", tables["substrate"], sections["substrate"]))
     indenter = _indenter(tables["indenter"], sections["indenter"], folder)
     times = _times(tables["times"], sections["times"]) if "times" in sections else np.zeros(1)
-    control = _control(tables["control"], times.size)
+    name = _one_of(tables["control"], "load", "approach")
+    value = _over_times(f"control.{name}", tables["control"][name], "a number", times.size)
+    control = (Load if name == "load" else Approach)(value)
     if adhesive and not {"width", "shape"} & tables.get("grid", {}).keys():
         raise CaseError("grid.width: missing; accepted with [adhesion]: width, or shape and spacing")
     grid = _grid(tables.get("grid", {}), sections["grid"], body, indenter, control, times)
@@ -361,33 +367,15 @@ def _material(where: str, table: Table, own: dict[str, Key]) -> Any:
     if "nu" in values and "bulk_modulus" in values:
         raise CaseError(f"{where}.nu: found both nu and bulk_modulus; accepted: one of them")
     if chosen is not materials.Elastic:
-        return _same_length(where, chosen(**values))
+        material = chosen(**values)
+        if isinstance(material, materials.Prony) and np.shape(material.J) != np.shape(material.tau):
+            found = f"{np.size(material.tau)} for {np.size(material.J)} in J"
+            raise CaseError(f"{where}.tau: found {found}; accepted: as many numbers as in J")
+        return material
     if ("G" in values) == ("E" in values):
         found = "both" if "G" in values else "neither"
         raise CaseError(f"{where}.G: found {found} G and E; accepted: one of them, a number > 0 [Pa]")
     return chosen.from_young(**values) if "E" in values else chosen(**values)
-
-
-def _same_length(where: str, material: Any) -> Any:
-    """A Prony material needs one time per compliance."""
-    if isinstance(material, materials.Prony) and np.shape(material.J) != np.shape(material.tau):
-        found = f"{np.size(material.tau)} for {np.size(material.J)} in J"
-        raise CaseError(f"{where}.tau: found {found}; accepted: as many numbers as in J")
-    return material
-
-
-def _body(tables: Table, sections: dict[str, Keys], folder: Path) -> LayeredHalfSpace:
-    layers = [
-        Layer(_material(where, table, sections["layer"]), _thickness(where, table["thickness"], folder))
-        for where, table in tables_named("layer", tables)
-    ]
-    return LayeredHalfSpace(layers, _material("substrate", tables["substrate"], sections["substrate"]))
-
-
-def _thickness(where: str, value: Any, folder: Path) -> Any:
-    if isinstance(value, str):
-        return _field(f"{where}.thickness", folder / value, "thicknesses (nx, ny) [m]")
-    return float(value)
 
 
 def _indenter(table: Table, own: Keys, folder: Path) -> shapes.Indenter:
@@ -445,12 +433,6 @@ def _over_times(where: str, value: Any, one: str, nt: int) -> np.ndarray:
     return np.array(value, dtype=float)
 
 
-def _control(table: Table, nt: int) -> Control:
-    name = _one_of(table, "load", "approach")
-    value = _over_times(f"control.{name}", table[name], "a number", nt)
-    return (Load if name == "load" else Approach)(value)
-
-
 TANGENTIAL: dict[str, Callable[..., Any]] = {
     "tangential_load": TangentialLoad,
     "tangential_displacement": TangentialDisplacement,
@@ -466,7 +448,19 @@ def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
     if isinstance(motion.get("friction"), str):
         path = folder / motion["friction"]
         motion["friction"] = _field("experiment.friction", path, "coefficients of friction (nx, ny)")
-    motion |= _parts(kind, tables)
+    # what further tables describe; the objects of tables of one argument are added
+    found: dict[str, list[Any]] = {}
+    parts = KINDS[kind].parts
+    for name, part in parts.items():
+        absent = {key: None for key, own in part.keys.items() if not own.required and own.default is None}
+        for _, given in tables_named(name, tables):
+            values = {key: _as_float(value) for key, value in given.items()}
+            found.setdefault(part.argument, []).append(part.makes(**absent | values))
+    needed = [name for name, part in parts.items() if part.added]
+    if needed and parts[needed[0]].argument not in found:
+        missing = ", ".join(f"[{name}]" for name in needed)
+        raise CaseError(f"[{needed[0]}]: missing; accepted: one or more of {missing}")
+    motion |= {argument: functools.reduce(operator.add, objects) for argument, objects in found.items()}
     tangential = KINDS[kind].tangential
     if tangential is None:
         return motion
@@ -474,24 +468,6 @@ def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
     name = _one_of(control, *names)
     value = _over_times(f"control.{name}", control[name], "[x, y]", nt)
     return motion | {keyword: TANGENTIAL.get(name, np.asarray)(value)}
-
-
-def _parts(kind: str, tables: Table) -> Table:
-    """Return the arguments that further tables describe; the objects of tables of one argument are added."""
-    found: dict[str, list[Any]] = {}
-    for name, part in KINDS[kind].parts.items():
-        for _, table in tables_named(name, tables):
-            found.setdefault(part.argument, []).append(_part(part, table))
-    needed = [name for name, part in KINDS[kind].parts.items() if part.added]
-    if needed and KINDS[kind].parts[needed[0]].argument not in found:
-        names = ", ".join(f"[{name}]" for name in needed)
-        raise CaseError(f"[{needed[0]}]: missing; accepted: one or more of {names}")
-    return {argument: functools.reduce(operator.add, objects) for argument, objects in found.items()}
-
-
-def _part(part: CasePart, table: Table) -> Any:
-    absent = {name: None for name, key in part.keys.items() if not key.required and key.default is None}
-    return part.makes(**absent | {name: _as_float(value) for name, value in table.items()})
 
 
 def _times(table: Table, own: Keys) -> np.ndarray:
@@ -662,15 +638,12 @@ def _toml(value: Any) -> str:
         return "[" + ", ".join(_toml(item) for item in value) + "]"
     if isinstance(value, bool | int):
         return str(value).lower()
-    return _number(Decimal(f"{value:.12g}" if float(f"{value:.12g}") == value else repr(value)))
-
-
-def _number(value: Decimal) -> str:
-    """Return a number with a point, or for very large or small ones with a power of ten that is a multiple of 3: 150e-9."""
-    power = 3 * (value.adjusted() // 3)
-    if value and (power < -3 or power > 3):
-        return f"{value.scaleb(-power).normalize():f}e{power}"
-    plain = f"{value:f}"
+    # with a point, or for very large or small ones with a power of ten that is a multiple of 3: 150e-9
+    number = Decimal(f"{value:.12g}" if float(f"{value:.12g}") == value else repr(value))
+    power = 3 * (number.adjusted() // 3)
+    if number and (power < -3 or power > 3):
+        return f"{number.scaleb(-power).normalize():f}e{power}"
+    plain = f"{number:f}"
     return plain if "." in plain else f"{plain}.0"
 
 
@@ -694,28 +667,21 @@ def template(kind: str, cases: Path, name: str) -> str:
     own = {name: key.example for name, key in KINDS[kind].beside.items() if key.example is not None}
     tables["experiment"] = own | tables.get("experiment", {}) | {"kind": kind}
     case = case_of(tables, path)
-    blocks = [block_text(block) + "".join(_absent(block)) for block in blocks_of(case)]
-    return HEAD.format(title=_title(path), name=name) + "\n".join([*blocks, *_choices(kind)])
-
-
-def _title(path: Path) -> str:
-    """Return the first line of a case file, which is its title."""
-    return path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
-
-
-def _absent(block: Section) -> Iterator[str]:
-    """Yield a commented line for each optional key that is absent."""
-    for name, key in block.keys.items():
-        if name not in block.values and key.accept is not TABLE:
-            yield f"# {name} = ...  # {key.meaning}\n"
-
-
-def _choices(kind: str) -> Iterator[str]:
-    """Yield the materials, the shapes and, with adhesion, its laws, each with its keys."""
+    blocks = []
+    for block in blocks_of(case):  # with a commented line for each optional key that is absent
+        absent = {
+            key: own for key, own in block.keys.items() if key not in block.values and own.accept is not TABLE
+        }
+        blocks.append(
+            block_text(block) + "".join(f"# {key} = ...  # {own.meaning}\n" for key, own in absent.items())
+        )
+    # the materials, the shapes and, with adhesion, its laws, each with its keys
     laws = [("law of [adhesion]", LAWS)] if "adhesion" in sections_of(kind) else []
     for what, choices in [("material of a layer or the substrate", MATERIALS), ("shape", SHAPES), *laws]:
-        rows = [f'#   "{name}": {", ".join(keys)}' for name, (_, keys) in choices.items()]
-        yield "\n".join([f"# {what}, and its keys", *rows]) + "\n"
+        rows = [f'#   "{one}": {", ".join(keys)}' for one, (_, keys) in choices.items()]
+        blocks.append("\n".join([f"# {what}, and its keys", *rows]) + "\n")
+    title = path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
+    return HEAD.format(title=title, name=name) + "\n".join(blocks)
 
 
 # A caption that states what a case computes, placed below each picture of its run.

@@ -8,8 +8,7 @@ import webbrowser
 from collections.abc import Callable
 from typing import Any
 
-from jaxcontact.shell.playground.contacts import solve
-from jaxcontact.shell.playground.presets import PRESETS
+from jaxcontact.shell.playground.contacts import PRESETS, solve
 from jaxcontact.shell.playground.server import PageServer
 
 
@@ -21,7 +20,10 @@ def play(options: argparse.Namespace) -> int:
     # Before scipy is loaded, whose BLAS solves the small systems of a run: its threads wait for one another in a busy
     # loop, which takes up to a second of processor time per move where other programs use the processor as well.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    server = _opened(options.port)
+    try:
+        server = PageServer(options.port, solve)
+    except OSError as error:
+        raise ValueError(f"--port: expected a free port, got {options.port}: {error.strerror}") from error
     _in_background(server.serve_forever)
     address = f"http://127.0.0.1:{server.server_port}/"
     print(f"{address} (Ctrl-C ends it)", flush=True)
@@ -31,13 +33,6 @@ def play(options: argparse.Namespace) -> int:
     _in_background(server.runs.answer, name, preset.values)
     while True:
         time.sleep(3600.0)
-
-
-def _opened(port: int) -> PageServer:
-    try:
-        return PageServer(port, solve)
-    except OSError as error:
-        raise ValueError(f"--port: expected a free port, got {port}: {error.strerror}") from error
 
 
 def _in_background(function: Callable[..., Any], *arguments: Any) -> None:

@@ -80,8 +80,21 @@ def varied(tables: Table, values: Table, path: Path) -> Case:
     """Return the case of the tables with other values. Raises CaseError, which names them."""
     tables = copy.deepcopy(tables)
     try:
-        for key, value in values.items():
-            _put(tables, key, value)
+        for dotted, value in values.items():  # into an existing table or a new one
+            *parents, name = dotted.split(".")
+            table: Any = tables
+            for part in parents:
+                named = re.fullmatch(r"(\w+)\[(\d+)\]", part)
+                if named is None:
+                    table = table.setdefault(part, {})
+                else:
+                    group = table.get(named[1])
+                    inside = isinstance(group, list) and int(named[2]) < len(group)
+                    table = group[int(named[2])] if inside else None
+                if not isinstance(table, dict):
+                    accepted = 'a table of the case, as in "layer[0]"'
+                    raise CaseError(f"{part}: found no such table; accepted: {accepted}")
+            table[name] = value
         return case_of(tables, path)
     except CaseError as error:
         words = str(error).removeprefix(f"{path}: ")
@@ -91,23 +104,6 @@ def varied(tables: Table, values: Table, path: Path) -> Case:
 def in_words(values: Table) -> str:
     """Return the varied values of a case in one line."""
     return ", ".join(f"{key} = {shown(value)}" for key, value in values.items())
-
-
-def _put(tables: Table, dotted: str, value: Any) -> None:
-    """Set a key of a case, in an existing table or a new one."""
-    *parents, name = dotted.split(".")
-    table: Any = tables
-    for part in parents:
-        named = re.fullmatch(r"(\w+)\[(\d+)\]", part)
-        if named is None:
-            table = table.setdefault(part, {})
-        else:
-            group = table.get(named[1])
-            inside = isinstance(group, list) and int(named[2]) < len(group)
-            table = group[int(named[2])] if inside else None
-        if not isinstance(table, dict):
-            raise CaseError(f'{part}: found no such table; accepted: a table of the case, as in "layer[0]"')
-    table[name] = value
 
 
 def _combined(sweep: Any) -> tuple[Table, ...]:

@@ -22,7 +22,7 @@ from jaxcontact._support.status import Status
 from jaxcontact._support.version import __version__
 from jaxcontact.results.summaries import figures_in, values_of
 from jaxcontact.shell import advice
-from jaxcontact.shell.case_file import Case, CaseError, kind_of, unit_of
+from jaxcontact.shell.case_file import CaseError, kind_of, unit_of
 from jaxcontact.shell.run import FINE, NOT_CONVERGED, exit_status, print_error, signal_of, tell
 from jaxcontact.shell.study_file import CaseStudy, in_words, read_study, varied
 from jaxcontact.simulate.sweep import FUNCTION, Study, sweep_of
@@ -36,15 +36,33 @@ DRAWN = ("peak_pressure", "contact_radius", "approach")  # at the end of each ca
 def run_study(options: argparse.Namespace) -> int:
     """Compute the missing cases of a study, write its table and return the exit status."""
     study = read_study(options.study)
-    _check_directory(options.directory)
-    _check_table(study, options.directory / TABLE, options.force)
+    directory, table = options.directory, options.directory / TABLE
+    # the directory is new, empty, or that of a study
+    if directory.is_dir() and any(directory.iterdir()) and not (directory / FUNCTION).exists():
+        raise run_directory.DirectoryTakenError(
+            f"{directory}: found a directory that is not empty, accepted: a new one, or that of this study"
+        )
+    if table.exists() and not options.force:  # with no case that the new one would lack
+        names = list(study.cases[0])
+        requested = {tuple(str(value) for value in _varying(case).values()) for case in study.cases}
+        with table.open(newline="", encoding="utf-8") as file:
+            written = [tuple(row.get(name) for name in names) for row in csv.DictReader(file)]
+        dropped = [row for row in written if row not in requested]
+        if dropped:
+            raise run_directory.DirectoryTakenError(
+                f"{table}: found {len(dropped)} cases that {study.path} does not have; --force leaves them out of the"
+                " table (their results stay in the directory), or take another directory"
+            )
     advice.check(varied(study.tables, study.cases[0], study.path), study.path)
     compute = figures_by(study.tables, str(study.path.resolve()))
     cases = [values | {CASE: mark} for values, mark in zip(study.cases, study.fingerprints, strict=True)]
+    # each entry of the case distinguishes studies in a folder, independent of where its file lies
+    entries = {f"[{name}]": value for name, value in study.tables.items()}
+    identity = {name: json.dumps(value, sort_keys=True, default=str) for name, value in entries.items()}
     try:
         with _executor(options.scheduler) as executor:
             where = {"executor": executor, "processes": options.processes}
-            found = sweep_of(compute, cases, options.directory, _identity(study), **where)
+            found = sweep_of(compute, cases, options.directory, identity, **where)
     except KeyboardInterrupt as interrupt:
         reason = "finished cases are kept; the same command continues"
         name = signal_of(interrupt).name
@@ -54,12 +72,6 @@ def run_study(options: argparse.Namespace) -> int:
     return _finish(study, found, options.directory)
 
 
-def _identity(study: CaseStudy) -> dict[str, str]:
-    """Return what distinguishes studies in a folder: each entry of the case, independent of where its file lies."""
-    entries = {f"[{name}]": value for name, value in study.tables.items()}
-    return {name: json.dumps(value, sort_keys=True, default=str) for name, value in entries.items()}
-
-
 def figures_by(tables: dict[str, Any], path: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
     """Return the function that runs a case of the tables with other values and returns its figures."""
 
@@ -67,49 +79,15 @@ def figures_by(tables: dict[str, Any], path: str) -> Callable[[dict[str, Any]], 
         changed = {key: value for key, value in values.items() if key != CASE}
         case = varied(tables, changed, Path(path))
         advice.check(case, Path(path))
-        return _converged_figures(case, case.run())
+        result = case.run()
+        status = np.atleast_1d(np.asarray(result.status))
+        if np.any(status):  # a case that fails has no figures
+            step = int(np.argmax(status > 0))
+            where = f"step {step + 1} of {status.size}: " if status.size > 1 else ""
+            raise RuntimeError(where + Status(int(status[step])).message)
+        return figures_in(values_of(result), hasattr(result, "times"))
 
     return figures
-
-
-def _converged_figures(case: Case, result: Any) -> dict[str, float]:
-    """Return the figures of a result. Raises RuntimeError at the first step whose status is not FINE."""
-    status = np.atleast_1d(np.asarray(result.status))
-    if np.any(status):
-        step = int(np.argmax(status > 0))
-        where = f"step {step + 1} of {status.size}: " if status.size > 1 else ""
-        raise RuntimeError(where + Status(int(status[step])).message)
-    return figures_in(values_of(result), hasattr(result, "times"))
-
-
-def _check_directory(directory: Path) -> None:
-    """Check that the directory is new, empty, or that of a study."""
-    if directory.is_dir() and any(directory.iterdir()) and not (directory / FUNCTION).exists():
-        raise run_directory.DirectoryTakenError(
-            f"{directory}: found a directory that is not empty, accepted: a new one, or that of this study"
-        )
-
-
-def _check_table(study: CaseStudy, path: Path, force: bool) -> None:
-    """Raise an error if the existing table has cases that the new one would lack, unless forced."""
-    if force or not path.exists():
-        return
-    names = list(study.cases[0])
-    requested = {_cells(case) for case in study.cases}
-    with path.open(newline="", encoding="utf-8") as file:
-        dropped = [
-            row for row in csv.DictReader(file) if tuple(row.get(name) for name in names) not in requested
-        ]
-    if dropped:
-        raise run_directory.DirectoryTakenError(
-            f"{path}: found {len(dropped)} cases that {study.path} does not have; --force leaves them out of the table"
-            " (their results stay in the directory), or take another directory"
-        )
-
-
-def _cells(case: dict[str, Any]) -> tuple[str, ...]:
-    """Return the varied values of a case as the table has them."""
-    return tuple(str(value) for value in _varying(case).values())
 
 
 def _varying(case: dict[str, Any]) -> dict[str, Any]:
@@ -133,7 +111,16 @@ def _executor(scheduler: str | None) -> Iterator[Executor | None]:
 
 def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
     """Write the table and the summary, report failures, and return the exit status."""
-    rows = [_row(study, found, index) for index in range(len(found))]
+    # a row for each case: the varied values, and its figures with their notes or the failure
+    rows: list[dict[str, Any]] = []
+    for index, values in enumerate(study.cases):
+        row = {"case": index} | _varying(values)
+        if index in found.failures:
+            rows.append(row | {"failure": found.failures[index]})
+            continue
+        notes = found.notes.get(index, ())
+        figures = {name: value.item() for name, value in found[index].items()}
+        rows.append(row | figures | {"warnings_count": len(notes), "notes": "; ".join(notes)})
     names = list(dict.fromkeys(name for row in rows for name in row if name != "failure"))
     write_whole(directory / TABLE, lambda path: _write_table(path, [*names, "failure"], rows))
     summary = {
@@ -179,16 +166,19 @@ def _draw(study: CaseStudy, found: Study, path: Path) -> str | None:
         return str(error)
     if not 1 <= len(varied) <= 2:
         return f"expected one or two numbers that vary, got {len(varied)}" + "".join(f", {v}" for v in varied)
-    names = {
-        name: own for name in found[done[0]] for own in DRAWN if name.startswith(own) and _is_last(name, own)
-    }
-    if not names:
+    # the values at the end, or those of a steady state: peak_pressure_end_Pa or peak_pressure_Pa
+    titles = {}
+    for name in found[done[0]]:
+        for own in DRAWN:
+            *end, unit = name.removeprefix(own + "_").split("_")
+            if name.startswith(own) and (not end or end[0] == "end"):
+                titles[name] = f"{own.replace('_', ' ')}{' at the end' if end else ''} [{unit}]"
+    if not titles:
         return f"the cases have none of {', '.join(DRAWN)}"
     labels = labels_of(study.cases, study.tables)
     cases = [{labels[name]: value for name, value in case.items()} for case in study.cases]
-    write_picture(
-        path, studies_figure(cases, {_titled(*item): found.stacked(item[0]) for item in names.items()})
-    )
+    drawn = {title: found.stacked(name) for name, title in titles.items()}
+    write_picture(path, studies_figure(cases, drawn))
     return None
 
 
@@ -197,28 +187,6 @@ def labels_of(cases: Sequence[dict[str, Any]], tables: dict[str, Any]) -> dict[s
     _, sections = kind_of(tables)
     units = {name: unit_of(name, sections) for case in cases for name in case}
     return {name: f"{name} [{unit}]" if unit else name for name, unit in units.items()}
-
-
-def _titled(name: str, quantity: str) -> str:
-    """Return "peak pressure at the end [Pa]" for peak_pressure_end_Pa, and so for the value of a steady state."""
-    *end, unit = name.removeprefix(quantity + "_").split("_")
-    return f"{quantity.replace('_', ' ')}{' at the end' if end else ''} [{unit}]"
-
-
-def _is_last(name: str, quantity: str) -> bool:
-    """Return whether a figure is the value of a quantity at the end, or that of a steady state."""
-    rest = name.removeprefix(quantity + "_")
-    return rest.startswith("end_") or "_" not in rest
-
-
-def _row(study: CaseStudy, found: Study, index: int) -> dict[str, Any]:
-    """Return the row of a case in the table: the varied values, and its figures with their notes or the failure."""
-    varying = _varying(study.cases[index])
-    if index in found.failures:
-        return {"case": index} | varying | {"failure": found.failures[index]}
-    notes = found.notes.get(index, ())
-    figures = {name: value.item() for name, value in found[index].items()}
-    return {"case": index} | varying | figures | {"warnings_count": len(notes), "notes": "; ".join(notes)}
 
 
 def _write_table(path: Path, names: list[str], rows: list[dict[str, Any]]) -> None:

@@ -415,7 +415,7 @@ def shell(table: Table, name: str, words: list[str], hidden: dict[str, str]) -> 
                 name,
                 {key: value for key, value in found.items() if value is not None and not PASSING.search(key)},
             )
-    table.took(name, time.process_time() - began)
+    table.seconds[name] = time.process_time() - began
 
 
 def data(table: Table) -> None:

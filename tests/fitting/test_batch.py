@@ -1,5 +1,6 @@
 """The directories of a batch of fits: nothing is written outside them, and nothing is overwritten."""
 
+import functools
 import itertools
 import json
 from pathlib import Path
@@ -7,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fitting.cli import kinds, maps
+from fitting.cli import maps
+from fitting.cli.kinds import KINDS
 from fitting.cli.maps import folders_of
 from jaxcontact.__main__ import main
 
@@ -63,9 +65,15 @@ def test_awkward_files_are_all_fitted(tmp_path, monkeypatch):
         assert own["parameters"]["G_Pa"] == pytest.approx(moduli[row["file"]], rel=0.01)
 
 
+def unfitted():
+    """The kind of creep curves with a fit that nothing may reach."""
+    fit = functools.wraps(KINDS["creep"].fit)(lambda *_, **__: pytest.fail("fitted"))
+    return KINDS["creep"]._replace(fit=fit)
+
+
 def test_no_command_replaces_what_it_reads(tmp_path, monkeypatch, capsys):
     """The line comes before any fit, and the file stays as it was."""
-    monkeypatch.setattr(kinds, "fit_creep", lambda *_: pytest.fail("fitted"))
+    monkeypatch.setitem(KINDS, "creep", unfitted())
     monkeypatch.chdir(tmp_path)
     for name, command in (("curve.csv", "creep"), ("table.csv", "batch"), ("a/curve.csv", "batch")):
         path = Path(maxwell(tmp_path / name, 1e5))
@@ -76,7 +84,7 @@ def test_no_command_replaces_what_it_reads(tmp_path, monkeypatch, capsys):
 
 
 def test_a_folder_in_the_way_is_named_before_any_fit(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(kinds, "fit_creep", lambda *_: pytest.fail("fitted"))
+    monkeypatch.setitem(KINDS, "creep", unfitted())
     file, out = maxwell(tmp_path / "a.csv", 1e5), tmp_path / "out"
     (out / "report.html").mkdir(parents=True)
     assert main(["fit", "batch", file, "-o", str(out), "--force"]) == 2

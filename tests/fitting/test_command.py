@@ -1,5 +1,7 @@
 """The fit commands as a user meets them: results, and every malformed file refused in one line, status 2."""
 
+import argparse
+import functools
 import json
 
 import numpy as np
@@ -7,7 +9,8 @@ import pytest
 from test_progress import Terminal
 from test_readers import MALFORMED, write
 
-from fitting.cli import command, kinds
+from fitting.cli.flags import Kind, add, arguments, options_of
+from fitting.cli.kinds import KINDS
 from fitting.views.text import HEADS
 from jaxcontact.__main__ import main
 
@@ -163,11 +166,13 @@ class Taken(Exception):
 def taken(monkeypatch):
     """The data and options that a command line brings to the fit."""
 
-    def stop(data, model, **options):
-        raise Taken(data, options)
+    for name in ("creep", "indentation"):
 
-    monkeypatch.setattr(command, "fit_creep", stop)
-    monkeypatch.setattr(kinds, "fit_indentation", stop)
+        @functools.wraps(KINDS[name].fit)
+        def stop(data, model, **options):
+            raise Taken(data, options)
+
+        monkeypatch.setitem(KINDS, name, KINDS[name]._replace(fit=stop))
 
     def run(*arguments):
         with pytest.raises(Taken) as caught:
@@ -294,3 +299,41 @@ def test_a_terminal_says_what_is_fitted_and_nothing_of_it_stays(tmp_path, monkey
     shown = terminal.getvalue().split("\r")
     assert f"fitting {file} ..." in shown and not shown[-1].strip()
     assert "fitting" not in capsys.readouterr().out
+
+
+def read_wear(path, *, columns: dict | None = None, speed: float | None = None, decimal: str | None = None):
+    """Read a wear test.
+
+    Args:
+        path: a file.
+        columns: {"t": header, "depth": ...}.
+        speed: of sliding [m/s]; None: that of the file.
+        decimal: the decimal mark.
+    """
+
+
+def fit_wear(data, *, offset: float | str = 0.0, smooth: bool = False, level: float = 0.95):
+    """Fit a wear test.
+
+    Args:
+        data: the curve.
+        offset: of the depth [m], a number or "fit". It is held otherwise.
+        smooth: whether the depth is smoothed.
+        level: confidence level.
+    """
+
+
+def test_a_new_kind_of_fit_has_its_flags_and_arguments_from_its_functions():
+    kind, parser = Kind(read_wear, fit_wear), argparse.ArgumentParser()
+    options = options_of(kind)
+    assert list(options) == ["offset", "smooth", "level", "column", "speed", "decimal"]
+    assert options["speed"]["help"] == "of sliding [m/s]; by default that of the file"
+    assert options["column"]["help"] == "column of a quantity (t, depth)"
+    assert options["offset"]["help"].startswith("of the depth [m], a number or fit")
+    assert "(0.95)" in options["level"]["help"]
+    add(parser, kind, options)
+    given = parser.parse_args(["--offset", "1e-6", "--smooth", "--column", "t=0", "--speed", "2"])
+    assert arguments(fit_wear, kind, given) == {"offset": 1e-6, "smooth": True, "level": 0.95}
+    assert arguments(read_wear, kind, given) == {"columns": {"t": 0}, "speed": 2.0, "decimal": None}
+    with pytest.raises(ValueError, match="--offset: expected a number, got 'far'"):
+        arguments(fit_wear, kind, parser.parse_args(["--offset", "far"]))

@@ -115,7 +115,6 @@ ELSEWHERE = {  # reached by no row, and why
     },
     "storage.py: _inputs": "test_storage.py, every name",
     "npz.py: write_whole": "needs a full disk: test_full_disk.py",
-    "sweep.py: _check_table": "a table of more cases: test_full_disk.py",
     **{
         f"storage.py: {name}": "test_storage.py, forged files"
         for name in ("_check_arrays", "_check_notes", "_check_axis", "_count_of_times", "_read_netcdf")
@@ -126,10 +125,9 @@ ELSEWHERE = {  # reached by no row, and why
     "run.py: _raise": "needs a signal: test_stopped_runs.py",
     "run_directory.py: locked": "needs two runs: test_stopped_runs.py",
     "finished_steps.py: resume_point": "needs a stopped run: test_stopped_runs.py",
-    "sweep.py: run_study": "a folder of another study: test_study_files.py",
+    "sweep.py: run_study": "a folder of another study: test_study_files.py; a table of more cases: test_full_disk.py",
     "sweep.py: _executor": "without the extra",
-    "sweep.py: figures": "test_study_files.py",
-    "sweep.py: _converged_figures": "a solve that fails: test_study_files.py",
+    **{f"sweep.py: {name}": "a solve that fails: test_study_files.py" for name in ("figures", "figures_by")},
     "advice.py: check_disk": "needs a full disk: test_command_line.py",
     "sensitivity.py: plot": "needs a computed table: test_gradients.py",
     "case_file.py: _indenter": "a word of the schema",
@@ -138,10 +136,9 @@ ELSEWHERE = {  # reached by no row, and why
     **{
         place: "a request or an option of the page: test_play_page.py"
         for place in (
-            "play.py: _opened",
+            "play.py: play",
             "options.py: port_number",
-            "presets.py: checked",
-            "presets.py: _within",
+            "contacts.py: checked",
             "server.py: _request",
         )
     },

@@ -16,8 +16,7 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
-from jaxcontact.shell.playground.contacts import TIMES, contact, solve
-from jaxcontact.shell.playground.presets import PRESETS
+from jaxcontact.shell.playground.contacts import PRESETS, TIMES, contact, solve
 from jaxcontact.shell.playground.server import PageServer
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)

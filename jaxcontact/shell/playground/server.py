@@ -1,17 +1,20 @@
-"""The server of the page: its files, the presets, the stage of the solver, and runs for the values of the sliders."""
+"""The server of the page: its files, the presets, the stage of the solver, and runs for the values of the sliders, one at a
+time."""
 
 import dataclasses
+import functools
 import json
 import os
 import sys
+import threading
+from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 from urllib.parse import urlsplit
 
-from jaxcontact.shell.playground.presets import PRESETS, SPAN, checked
-from jaxcontact.shell.playground.runs import Runs, Solver
+from jaxcontact.shell.playground.contacts import PRESETS, SPAN, checked
 
 PAGE = Path(__file__).parent / "page"
 FILES = {
@@ -22,6 +25,31 @@ FILES = {
 LOCAL = ("127.0.0.1", "localhost", "::1")
 LARGEST = 10_000
 """Bytes of a request."""
+
+Answer: TypeAlias = dict[str, Any]  # in JSON's types
+Solver: TypeAlias = Callable[[str, tuple[float, ...]], Answer]  # from a preset and its values in their order
+
+
+class Runs:
+    """Runs of a solver, one at a time.
+
+    stage: what a request waits for, "compiling" or "computing".
+    """
+
+    def __init__(self, solver: Solver) -> None:
+        self.stage = "compiling"
+        self._solver = functools.lru_cache(solver)
+        self._one_at_a_time = threading.Lock()
+        self._compiled: set[str] = set()
+
+    def answer(self, name: str, values: dict[str, float]) -> Answer:
+        """Return the solver's answer for values of a preset; it may raise ValueError."""
+        indenter = PRESETS[name].indenter
+        with self._one_at_a_time:
+            self.stage = "computing" if indenter in self._compiled else "compiling"
+            answer = self._solver(name, tuple(values.values()))
+            self._compiled.add(indenter)
+        return answer
 
 
 class PageServer(ThreadingHTTPServer):
