@@ -64,7 +64,7 @@ class ShearStepper(Stepper):
         zeros = lambda *axes: jnp.zeros((*axes, *shape))
         fields = self.memory.start(shape)
         count = self.memory.delayed(fields, zeros()).rates.size
-        judged = (StepError.none(count), StepError.none(count)) if count else ()
+        judged = (StepError.none(count, shape), StepError.none(count, (2, *shape))) if count else ()
         return ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), judged)
 
     def advance(self, carry: ShearCarry, step: Steps) -> tuple[ShearCarry, Outcome]:
@@ -105,11 +105,12 @@ class ShearStepper(Stepper):
         under the pressure."""
         if not carry.judged:
             return ()
-        before, rate, lapse = carry.traction, carry.rate, Lapse(dt)
+        before, lapse = carry.traction, Lapse(dt)
         along = jax.lax.stop_gradient(present(before[2], traction[2]))
         delayed = self.memory.delayed(carry.memory, along)
-        pressed = after_step(carry.judged[0], delayed, before[2], traction[2], rate[2], lapse)
-        sheared = after_step(carry.judged[1], delayed, before[:2], traction[:2], rate[:2], lapse)
+        pressed = after_step(carry.judged[0], delayed, before[2], traction[2], lapse, self.load_controlled)
+        given = self.tangential_load_controlled
+        sheared = after_step(carry.judged[1], delayed, before[:2], traction[:2], lapse, given)
         return pressed, sheared
 
     def overall(self, carry: ShearCarry) -> dict[str, Array]:
