@@ -2,7 +2,6 @@
 
 import functools
 
-import jax
 import numpy as np
 import pytest
 
@@ -224,19 +223,3 @@ def test_sheared_heights_end_with_their_grid_and_a_ball_does_not():
     for indenter, status in ((jc.HeightField(np.zeros(grid.shape)), 0), (jc.Sphere(1.0), jc.Status.AT_EDGE)):
         history = jc.shear(body, indenter, jc.Load(0.1), push, [0.0], friction=0.3, grid=grid, coupled=False)
         assert history.pressure[0, 0, 6] > 0.0 and history.status[0] == status
-
-
-def test_a_tangential_control_of_traced_numbers_is_an_array():
-    push = lambda q: jc.shear(
-        jc.LayeredHalfSpace([], jc.Elastic(1e9, 0.3)),
-        jc.Sphere(5e-3),
-        jc.Load(0.1),
-        jc.TangentialLoad((q, 0.0)),
-        [0.0],
-        friction=0.3,
-        grid=jc.Grid.square(n=8, width=200e-6),
-    ).approach[0]
-    with pytest.raises(
-        ValueError, match=r"TangentialLoad: expected an array inside jit, .* tuple of traced .*jnp.stack"
-    ):
-        jax.grad(push)(0.01)
