@@ -7,7 +7,7 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import pytree
+from jaxcontact._support.pytree import is_concrete, pytree
 
 
 class Control:
@@ -101,7 +101,13 @@ def check_tangential(control: TangentialControl, nt: int) -> Verdict:
         isinstance(control, TangentialLoad | TangentialDisplacement),
         f"tangential: expected TangentialLoad or TangentialDisplacement, got {control!r}",
     )
-    name, shape = type(control).__name__, np.shape(control.value)
+    name = type(control).__name__
+    checks.require(
+        is_concrete(control.value) or not isinstance(control.value, list | tuple),
+        f"{name}: expected an array inside jit, vmap and grad, got a {type(control.value).__name__} of traced numbers:"
+        " join them by jnp.stack",
+    )
+    shape = np.shape(control.value)
     checks.require(
         shape in ((2,), (nt, 2)), f"{name}: expected shape (2,) or ({nt}, 2) as times, got shape {shape}"
     )

@@ -101,6 +101,7 @@ class Spectrum:
 LEAST_GAP = (
     300.0  # logarithm of the interval between two rates over the smallest distance of a zero from its ends
 )
+MANY = 32  # retardation rates above which a product over them is a loop of the program
 LEAST_PART = 1e-100  # part of the instantaneous modulus in place of moduli of zero, so that a zero lies between all rates
 
 
@@ -210,12 +211,18 @@ def relaxation_modes(spectrum: Spectrum, extra: Array | float = 0.0) -> tuple[Ar
     zero = jnp.zeros((*rho.shape[:-1], 1))
     roots = rho if spectrum.fluidity is not None else jnp.concatenate([zero, rho], -1)
     n = spectrum.rates.shape[0]
-    weight = jnp.ones_like(roots)
-    for i in range(n):
-        others = jnp.where(jnp.arange(n + 1) > i, roots[..., i : i + 1], roots[..., i + 1 : i + 2])
+
+    def times_factor(weight: Array, i: Array | int) -> tuple[Array, None]:
+        others = jnp.where(jnp.arange(n + 1) > i, roots[..., i, None], roots[..., i + 1, None])
         gap = others - roots
         factor = (spectrum.rates[i] - roots) / jnp.where(gap == 0.0, 1.0, gap)
-        weight = weight * jnp.where(gap == 0.0, 0.0, factor)
+        return weight * jnp.where(gap == 0.0, 0.0, factor), None
+
+    weight = jnp.ones_like(roots)
+    if n > MANY:  # each factor of the product below is a program of its own where nothing is compiled
+        weight, _ = jax.lax.scan(times_factor, weight, jnp.arange(n))
+    for i in range(n if n <= MANY else 0):
+        weight, _ = times_factor(weight, i)
     return rho, (weight if spectrum.fluidity is not None else weight[..., 1:]) / total
 
 
@@ -233,6 +240,12 @@ def _newton(rates: Array, weights: Array, total: Array, rho: Array) -> Array:
         size = jnp.where(size == 0.0, 1.0, size)
         factors = (rates - rho[..., None]) / size
         value = total * jnp.prod(factors, -1)
+        if rates.shape[0] > MANY:
+            # the products without one factor are those before it times those behind it
+            one = jnp.ones_like(factors[..., :1])
+            ahead = jnp.concatenate([one, jnp.cumprod(factors[..., :-1], -1)], -1)
+            behind = jnp.concatenate([jnp.flip(jnp.cumprod(jnp.flip(factors[..., 1:], -1), -1), -1), one], -1)
+            return value + jnp.sum(weights / size * ahead * behind, -1)
         for i in range(rates.shape[0]):
             value = value + weights[i] / size[..., i] * jnp.prod(jnp.delete(factors, i, axis=-1), -1)
         return value

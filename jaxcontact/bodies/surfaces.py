@@ -16,20 +16,30 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import is_concrete, value_in_words
+from jaxcontact._support.pytree import is_concrete, refuse_masked, value_in_words
 from jaxcontact.bodies.grid import Grid, check_grid
 
 SAME = 1e-6  # relative difference within which two cell sizes are equal
 
 
-class Surface(NamedTuple):
+class _Surface(NamedTuple):
+    """The fields of a ``Surface``, whose constructor cannot be changed in a named tuple itself."""
+
+    heights: np.ndarray
+    grid: Grid
+
+
+class Surface(_Surface):
     """A measured surface.
 
     heights: (nx, ny) [m], larger towards the opposing body; grid: a ``Grid`` of the file's cells.
     """
 
-    heights: np.ndarray
-    grid: Grid
+    __slots__ = ()
+
+    def __new__(cls, heights: np.ndarray, grid: Grid) -> Surface:
+        refuse_masked("heights", heights)
+        return super().__new__(cls, heights, grid)
 
     def __repr__(self) -> str:
         return f"Surface(heights={value_in_words(self.heights)} m, grid={self.grid!r})"

@@ -199,3 +199,13 @@ def test_a_shifted_material_has_the_creep_of_another_time(material):
     creep = jax.jit(lambda m, t: m.creep(t))
     np.testing.assert_allclose(creep(material.shifted(7.0), 7.0 * t), creep(material, t), rtol=1e-9)
     assert jax.jit(jax.grad(lambda a: jnp.sum(material.shifted(a).creep(3.0))))(2.0) <= 0.0
+
+
+def test_relaxation_of_many_branches_is_that_of_few(monkeypatch):
+    """Above ``MANY`` rates products over the rates are loops of the program: 360 branches once took 10 GB."""
+    times = np.geomspace(1e-4, 1e4, 9)
+    body = jc.Prony(1e-9, np.full(12, 1e-10), np.geomspace(1e-3, 1e3, 12), 0.3, fluidity=1e-12)
+    few = body.relaxation(times)
+    monkeypatch.setattr("jaxcontact.bodies.materials.MANY", 5)
+    jax.clear_caches()
+    np.testing.assert_allclose(body.relaxation(times), few, rtol=1e-12)

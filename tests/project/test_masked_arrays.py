@@ -31,6 +31,7 @@ def moduli(values, **more):
 
 CALLS = {  # of a good array, which the call accepts, and which is refused with a mask
     "heights": (MAP, jc.HeightField),
+    "heights of a surface": (MAP, lambda heights: jc.Surface(heights, GRID)),
     "load": (np.ones(2), jc.Load),
     "approach": (np.ones(2), jc.Approach),
     "tangential load": (np.ones(2), jc.TangentialLoad),

@@ -69,6 +69,10 @@ MOTION = {
         lambda: rub(velocity=None, path=TRACK, wears="indenter"),
         r'path: expected None with thermal= or wears="indenter", got positions',
     ),
+    "a tuple of traced numbers as a tangential load": (
+        lambda: jax.jit(lambda q: shear(jc.TangentialLoad((q, 0.0))).approach)(1.0),
+        r"TangentialLoad: expected an array inside jit, vmap and grad, got a tuple of traced numbers: join them",
+    ),
     "automatic substeps inside jit": (
         lambda: jax.jit(lambda speed: rub(velocity=speed, substeps="auto").approach)(0.1),
         r'substeps: expected a number inside jit, vmap and grad, got "auto"',
