@@ -7,11 +7,12 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
-import pandas
 import pytest
 from test_command import noisy_burgers, refused, table
 
 from jaxcontact.__main__ import main
+
+pandas = pytest.importorskip("pandas", reason="the extra that reads tables back")
 
 
 @pytest.mark.slow

@@ -11,11 +11,12 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pandas
 import pytest
 
 import fitting
 from jaxcontact.__main__ import main
+
+pandas = pytest.importorskip("pandas", reason="the extra that reads tables back")
 
 ABOVE = [above / "shared" / "data" / "kinds" for above in Path(__file__).resolve().parents]
 GIVEN = os.environ.get("JAXCONTACT_KINDS")
