@@ -12,7 +12,6 @@ import scipy
 import fitting
 import jaxcontact as jc
 from fitting.cli.command import main
-from fitting.fits import growth
 from jaxcontact.__main__ import main as shell
 from jaxcontact.bodies.laws import RubbingState
 from tests.benchmarks import growth_coverage
@@ -371,12 +370,13 @@ def test_a_fit_in_a_contact_repeats_the_notes_of_the_solver():
     contact = fitting.RubbedContact(
         film, roller, grid, velocity=0.1, friction=0.1, radius=5e-6, thickest=5e-7
     )
-    t, kinetics = np.linspace(120.0, 240.0, 5), fitting.GrowthKinetics(1e-2, 9.2e-20, 0.0, 1e-3)
+    t = np.linspace(120.0, 240.0, 5)
     data = [
-        fitting.GrowthData(t, np.full(5, 1e-9), stress=1e9, temperature=353.0, load=load)
-        for load in (10.0, 2.0)
+        fitting.GrowthData(t, 6e-11 * t, stress=1e9, temperature=353.0, load=load)
+        for load in (10.0, 8.0)
     ]
-    notes = growth._of_contact(contact, growth.Curves.of(tuple(data)), kinetics)
+    known = {"activation_energy": 9.2e-20, "activation_volume": 0.0, "removal_rate": 1e-3}
+    notes = fitting.fit_growth(data, contact=contact, fixed=known).notes
     assert any("of 2 curves, first: only" in note and "cells across" in note for note in notes)
     assert any("of 2 curves, first: film strain reaches" in note for note in notes)
 
