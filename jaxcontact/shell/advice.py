@@ -33,8 +33,7 @@ from jaxcontact.shell.case_file import Case, CaseError, tables_named
 from jaxcontact.shell.case_keys import FEW, chosen, maps_of
 from jaxcontact.shell.case_schema import KINDS
 from jaxcontact.shell.finished_steps import StoredFields
-from jaxcontact.simulate.experiment import Experiment, TimedExperiment
-from jaxcontact.simulate.run import BLOCK, first_block
+from jaxcontact.simulate.run import BLOCK, Experiment, first_block
 
 # Checks of a case with adhesion before it runs: the Tabor number, and the cells across the contact and its edge.
 #
@@ -154,12 +153,12 @@ def _at_once(case: Case) -> Footprint:
     return Footprint(memory, maps * field + 8.0 * 20 + HEADERS)
 
 
-def _in_blocks(case: Case, experiment: TimedExperiment) -> Footprint:
+def _in_blocks(case: Case, experiment: Experiment) -> Footprint:
     """Return the requirements of a run in blocks of steps."""
     plan, *block = shapes(first_block, experiment)
     kernels, steps, carry, outcomes = (_bytes(tree) for tree in (plan.stepper, plan.steps, *block))
     work = KINDS[case.kind].memory * kernels
-    if experiment.options.correspondence == "quasi-elastic":
+    if experiment.correspondence == "quasi-elastic":
         work = max(work, SUPERPOSITION * steps)
     (nx, ny), stored = case.grid.shape, StoredFields.of(case.result)
     kept = chosen(case.kept, case.times.size).size
@@ -222,8 +221,7 @@ def check(case: Case, path: Path) -> None:
     """
     try:
         if case.experiment() is None:
-            setup, settings, _ = case.arguments()
-            Experiment.of(setup, settings)
+            Experiment.of(**case.arguments())
         _check_memory(case)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from error

@@ -38,8 +38,7 @@ from jaxcontact.operators.base import Operator
 from jaxcontact.operators.coupled import Coupled, Tangential
 from jaxcontact.operators.kernels import Errors, TractionKernels, compiled_traction, scaled_coefficients
 from jaxcontact.results.contact import SteadyRolling
-from jaxcontact.simulate.experiment import ContactSetup, Experiment, Settings
-from jaxcontact.simulate.run import reported
+from jaxcontact.simulate.run import Experiment, reported
 from jaxcontact.simulate.slide_steady import (
     Wake,
     check_steady,
@@ -426,8 +425,8 @@ def roll_steady(
         >>> bool(0.0 < rolling.tangential_load[0] < 0.3 * 20.0)
         True
     """
-    setup = ContactSetup(body, indenter, control, np.zeros(1), grid)
-    experiment = Experiment.of(setup, Settings(tolerance, max_iterations))
+    solver = {"tolerance": tolerance, "max_iterations": max_iterations}
+    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, **solver)
     check_free_along_x(grid, "roll_steady")
     verdict = _check_rolling(control, velocity, creepage) & check_friction(friction, grid.shape)
     verdict = verdict & check_along_x(np.shape(velocity), grid) & check_steady(experiment, velocity)

@@ -34,8 +34,7 @@ from jaxcontact.operators.rubbing import Rubbing, rub
 from jaxcontact.operators.varying import Varying, VaryingKernels
 from jaxcontact.response.normal import limits_of
 from jaxcontact.results.contact import SteadySliding, with_totals
-from jaxcontact.simulate.experiment import ContactSetup, Experiment, Settings
-from jaxcontact.simulate.run import reported
+from jaxcontact.simulate.run import Experiment, reported
 
 # The displacement behind an indenter in steady sliding, as one operator.
 #
@@ -580,8 +579,8 @@ def slide_steady(
     velocity = as_array(velocity)
     _check_single(control, velocity, grid)
     body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
-    setup = ContactSetup(body, indenter, control, np.zeros(1), grid)
-    experiment = Experiment.of(setup, Settings(tolerance, max_iterations, kernels), film_map=film_map)
+    solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
+    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, film_map=film_map, **solver)
     experiment = experiment.also(check_steady(experiment, velocity)).also(check_rubbing(friction, grid))
     experiment = experiment.also(valid)
     if film_map is not None:
@@ -695,10 +694,10 @@ def _kernels_and_wake(
 ) -> tuple[Kernels | VaryingKernels, Wake | FilmWake]:
     """Return the kernels of an experiment, and the wake at a velocity (2,) [m/s]."""
     if experiment.film_map is not None:
-        varying = experiment.varying_kernels
+        varying = experiment.kernels
         moved = velocity / varying.uniform.scale.length
         return varying, film_wake_of(experiment, varying, moved, experiment.film_map.values)
-    kernels = experiment.ready_kernels
+    kernels = experiment.kernels
     return kernels, wake_of(experiment, kernels, velocity / kernels.scale.length, across=across)
 
 
