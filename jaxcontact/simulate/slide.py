@@ -20,7 +20,7 @@ from jaxcontact.bodies.grid import Grid
 from jaxcontact.bodies.laws import Adhesion, Thermal, check_adhesion, check_thermal
 from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.history.growth_step import Heated, in_reduced_time, reduced
-from jaxcontact.history.memory import Motion, Shift, moving_memory
+from jaxcontact.history.memory import Motion, moving_memory
 from jaxcontact.history.motion import (
     FARTHEST,
     as_array,
@@ -288,7 +288,13 @@ class SlideStepper(PressStepper):
         if self.heating is not None:
             motion = step.more._replace(dt=reduced(step.dt, carry.shift))
             contact, outcome = super().advance(carry.contact, step._replace(more=motion))
-            shift, outcome = self._warmed(self.heating, carry.shift, step.dt, outcome)
+            # the temperature under the new pressure, the shift of time that it makes, and the power lost in real time
+            heated, pressure = self.heating.heated, outcome.fields["pressure"]
+            temperature = heated.temperature(self.heating.flux * pressure)
+            shift = heated.shifted(carry.shift, temperature, pressure, step.dt)
+            lost = outcome.numbers["hysteresis_power"] * jnp.exp(-shift[0])
+            numbers = outcome.numbers | {"hysteresis_power": lost}
+            outcome = outcome._replace(fields=outcome.fields | {"temperature": temperature}, numbers=numbers)
             if contact.judged is not None:  # anew, with the temperature that the step has led to
                 lapse = self._lapse(step, outcome.numbers["contact_area"])
                 lapse = lapse._replace(assumed=motion.dt, found=in_reduced_time(step.dt, carry.shift, shift))
@@ -300,7 +306,9 @@ class SlideStepper(PressStepper):
             (contact, outcome), shift = super().advance(carry.contact, step), carry.shift
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
-        far = carry.far | self._moves_too_far(step.more.shift)
+        moved = step.more.shift
+        way = jnp.stack([moved.x, jnp.zeros(()) if moved.y is None else moved.y])
+        far = carry.far | jnp.any(jnp.abs(way) > self.farthest * (1.0 + 1e-9))
         back = reentered(contact.memory.overlaps, contact.memory.truncation_bound, depth)
         status = most_serious((far, Status.MOVED_TOO_FAR), (back, Status.REENTERED_TRACK), status=status)
         return SlideCarry(contact, depth, far, shift), outcome._replace(
@@ -315,19 +323,6 @@ class SlideStepper(PressStepper):
     def _energies(self, adhering: Adhering, fields: Any, pressure: Array) -> dict[str, Array]:
         """Return nothing: what a moving body dissipates is in the observables of its memory."""
         return {}
-
-    def _warmed(self, heating: Heating, before: Array, dt: Array, outcome: Outcome) -> tuple[Array, Outcome]:
-        """Return the shift after a step, and the outcome with the temperature and the power lost in real time."""
-        pressure = outcome.fields["pressure"]
-        temperature = heating.heated.temperature(heating.flux * pressure)
-        shift = heating.heated.shifted(before, temperature, pressure, dt)
-        lost = outcome.numbers["hysteresis_power"] * jnp.exp(-shift[0])
-        fields = outcome.fields | {"temperature": temperature}
-        return shift, outcome._replace(fields=fields, numbers=outcome.numbers | {"hysteresis_power": lost})
-
-    def _moves_too_far(self, shift: Shift) -> Array:
-        way = jnp.stack([shift.x, jnp.zeros(()) if shift.y is None else shift.y])
-        return jnp.any(jnp.abs(way) > self.farthest * (1.0 + 1e-9))
 
 
 def reentered(overlaps: Array, bound: Array, depth: Array) -> Array:
