@@ -466,10 +466,11 @@ def _told_of_thickness(film_map: ThicknessMap, experiment: Experiment, result: A
 
 @jax.jit
 def _doubted_until_now(status: Array, times: Array, errors: Errors, step_error: Array) -> Array:
-    """Return ``doubted`` at the times of a result, compiled as one program instead of one for each operation."""
+    """Return ``doubted`` at the times of a result."""
     return doubted(status, times - times[0], errors, step_error)
 
 
+@jax.jit  # one program instead of one for each operation
 def doubted(status: Array, elapsed: Array, errors: Errors, step_error: Array | float = 0.0) -> Array:
     """Return the status, with ``NOT_RESOLVED`` where the error of the response exceeds 1 %, and ``STEP_TOO_LONG`` where that
     of the pressure by the time steps exceeds 10 %, unless it is more serious; later times do not inherit these."""
@@ -528,9 +529,10 @@ def blocks(plan: Plan, done: int = 0, carry: Sequence[np.ndarray] | None = None)
 
         # the status of each step that exists, and the steps before the first bad one
         first = index * BLOCK
-        elapsed = times[first : first + BLOCK] - times[0]
-        own, step_error = (outcomes.numbers[name][: elapsed.size] for name in ("status", "time_step_error"))
-        status = np.asarray(doubted(own, elapsed, on_host.errors, step_error))
+        exist = min(BLOCK, times.size - first)
+        elapsed = times[np.minimum(first + np.arange(BLOCK), times.size - 1)] - times[0]
+        own, step_error = outcomes.numbers["status"], outcomes.numbers["time_step_error"]
+        status = np.asarray(doubted(own, elapsed, on_host.errors, step_error))[:exist]
         bad = np.flatnonzero(status)
         count = int(bad[0]) if bad.size else status.size
         fine = jax.tree.map(lambda a, n=count: a[:n], outcomes)
