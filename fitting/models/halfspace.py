@@ -31,7 +31,7 @@ from fitting.models import adhesive_contact
 from fitting.models.coordinates import Coordinates
 from fitting.models.history import columns, recursion
 from fitting.models.thin_layer import LARGEST, ThinLayer
-from jaxcontact._compile.kept_traces import Program
+from jaxcontact._compile.programs import Program
 from jaxcontact._support.exponential import phi1
 from jaxcontact.bodies import materials
 from jaxcontact.bodies.materials import Spectrum

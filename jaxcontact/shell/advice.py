@@ -14,7 +14,6 @@ import numpy as np
 from jax import Array
 from scipy.optimize import brentq
 
-from jaxcontact._compile.kept_traces import shapes
 from jaxcontact._support.fields import FIELDS, VECTOR
 from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.pytree import replace
@@ -155,7 +154,7 @@ def _at_once(case: Case) -> Footprint:
 
 def _in_blocks(case: Case, experiment: Experiment) -> Footprint:
     """Return the requirements of a run in blocks of steps."""
-    plan, *block = shapes(first_block, experiment)
+    plan, *block = jax.eval_shape(first_block, experiment)
     kernels, steps, carry, outcomes = (_bytes(tree) for tree in (plan.stepper, plan.steps, *block))
     work = KINDS[case.kind].memory * kernels
     if experiment.correspondence == "quasi-elastic":

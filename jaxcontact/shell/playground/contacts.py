@@ -6,7 +6,7 @@ import jax
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact._compile.kept_traces import Program
+from jaxcontact._compile.programs import Program
 from jaxcontact.shell.playground.presets import PRESETS
 
 TIMES = np.append(0.0, [*np.outer([1.0, 10.0, 100.0, 1000.0], [1.0, 2.0, 3.0, 5.0]).ravel(), 1e4])
