@@ -16,8 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias
 
-from jaxcontact._compile.compilation_cache import enable_compilation_cache, local_folder
-from jaxcontact._compile.kept_traces import UntrustedFolderError, kept_traces
+from jaxcontact._compile.compilation_cache import enable_compilation_cache
 from jaxcontact._support.usage import Parser
 from jaxcontact._support.version import __version__
 from jaxcontact.paper import REPRODUCTIONS
@@ -26,7 +25,7 @@ from jaxcontact.shell.case_keys import ALL, FEW, LAST
 from jaxcontact.shell.case_schema import KINDS
 from jaxcontact.shell.look import SHELLS, completing
 from jaxcontact.shell.playground.options import add_options
-from jaxcontact.shell.run import BAD_INPUT, exit_status, print_error, run, signal_of, signals_interrupt, tell
+from jaxcontact.shell.run import BAD_INPUT, exit_status, print_error, run, signal_of, signals_interrupt
 from jaxcontact.shell.sweep import run_study
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
@@ -97,16 +96,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _dispatch(arguments: list[str]) -> int:
-    with contextlib.ExitStack() as stack:
-        try:
-            enable_compilation_cache()
-            if (folder := local_folder()) is not None:
-                stack.enter_context(kept_traces(folder / "traces"))
-        except UntrustedFolderError as error:
-            tell(f"jaxcontact: warning: {error}", sys.stderr)
-        except OSError:  # the cache folder cannot be written: compile without it
-            pass
-        return _command(arguments)
+    with contextlib.suppress(OSError):  # the cache folder cannot be written: compile without it
+        enable_compilation_cache()
+    return _command(arguments)
 
 
 def _command(arguments: list[str]) -> int:

@@ -26,7 +26,7 @@ from fitting.after.propagation import Propagated
 from fitting.inference.result import Fit, Landscape
 from fitting.models.structure import Volume
 from fitting.views import text
-from jaxcontact._compile.kept_traces import fast_compile_options
+from jaxcontact._compile.programs import fast_compile_options
 
 # Hamiltonian Monte Carlo sampling of the posterior of a fit: its density, the starts of the chains, and the chains.
 #

@@ -32,7 +32,7 @@ from fitting.models import adhesive_contact
 from fitting.models.history import columns, recursion
 from fitting.models.parameters import instrument_offset, spectrum
 from fitting.models.thin_layer import LARGEST, ThinLayer
-from jaxcontact._compile.kept_traces import Program
+from jaxcontact._compile.programs import Program
 from jaxcontact._support.exponential import phi1
 from jaxcontact.bodies import materials
 from jaxcontact.bodies.materials import Spectrum

@@ -17,7 +17,7 @@ import jaxcontact as jc
 from fitting.data.contact import sample_noise
 from fitting.models.parameters import instrument_offset, spectrum
 from fitting.search.press import IndentationProblem, Units
-from jaxcontact._compile.kept_traces import Program
+from jaxcontact._compile.programs import Program
 
 TIMES = 96  # number of march times if there are more samples
 CORNER = 0.02  # smallest deviation of a turn from a straight line, as a fraction of the largest drive

@@ -27,7 +27,7 @@ from fitting.data.curves import CreepData
 from fitting.models.history import History, Step, columns, merge
 from fitting.models.structure import Structure
 from fitting.search import nonlinear
-from jaxcontact._compile.kept_traces import Program
+from jaxcontact._compile.programs import Program
 
 # places of the two or four compliances of a material with no or one retardation time in (j0, j2, f, j2/tau)
 PLACES = {2: [0, 2], 4: [0, 1, 2, 3]}

@@ -1,1 +1,1 @@
-"""Compiled programs: caches on disk for compiled programs and exported traces, and checks of the installed jax."""
+"""Compiled programs: their options, their cache on disk, and checks of the installed jax."""

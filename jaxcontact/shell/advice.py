@@ -14,7 +14,6 @@ import numpy as np
 from jax import Array
 from scipy.optimize import brentq
 
-from jaxcontact._compile.kept_traces import shapes
 from jaxcontact._support.fields import FIELDS, VECTOR
 from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.pytree import replace
@@ -33,8 +32,7 @@ from jaxcontact.shell.case_file import Case, CaseError, tables_named
 from jaxcontact.shell.case_keys import FEW, chosen, maps_of
 from jaxcontact.shell.case_schema import KINDS
 from jaxcontact.shell.finished_steps import StoredFields
-from jaxcontact.simulate.experiment import Experiment
-from jaxcontact.simulate.run import BLOCK, first_block
+from jaxcontact.simulate.run import BLOCK, Experiment, first_block
 
 # Checks of a case with adhesion before it runs: the Tabor number, and the cells across the contact and its edge.
 #
@@ -146,10 +144,10 @@ def footprint_of(case: Case) -> Footprint:
         memory = PROCESS + (KINDS[case.kind].memory + 3.0 * count) * field
         return Footprint(memory, count * field + 8.0 * 20 + HEADERS)
     # a run in blocks of steps
-    plan, *block = shapes(first_block, experiment)
+    plan, *block = jax.eval_shape(first_block, experiment)
     kernels, steps, carry, outcomes = (_bytes(tree) for tree in (plan.stepper, plan.steps, *block))
     work = KINDS[case.kind].memory * kernels
-    if experiment.options.correspondence == "quasi-elastic":
+    if experiment.correspondence == "quasi-elastic":
         work = max(work, SUPERPOSITION * steps)
     (nx, ny), stored = case.grid.shape, StoredFields.of(case.result)
     kept = chosen(case.kept, case.times.size).size
@@ -212,8 +210,7 @@ def check(case: Case, path: Path) -> None:
     """
     try:
         if case.experiment() is None:
-            setup, settings, _ = case.arguments()
-            Experiment.of(setup, settings)
+            Experiment.of(**case.arguments())
         needed, has = footprint_of(case).memory, machine_memory()
         if needed > has:
             raise ValueError(

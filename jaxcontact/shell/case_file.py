@@ -13,7 +13,7 @@ import reprlib
 import textwrap
 import tomllib
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -45,7 +45,7 @@ from jaxcontact.shell.case_keys import (
     kept_unless_said,
 )
 from jaxcontact.shell.case_schema import KIND, KINDS, OPTIONAL_SECTIONS, PARTS, SEVERAL, sections_of
-from jaxcontact.simulate.experiment import ContactSetup, Options, Settings, TimedExperiment
+from jaxcontact.simulate.run import Experiment
 
 # The tables of a case file: reading them, checking their keys and values, and converting values with units to SI.
 
@@ -226,9 +226,6 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-OPTIONS = {field.name for field in fields(Options)}
-
-
 @dataclass(frozen=True)
 class Case:
     """An experiment as read: the arguments of the function that runs it.
@@ -260,21 +257,17 @@ class Case:
         over_time = {} if KINDS[self.kind].times is None else {"times": self.times}
         return KINDS[self.kind].verb(**given, **over_time, **self.motion, **self.options)
 
-    def experiment(self) -> TimedExperiment | None:
+    def experiment(self) -> Experiment | None:
         """Return the checked experiment, to march in blocks; None for a steady state. Raises ValueError as ``run``."""
         march = KINDS[self.kind].march
-        setup, settings, further = self.arguments()
-        return None if march is None else march(setup, settings, **further)
+        return None if march is None else march(**self.arguments(), **self.motion)
 
-    def arguments(self) -> tuple[ContactSetup, Settings, Table]:
-        """Return the contact, the settings of its solution, and the further arguments of the function of this kind."""
-        defaults = {
-            name: key.default for name, key in KINDS[self.kind].solver.items() if key.default is not None
-        }
-        given = self.motion | defaults | self.options
-        static = {name: given.pop(name) for name in OPTIONS & given.keys()}
-        settings = Settings(given.pop("tolerance"), given.pop("max_iterations"), options=Options(**static))
-        return ContactSetup(self.body, self.indenter, self.control, self.times, self.grid), settings, given
+    def arguments(self) -> Table:
+        """Return the contact and the options of its solution, as arguments of ``Experiment.of``."""
+        keys = KINDS[self.kind].solver.items()
+        defaults = {name: key.default for name, key in keys if key.default is not None}
+        contact = {"body": self.body, "indenter": self.indenter, "control": self.control}
+        return contact | {"times": self.times, "grid": self.grid} | defaults | self.options
 
     @property
     def body_for_estimates(self) -> LayeredHalfSpace:

@@ -62,10 +62,10 @@ from jaxcontact.shell.case_keys import (
     or_file,
     whole_number,
 )
-from jaxcontact.simulate.experiment import TimedExperiment
 from jaxcontact.simulate.indent import Indentation, indent
 from jaxcontact.simulate.roll_steady import roll_steady
-from jaxcontact.simulate.rub import rub, rubbed
+from jaxcontact.simulate.rub import RubExperiment, rub
+from jaxcontact.simulate.run import Experiment
 from jaxcontact.simulate.shear import Shearing, shear
 from jaxcontact.simulate.slide import Sliding, slide
 from jaxcontact.simulate.slide_steady import slide_steady
@@ -199,7 +199,7 @@ class Kind:
     adhesive: type | None = None
     stationary: bool = False
     times: Keys | None = None
-    march: Callable[..., TimedExperiment] | None = None
+    march: Callable[..., Experiment] | None = None
     thickness: Key = THICKNESS
     parts: Mapping[str, CasePart] = field(default_factory=dict)
 
@@ -287,7 +287,7 @@ KINDS: dict[str, Kind] = {
         memory=3.0,
         stationary=True,
         times=TIMES_KEYS,
-        march=rubbed,
+        march=RubExperiment.of,
         thickness=_thickness(NOT_NEGATIVE),
         parts=RUBBING_PARTS,
     ),

@@ -32,8 +32,7 @@ from jaxcontact.shell.case_file import Case, CaseError, case_of, case_text, read
 from jaxcontact.shell.case_keys import chosen
 from jaxcontact.shell.case_schema import KINDS
 from jaxcontact.shell.finished_steps import FinishedRun, FinishedSteps, ResumePoint, fingerprint
-from jaxcontact.simulate.experiment import TimedExperiment
-from jaxcontact.simulate.run import ready, reported
+from jaxcontact.simulate.run import Experiment, blocks, ready, reported
 
 # Exit statuses, and the line on stderr that accompanies those other than 0.
 
@@ -253,7 +252,7 @@ def _at_once(case: Case, path: Path, steps: FinishedSteps) -> Ending:
     return Ending(resume_point, None if status else result, None, notes)
 
 
-def _march(experiment: TimedExperiment, steps: FinishedSteps) -> Ending:
+def _march(experiment: Experiment, steps: FinishedSteps) -> Ending:
     """March on from the finished steps, with a bar on stderr."""
     interrupt, run = None, None
     with _noted() as salvaged:
@@ -261,10 +260,10 @@ def _march(experiment: TimedExperiment, steps: FinishedSteps) -> Ending:
     began = time.perf_counter() - resume_point.seconds
     with _noted() as notes, Progress(experiment.times.size, "step", resume_point.steps) as progress:
         notes += salvaged
-        simulation = ready(experiment)
+        plan = ready(experiment)
         try:
             for block in (
-                simulation.blocks(resume_point.blocks, resume_point.carry) if resume_point.status == 0 else ()
+                blocks(plan, resume_point.blocks, resume_point.carry) if resume_point.status == 0 else ()
             ):
                 resume_point = steps.add(resume_point, block, time.perf_counter() - began)
                 progress.advance(block.history.times.size)
@@ -272,7 +271,7 @@ def _march(experiment: TimedExperiment, steps: FinishedSteps) -> Ending:
             interrupt, resume_point = error, steps.resume_point()
         if resume_point.steps:
             run = steps.together(resume_point.blocks, experiment.grid)
-            told = reported(run.history, simulation.plan.errors, simulation.experiment)
+            told = reported(run.history, plan.errors, experiment)
             run = replace(run, history=told)
     return Ending(resume_point, run, interrupt, notes)
 

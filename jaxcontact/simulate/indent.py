@@ -11,12 +11,13 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace
-from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import Status
-from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, body_at_first, separate_map
+from jaxcontact.bodies.body import LayeredHalfSpace, body_at_first, separate_map
 from jaxcontact.bodies.controls import Control
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.bodies.laws import Adhesion, check_adhesion
+from jaxcontact.contact.adhesive import Attraction
+from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.history.memory import (
     DirectMemory,
     GrowingMemory,
@@ -35,19 +36,15 @@ from jaxcontact.response.normal import limits_of
 from jaxcontact.response.stack import surface_creep
 from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.experiment import (
-    ContactSetup,
-    Options,
+from jaxcontact.simulate.run import (
+    Experiment,
     Plan,
     Save,
-    Settings,
-    TimedExperiment,
-    attraction_of,
     fine_steps,
     fine_values,
+    refined,
     tabor_numbers,
 )
-from jaxcontact.simulate.run import refined
 
 WIDER, MOST_WIDENINGS = 1.5, 4  # of a grid that the contact outgrows
 
@@ -131,129 +128,132 @@ def indent(
         >>> f"{history.approach[0] * 1e6:.2f} um"         # Hertz: (9 W^2 (1 - nu)^2/(64 G^2 R))^(1/3)
         '1.92 um'
     """
-    setup = ContactSetup(body, indenter, control, times, grid)  # type: ignore[arg-type]
-    settings = Settings(tolerance, max_iterations, kernels, Options(save, 1, correspondence, checkpoint))
-    solve = _widening if isinstance(grid, str) else _solved
-    history = solve(setup, settings, substeps, adhesion)
+    given = {
+        "tolerance": tolerance,
+        "max_iterations": max_iterations,
+        "kernels": kernels,
+        "save": save,
+        "correspondence": correspondence,
+        "checkpoint": checkpoint,
+        "adhesion": adhesion,
+    }
+
+    def solved(grid: Any) -> Any:
+        make = lambda count: Indentation.of(body, indenter, control, times, grid, substeps=count, **given)
+        return refined(make, substeps)
+
+    if not isinstance(grid, str):
+        history = solved(grid)
+    else:
+        # on wider grids of as many cells while the contact reaches the edge
+        checks.require(
+            grid == "auto" and kernels is None,
+            f'grid: expected a Grid, or "auto" without kernels, got {grid!r}',
+        )
+        known = is_concrete(body, indenter, control, times)
+        checks.require(known, 'grid: expected a Grid inside jit, vmap and grad, got "auto"')
+        tried = Grid.around(body, indenter, control, times)
+        for widened in range(MOST_WIDENINGS + 1):
+            history = solved(tried)
+            if widened == MOST_WIDENINGS or not np.any(np.asarray(history.status) == Status.AT_EDGE):
+                break
+            tried = replace(tried, spacing=tuple(WIDER * float(d) for d in tried.spacing))
+        told = replace(history.diagnostics, widenings=jnp.asarray(widened))
+        history = replace(history, diagnostics=told)
     announce(history, stacklevel=2)
     return history
 
 
-def _solved(
-    setup: ContactSetup, settings: Settings, substeps: int | str, adhesion: Adhesion | None
-) -> ContactHistory:
-    """Return the history on a given grid, without warnings."""
-    make = lambda settings: Indentation.of(setup, settings, adhesion=adhesion)
-    history: ContactHistory = refined(make, settings, substeps)
-    return history
-
-
-def _widening(
-    setup: ContactSetup, settings: Settings, substeps: int | str, adhesion: Adhesion | None
-) -> ContactHistory:
-    """Solve, on a wider grid of as many cells while the contact reaches the edge."""
-    checks.require(
-        setup.grid == "auto" and settings.kernels is None,
-        f'grid: expected a Grid, or "auto" without kernels, got {setup.grid!r}',
-    )
-    given = setup.body, setup.indenter, setup.control, setup.times
-    checks.require(is_concrete(*given), 'grid: expected a Grid inside jit, vmap and grad, got "auto"')
-    grid = Grid.around(*given)
-    for widened in range(MOST_WIDENINGS + 1):
-        history = _solved(replace(setup, grid=grid), settings, substeps, adhesion)
-        if widened == MOST_WIDENINGS or not np.any(np.asarray(history.status) == Status.AT_EDGE):
-            break
-        grid = replace(grid, spacing=tuple(WIDER * float(d) for d in grid.spacing))
-    told = replace(history.diagnostics, widenings=jnp.asarray(widened))
-    return replace(history, diagnostics=told)
-
-
 @pytree
-class Indentation(TimedExperiment):
+class Indentation(Experiment):
     """An indentation; thicknesses: of layers that grow or wear, over times, (nt, layers) [m]; None: constant ones; adhesion:
     a law of adhesion, or None.
     """
 
-    thicknesses: Array | None = None
-    adhesion: Adhesion | None = None
+    thicknesses: Array | None
+    adhesion: Adhesion | None
 
     @classmethod
     def of(  # type: ignore[override]
-        cls, setup: ContactSetup, settings: Settings, *, adhesion: Adhesion | None = None
+        cls,
+        body: LayeredHalfSpace,
+        indenter: Indenter,
+        control: Control,
+        times: Any,
+        grid: Grid,
+        *,
+        adhesion: Adhesion | None = None,
+        **given: Any,
     ) -> Self:
-        good, count = check_adhesion(adhesion), np.size(setup.times)
-        body, thicknesses, thick = body_at_first(setup.body, count)
-        body, film_map, in_range = separate_map(body, getattr(setup.grid, "shape", ()), count)
+        """Check the arguments of ``indent``; given: further arguments of ``Experiment.of``."""
+        good, count = check_adhesion(adhesion), np.size(times)
+        body, thicknesses, thick = body_at_first(body, count)
+        body, film_map, in_range = separate_map(body, getattr(grid, "shape", ()), count)
         checks.require(
             adhesion is None or film_map is None,
             "adhesion: expected None with a film whose thickness varies in the plane, got a law",
         )
-        setup = replace(setup, body=body)
-        experiment = super().of(setup, settings, film_map=film_map, adhesive=adhesion is not None)
-        experiment = replace(experiment.also(good), adhesion=as_float64(adhesion))
-        if thicknesses is None and film_map is None:
-            return experiment
-        plain = settings.kernels is None and experiment.options.correspondence == "exact"
-        varies = "over times" if film_map is None else "in the plane"
-        checks.require(plain, f'layer thickness {varies}: expected no kernels and correspondence="exact"')
-        return replace(experiment.also(thick).also(in_range), thicknesses=thicknesses)
+        adhesive = adhesion is not None
+        experiment = Experiment.of(
+            body, indenter, control, times, grid, film_map=film_map, adhesive=adhesive, **given
+        ).also(good)
+        if thicknesses is not None or film_map is not None:
+            plain = experiment.kernels is None and experiment.correspondence == "exact"
+            varies = "over times" if film_map is None else "in the plane"
+            checks.require(plain, f'layer thickness {varies}: expected no kernels and correspondence="exact"')
+            experiment = experiment.also(thick).also(in_range)
+        return cls(**vars(experiment), thicknesses=thicknesses, adhesion=as_float64(adhesion))
 
     @property
     def changes_in_given_ways(self) -> bool:
         return self.thicknesses is not None or super().changes_in_given_ways
 
     def planned(self) -> Plan:
-        """Return the march: by recursion, or by superposition where it is quasi-elastic."""
-        if self.options.correspondence == "quasi-elastic":
-            return self._superposed()
-        dt = fine_steps(self.times, self.options.substeps)
-        if self.film_map is not None:
-            return self._varying(self.film_map, dt)
-        kernels = self.ready_kernels
-        memory: Memory = RecursiveMemory(kernels)
+        """Return the march: the memory of the body, the step of a contact with it, and the input of the steps."""
+        substeps, film = self.substeps, self.film_map
+        dt: Array = fine_steps(self.times, substeps)
+        memory: Memory
         more: Any = dt
-        if self.thicknesses is not None:
-            memory = GrowingMemory(self.body, self.indenter, self.grid, kernels)
-            more = self._growth(self.thicknesses, dt)
-        return self._pressed(memory, more, kernels.scale, kernels.errors(self.duration))
 
-    def _pressed(self, memory: Memory, more: Any, scale: Scale, errors: Errors) -> Plan:
-        if self.adhesion is None:
-            return self.plan(PressStepper(memory, **self.contact(scale)), more, scale, errors)
-        law = attraction_of(self.adhesion, self, scale)
+        if self.correspondence == "quasi-elastic":
+            # direct superposition, with a row of responses for each time
+            images = build_images(self.body, self.indenter, self.grid)
+            when = fine_values(self.times, substeps)
+            table: Any = rows(self.body, self.indenter, when.ravel(), quasi_elastic=True)
+            more = jax.tree.map(lambda a: a.reshape(*when.shape, *a.shape[1:]), table)
+            # the error of the time steps needs rates, which are those of the creep of the surface
+            creep = surface_creep(limits_of(self.body).surface)
+            rates, shares = creep.rates, creep.rates * creep.amplitudes / creep.instantaneous
+            if creep.fluidity is not None:
+                rates = jnp.append(rates, 0.0)
+                shares = jnp.append(shares, creep.fluidity / creep.instantaneous)
+            memory = DirectMemory(images, jnp.zeros(when.size), Delayed(rates, shares))
+            scale, errors = images.scale, Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
+        elif film is not None:
+            # a film whose thickness varies in the plane, and in time where it does
+            scale, errors = self.kernels.uniform.scale, self.kernels.errors(self.duration)
+            memory = RecursiveMemory(self.kernels.at(film.values))
+            if film.over_times:
+                after = fine_values(film.values, substeps)
+                flat = after.reshape(-1, *self.grid.shape)
+                before = jnp.concatenate([flat[:1], flat[:-1]]).reshape(after.shape)
+                memory, more = VaryingMemory(self.kernels, film.at_first), ThicknessStep(dt, before, after)
+        else:
+            # recursion over the common decay rates of the body
+            scale, errors = self.kernels.scale, self.kernels.errors(self.duration)
+            memory = RecursiveMemory(self.kernels)
+            if self.thicknesses is not None:
+                # layers that grow: the kernels of a step are those of the thickness in the middle of it
+                fine = fine_values(self.thicknesses, substeps)
+                ends = fine.reshape(dt.size, -1)
+                middle = (ends + jnp.concatenate([ends[:1], ends[:-1]])) / 2.0
+                memory = GrowingMemory(self.body, self.indenter, self.grid, self.kernels)
+                more = GrowthStep(dt, middle.reshape(fine.shape))
+
+        course, makes = {"times": self.times}, ContactHistory if self.adhesion is None else AdhesiveHistory
+        law: Any = UNILATERAL
+        if self.adhesion is not None:
+            law = Attraction(self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic)
+            course["tabor_number"] = tabor_numbers(self.adhesion, self)
         stepper = PressStepper(memory, **self.contact(scale), law=law)
-        course = {"tabor_number": tabor_numbers(self.adhesion, self)}
-        return self.plan(stepper, more, scale, errors).to(AdhesiveHistory, course=course)
-
-    def _varying(self, film: ThicknessMap, dt: Array) -> Plan:
-        """Return the march on a film whose thickness varies in the plane, and in time where it does."""
-        kernels = self.varying_kernels
-        scale, errors = kernels.uniform.scale, kernels.errors(self.duration)
-        if not film.over_times:
-            return self._pressed(RecursiveMemory(kernels.at(film.values)), dt, scale, errors)
-        after = fine_values(film.values, self.options.substeps)
-        flat = after.reshape(-1, *self.grid.shape)
-        before = jnp.concatenate([flat[:1], flat[:-1]]).reshape(after.shape)
-        memory = VaryingMemory(kernels, film.at_first)
-        return self._pressed(memory, ThicknessStep(dt, before, after), scale, errors)
-
-    def _growth(self, thicknesses: Array, dt: Array) -> GrowthStep:
-        """Return the inner steps, (nt, substeps), with the thicknesses in the middle of each."""
-        fine = fine_values(thicknesses, self.options.substeps)
-        ends = fine.reshape(dt.size, -1)
-        middle = (ends + jnp.concatenate([ends[:1], ends[:-1]])) / 2.0
-        return GrowthStep(dt, middle.reshape(fine.shape))
-
-    def _superposed(self) -> Plan:
-        images = build_images(self.body, self.indenter, self.grid)
-        when = fine_values(self.times, self.options.substeps)
-        table: Any = rows(self.body, self.indenter, when.ravel(), quasi_elastic=True)
-        table = jax.tree.map(lambda a: a.reshape(*when.shape, *a.shape[1:]), table)
-        creep = surface_creep(limits_of(self.body).surface)
-        rates, shares = creep.rates, creep.rates * creep.amplitudes / creep.instantaneous
-        if creep.fluidity is not None:
-            rates = jnp.append(rates, 0.0)
-            shares = jnp.append(shares, creep.fluidity / creep.instantaneous)
-        memory = DirectMemory(images, jnp.zeros(when.size), Delayed(rates, shares))
-        errors = Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
-        return self._pressed(memory, table, images.scale, errors)
+        return Plan(stepper, self.steps(scale, more), scale, errors, course, {"grid": self.grid}, makes)

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._compile.kept_traces import Program
+from jaxcontact._compile.programs import Program
 from jaxcontact._support import checks
-from jaxcontact._support.checks import Verdict
 from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.status import Status, most_serious
@@ -38,8 +37,7 @@ from jaxcontact.operators.base import Operator
 from jaxcontact.operators.coupled import Coupled, Tangential
 from jaxcontact.operators.kernels import Errors, TractionKernels, compiled_traction, scaled_coefficients
 from jaxcontact.results.contact import SteadyRolling
-from jaxcontact.simulate.experiment import ContactSetup, Experiment, Settings
-from jaxcontact.simulate.run import reported
+from jaxcontact.simulate.run import Experiment, reported
 from jaxcontact.simulate.slide_steady import (
     Wake,
     check_steady,
@@ -426,23 +424,11 @@ def roll_steady(
         >>> bool(0.0 < rolling.tangential_load[0] < 0.3 * 20.0)
         True
     """
-    setup = ContactSetup(body, indenter, control, np.zeros(1), grid)
-    experiment = Experiment.of(setup, Settings(tolerance, max_iterations))
+    solver = {"tolerance": tolerance, "max_iterations": max_iterations}
+    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, **solver)
     check_free_along_x(grid, "roll_steady")
-    verdict = _check_rolling(control, velocity, creepage) & check_friction(friction, grid.shape)
-    verdict = verdict & check_along_x(np.shape(velocity), grid) & check_steady(experiment, velocity)
-    forced = isinstance(creepage, TangentialControl)
-    value = creepage.value if isinstance(creepage, TangentialControl) else creepage
-    speed, value, friction = (jnp.asarray(as_float64(a)) for a in (velocity, value, friction))
-    experiment = experiment.also(verdict)
-    kernels = compiled_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
-    options = {"forced": forced, "coupled": bool(coupled)}
-    result, errors = _run(experiment, kernels, speed, value, friction, **options)
-    return reported(result, errors, experiment)
 
-
-def _check_rolling(control: Control, velocity: Any, creepage: Any) -> Verdict:
-    """One value of each, and a direction."""
+    # one value of the control, one direction, and a creepage or a tangential load
     shape = np.shape(getattr(control, "value", 0.0))
     checks.require(
         shape == (), f"{type(control).__name__}: expected one number in the steady state, got shape {shape}"
@@ -451,15 +437,26 @@ def _check_rolling(control: Control, velocity: Any, creepage: Any) -> Verdict:
     checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
     largest = jnp.max(jnp.abs(velocity)) if not is_concrete(velocity) else np.max(np.abs(velocity))
     valid = checks.positive("velocity [m/s] (its size)", largest)
+    forced = isinstance(creepage, TangentialControl)
     if isinstance(creepage, TangentialControl):
         checks.require(
             isinstance(creepage, TangentialLoad),
             f"creepage: expected (x, y) or a TangentialLoad, got {creepage!r}",
         )
-        return valid & check_tangential(creepage, 1)
-    shape = np.shape(creepage)
-    checks.require(shape == (2,), f"creepage: expected (x, y) or a TangentialLoad, got shape {shape}")
-    return valid & checks.finite("creepage", creepage)
+        valid, value = valid & check_tangential(creepage, 1), creepage.value
+    else:
+        value, shape = creepage, np.shape(creepage)
+        checks.require(shape == (2,), f"creepage: expected (x, y) or a TangentialLoad, got shape {shape}")
+        valid = valid & checks.finite("creepage", creepage)
+    valid = valid & check_friction(friction, grid.shape)
+    valid = valid & check_along_x(np.shape(velocity), grid) & check_steady(experiment, velocity)
+    experiment = experiment.also(valid)
+
+    speed, value, friction = (jnp.asarray(as_float64(a)) for a in (velocity, value, friction))
+    kernels = compiled_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
+    options = {"forced": forced, "coupled": bool(coupled)}
+    result, errors = _run(experiment, kernels, speed, value, friction, **options)
+    return reported(result, errors, experiment)
 
 
 def _compiled(
@@ -472,21 +469,39 @@ def _compiled(
     forced: bool,
     coupled: bool,
 ) -> tuple[SteadyRolling, Errors]:
-    """The compiled core: one trace for equal shapes and options."""
-    scale, spacing = kernels.normal.scale, jnp.stack(experiment.grid.spacing)
+    """Solve the rolling contact, compiled once for equal shapes and options, and observe it."""
+    grid, scale, spacing = experiment.grid, kernels.normal.scale, jnp.stack(experiment.grid.spacing)
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     speed, step = jnp.sqrt(jnp.sum(vector**2)), jnp.min(spacing)
-    across = velocity.ndim > 0
-    surface, observed = _surface(experiment, kernels, vector / scale.length, across=across, coupled=coupled)
-    profile = experiment.indenter.profile(experiment.grid) / scale.length
+
+    # the surface, elastic or with the wake of the tractions, and what it shows of a pressure
+    observed: Callable[[Array], dict[str, Array]]
+    if not kernels.normal.rates.size:
+        memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
+        no_history = memory.start(grid.shape)
+        operator = memory.predict(no_history, jnp.zeros(grid.shape), no_time).operator
+        surface = elastic_surface(kernels, operator)
+        observed = lambda p: {**memory.observe(no_history, p, no_time), "hysteresis_power": no_time}
+    else:
+        wake = wake_of(experiment, kernels.normal, vector / scale.length, across=velocity.ndim > 0)
+        symbols = wake.symbols()
+        surface = creeping_surface(experiment, kernels, wake, wake.operator(symbols), coupled=coupled)
+        observed = lambda p: {
+            "film_strain": wake.film_strain(symbols, p),
+            "hysteresis_power": wake.lost_power(symbols, p),
+        }
+
+    # the contact, in steps of the shorter side of a cell
+    profile = experiment.indenter.profile(grid) / scale.length
     force = scale.from_si("tangential_load", value).reshape(2) if forced else value
+    way = step / spacing[0]
     contact = RollingContact(
         surface=surface,
         profile=profile,
         coefficient=jnp.broadcast_to(friction, profile.shape),
         way=step / spacing * vector / speed,
         target=experiment.target(scale),
-        tangential_target=force if forced else step / spacing[0] * value,
+        tangential_target=force if forced else way * value,
         tolerance=experiment.tolerance,
         max_iterations=experiment.max_iterations,
         load_controlled=experiment.load_controlled,
@@ -494,71 +509,11 @@ def _compiled(
         coupled=coupled,
     )
     rolled = contact.rolled()
-    numbers = _numbers(contact, rolled, step / spacing[0], experiment.edges)
-    numbers["status"] = with_no_steady_state(numbers["status"], experiment, vector)
-    raised = _raised(contact, rolled, vector / speed, spacing[1] / spacing[0]) if coupled else jnp.zeros(())
-    in_si = scale.to_si(**numbers, **observed(rolled.pressed.pressure), profile=profile, lateral_force=raised)
-    in_si |= _powers(in_si, speed, in_si.pop("lateral_force"))
-    return SteadyRolling(grid=experiment.grid, velocity=vector, **in_si), kernels.errors()
-
-
-def _raised(contact: RollingContact, rolled: Rolled, direction: Array, ratio: Array) -> Array:
-    """Return the force against the motion that the pressure needs where the traction raises the surface, scaled, ()."""
-    by_traction = contact.surface.normal_from_tangential(rolled.sheared.traction)
-    flat = Observer.of(jnp.zeros_like(contact.profile), ratio)
-    return -flat.hysteresis(rolled.pressed.pressure, by_traction, direction)
-
-
-def _powers(in_si: dict[str, Array], speed: Array, raised: Array) -> dict[str, Array]:
-    """Return the powers, and the force of hysteresis, in SI units.
-
-    Friction takes the work of the tangential force and, where the solids are unlike, of the pressure on a surface that the
-    traction moves: -int q . slip = Q . creepage + int q . du/ds, and of u only the part due to the pressure is not zero on
-    elastic bodies, whose integral is -int p dw/ds with the normal displacement w under the traction (Betti).
-    """
-    friction_power = speed * (jnp.sum(in_si["tangential_load"] * in_si["creepage"]) + raised)
-    return {
-        "friction_power": friction_power,
-        "power": in_si["hysteresis_power"] + friction_power,
-        "hysteresis_force": in_si["hysteresis_power"] / speed,
-    }
-
-
-_run = Program(_compiled, ("forced", "coupled"))
-
-
-def _surface(
-    experiment: Experiment, kernels: TractionKernels, velocity: Array, *, across: bool, coupled: bool
-) -> tuple[RolledSurface, Callable[[Array], dict[str, Array]]]:
-    """Return the surface, and its film strain and power of hysteresis as a function of the pressure, scaled.
-
-    velocity: in cells per second.
-    """
-    if not kernels.normal.rates.size:
-        memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
-        nothing = jnp.zeros(experiment.grid.shape)
-        no_history = memory.start(experiment.grid.shape)
-        operator = memory.predict(no_history, nothing, no_time).operator
-        return elastic_surface(kernels, operator), lambda p: {
-            **memory.observe(no_history, p, no_time),
-            "hysteresis_power": no_time,
-        }
-    wake = wake_of(experiment, kernels.normal, velocity, across=across)
-    symbols = wake.symbols()
-    surface = creeping_surface(experiment, kernels, wake, wake.operator(symbols), coupled=coupled)
-    return surface, lambda p: {
-        "film_strain": wake.film_strain(symbols, p),
-        "hysteresis_power": wake.lost_power(symbols, p),
-    }
-
-
-def _numbers(
-    contact: RollingContact, rolled: Rolled, way: Array, edges: tuple[bool, bool]
-) -> dict[str, Array]:
-    """All that is shown, scaled, by the names of the result."""
     pressed, sheared = rolled.pressed, rolled.sheared
-    return contact_outcome(contact.pressed(sheared.traction), pressed) | {
-        "displacement": pressed.displacement + contact.surface.normal_from_tangential(sheared.traction),
+    problem = contact.pressed(sheared.traction)
+    by_traction = surface.normal_from_tangential(sheared.traction)
+    numbers = contact_outcome(problem, pressed) | {
+        "displacement": pressed.displacement + by_traction,
         "traction": sheared.traction,
         "slip_ratio": sheared.slip / way,
         "stick": sheared.stick,
@@ -566,22 +521,38 @@ def _numbers(
         "creepage": sheared.shift / way,
         "error": jnp.maximum(pressed.error, sheared.error),
         "iterations": pressed.iterations + sheared.iterations,
-        "status": _status(contact, rolled, edges),
     }
 
-
-def _status(contact: RollingContact, rolled: Rolled, edges: tuple[bool, bool]) -> Array:
-    """Return the status of the normal contact, or of the tangential one if that was not found or has no steady state."""
-    pressed, sheared, tolerance = rolled.pressed, rolled.sheared, contact.tolerance
-    status = status_of(contact.pressed(sheared.traction), pressed, tolerance, edges)
-    met = solved(sheared.error, tolerance, sheared.traction, sheared.slip, sheared.shift)
-    # without a solution, that rolling has not settled is no property of the body
+    # the status of the normal contact, or of the tangential one if that was not found or has no steady state; without a
+    # solution, that rolling has not settled is no property of the body
+    status = status_of(problem, pressed, experiment.tolerance, experiment.edges)
+    met = solved(sheared.error, experiment.tolerance, sheared.traction, sheared.slip, sheared.shift)
     found = met & (status != Status.NOT_CONVERGED) & (status != Status.NOT_FINITE)
     status = most_serious(
         (found & ~rolled.steady, Status.NOT_STEADY), (~met, Status.NOT_CONVERGED), status=status
     )
-    if not contact.tangential_load_controlled:
-        return status
-    asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
-    held = jnp.sum(asked**2) < room**2
-    return most_serious((~held & jnp.any(asked != 0.0), Status.GROSS_SLIP), status=status)
+    if forced:
+        asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
+        held = jnp.sum(asked**2) < room**2
+        status = most_serious((~held & jnp.any(asked != 0.0), Status.GROSS_SLIP), status=status)
+    numbers["status"] = with_no_steady_state(status, experiment, vector)
+
+    # Friction takes the work of the tangential force and, where the solids are unlike, of the pressure on a surface that
+    # the traction moves: -int q . slip = Q . creepage + int q . du/ds, and of u only the part due to the pressure is not
+    # zero on elastic bodies, whose integral is -int p dw/ds with the normal displacement w under the traction (Betti).
+    raised = jnp.zeros(())
+    if coupled:
+        flat = Observer.of(jnp.zeros_like(profile), spacing[1] / spacing[0])
+        raised = -flat.hysteresis(pressed.pressure, by_traction, vector / speed)
+    in_si = scale.to_si(**numbers, **observed(pressed.pressure), profile=profile, lateral_force=raised)
+    raised = in_si.pop("lateral_force")
+    friction_power = speed * (jnp.sum(in_si["tangential_load"] * in_si["creepage"]) + raised)
+    in_si |= {
+        "friction_power": friction_power,
+        "power": in_si["hysteresis_power"] + friction_power,
+        "hysteresis_force": in_si["hysteresis_power"] / speed,
+    }
+    return SteadyRolling(grid=grid, velocity=vector, **in_si), kernels.errors()
+
+
+_run = Program(_compiled, ("forced", "coupled"))

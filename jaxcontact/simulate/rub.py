@@ -10,9 +10,7 @@ import numpy as np
 from jax import Array
 
 from jaxcontact._support import checks
-from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
-from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import LARGEST_ERROR
 from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, over_the_plane, separate_map
 from jaxcontact.bodies.controls import Control, check_friction
@@ -27,19 +25,16 @@ from jaxcontact.operators.heat import coefficients_at_rest
 from jaxcontact.operators.varying import compiled_varying
 from jaxcontact.results.contact import RubbedStep, RubbingHistory
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.experiment import (
-    ContactSetup,
+from jaxcontact.simulate.run import (
     Experiment,
-    Options,
     Plan,
     Save,
-    Settings,
-    TimedExperiment,
     fine_steps,
     fine_values,
+    marched,
     profile_over_film,
+    refined,
 )
-from jaxcontact.simulate.run import marched, refined
 
 REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
 
@@ -125,11 +120,21 @@ def rub(
         >>> f"{volume * 1e18:.1f} um3"                     # 4e-18/Pa x 5 N x 10 m
         '200.0 um3'
     """
-    setup, options = ContactSetup(body, indenter, control, times, grid), Options(save, checkpoint=checkpoint)
-    settings = Settings(tolerance, max_iterations, options=options)
-    conditions = RubConditions(velocity, path, law, friction, thermal, thickest, wears)
-    make = lambda settings: RubExperiment.of(setup, settings, conditions)
-    history: RubbingHistory = refined(make, settings, substeps, _noted, _is_short)
+    given = {
+        "velocity": velocity,
+        "law": law,
+        "path": path,
+        "friction": friction,
+        "wears": wears,
+        "thermal": thermal,
+        "thickest": thickest,
+        "tolerance": tolerance,
+        "max_iterations": max_iterations,
+        "save": save,
+        "checkpoint": checkpoint,
+    }
+    make = lambda count: RubExperiment.of(body, indenter, control, times, grid, substeps=count, **given)
+    history: RubbingHistory = refined(make, substeps, _noted, _is_short)
     announce(history, stacklevel=2)
     return history
 
@@ -137,7 +142,7 @@ def rub(
 def _noted(rubs: RubExperiment) -> RubbingHistory:
     """Return the finished history, in place with its error relative to the largest change of the thickness."""
     history: RubbingHistory = marched(rubs)
-    if not rubs.conditions.in_place:  # the sum of the largest errors of places far apart
+    if rubs.path is not None:  # the sum of the largest errors of places far apart
         return history
     change = jnp.max(jnp.abs(history.thickness - rubs.at_first))
     share = jnp.where(change > 0.0, history.step_error[-1] / jnp.where(change > 0.0, change, 1.0), 0.0)
@@ -152,83 +157,150 @@ def _is_short(rubs: RubExperiment, history: RubbingHistory) -> bool:
 
 
 @pytree
-class RubConditions:
-    """The motion of a rubbed contact, the law of growth or wear, and friction and heat; fields as in ``rub``."""
+class RubExperiment(Experiment):
+    """A rubbing; further fields as in ``rub``: velocity or path (nt, 2), the other None; thickest is a number."""
 
-    velocity: Any = None
-    path: Any = None
-    law: Any = None
-    friction: Any = 0.0
-    thermal: Thermal | None = None
-    thickest: Any = None
-    wears: str = static(default="film")
+    velocity: Any
+    path: Any
+    law: Any
+    friction: Any
+    thermal: Thermal | None
+    thickest: Any
+    wears: str = static()
 
-    @property
-    def in_place(self) -> bool:
-        """True if the film does not move relative to the indenter."""
-        return self.path is None
+    @classmethod
+    def of(  # type: ignore[override]
+        cls,
+        body: LayeredHalfSpace,
+        indenter: Indenter,
+        control: Control,
+        times: Any,
+        grid: Grid,
+        *,
+        velocity: Any = None,
+        path: Any = None,
+        law: Any = None,
+        friction: Any = 0.0,
+        thermal: Thermal | None = None,
+        thickest: Any = None,
+        wears: str = "film",
+        **given: Any,
+    ) -> Self:
+        """Check the arguments of ``rub``; given: further arguments of ``Experiment.of``."""
+        # the film that wears; where the indenter does, any body
+        film_map: ThicknessMap | None = None
+        valid: checks.Verdict = True
+        checks.one_of("wears", wears, "film", "indenter")
+        if wears == "film":
+            body = over_the_plane(body, getattr(grid, "shape", ()))
+            body, film_map, valid = separate_map(body, grid.shape, np.size(times))
+            checks.require(
+                film_map is not None and not film_map.over_times,
+                "body: expected one Layer of a thickness that is a number or (nx, ny) in rub",
+            )
+        experiment = Experiment.of(body, indenter, control, times, grid, film_map=film_map, **given)
 
-    def checked(self, setup: ContactSetup) -> tuple[Self, Verdict]:
-        """Return the conditions with positions of shape (nt, 2) and a law, and whether traced values are in range."""
-        law, heated = SumOfLaws(()) if self.law is None else self.law, self.thermal is not None
-        valid = check_law(law, heated=heated) & check_friction(self.friction, setup.grid.shape)
-        velocity, path, moves = _motion(self.velocity, self.path, np.shape(setup.times)[0])
-        valid = valid & moves & check_thermal(self.thermal, setup.grid, "rub")
-        if path is not None:
-            valid = valid & check_path(path, setup.times, setup.indenter, setup.grid)
-            plain = self.wears == "film" and not heated
+        # the law, and the motion: a velocity in place, or positions (nt, 2)
+        law, heated, count = SumOfLaws(()) if law is None else law, thermal is not None, np.shape(times)[0]
+        valid = valid & check_law(law, heated=heated) & check_friction(friction, grid.shape)
+        checks.require(
+            (velocity is None) != (path is None),
+            f"velocity: expected either velocity or path, got {'neither' if path is None else 'both'}",
+        )
+        if path is None:
+            velocity = as_array(velocity)
+            shape = np.shape(velocity)
+            checks.require(
+                shape in ((), (2,), (count, 2)),
+                f"velocity: expected a number, shape (2,) or ({count}, 2) as times, got shape {shape}",
+            )
+            valid = valid & checks.finite("velocity [m/s]", velocity) & check_thermal(thermal, grid, "rub")
+        else:
+            shape = np.shape(path)
+            checks.require(
+                shape in ((count,), (count, 2)),
+                f"path [m]: expected shape ({count},) or ({count}, 2) as times, got {shape}",
+            )
+            valid = valid & checks.finite("path [m]", path)
+            # known values stay so inside jit, where operations of jax trace them
+            numbers: Any = np if is_concrete(path) else jnp
+            path = numbers.asarray(path, float)
+            path = numbers.stack([path, numbers.zeros(count)], -1) if path.ndim == 1 else path
+            valid = valid & check_thermal(thermal, grid, "rub") & check_path(path, times, indenter, grid)
+            plain = wears == "film" and not heated
             checks.require(plain, 'path: expected None with thermal= or wears="indenter", got positions')
-        rubs = not is_concrete(self.friction) or bool(np.any(np.asarray(self.friction) > 0.0))
+        rubs = not is_concrete(friction) or bool(np.any(np.asarray(friction) > 0.0))
         checks.require(
             rubs or not (heated or is_sheared(law)),
             "friction: expected a coefficient > 0 with thermal= or growth by shear stress, got 0",
         )
-        return replace(self, velocity=velocity, path=path, law=law), valid
 
-
-@pytree
-class RubExperiment(TimedExperiment):
-    """A rubbing under ``conditions``, whose ``thickest`` is a number and whose path is None or (nt, 2)."""
-
-    conditions: RubConditions
-
-    @classmethod
-    def of(  # type: ignore[override]
-        cls, setup: ContactSetup, settings: Settings, conditions: RubConditions
-    ) -> Self:
-        body, film_map, valid = _film(setup.body, conditions.wears, setup.grid, np.size(setup.times))
-        experiment = Experiment.of(replace(setup, body=body), settings, film_map=film_map)
-        conditions, in_range = conditions.checked(setup)
-        if conditions.thickest is None:
-            conditions = replace(conditions, thickest=_reach(film_map, setup.grid))
-        valid = valid & in_range & checks.positive("thickest [m]", conditions.thickest)
-        return cls(**vars(experiment.also(valid)), conditions=as_float64(conditions))
+        # the thickness for which kernels are made, unless it is given
+        if thickest is None and film_map is None:
+            thickest = 1.0
+        elif thickest is None:
+            cell = grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing)
+            thickest = jnp.maximum(2.0 * jnp.max(film_map.values), REACH * cell)  # type: ignore[union-attr]
+        valid = valid & checks.positive("thickest [m]", thickest)
+        own = as_float64((velocity, path, law, friction, thermal, thickest))
+        names = ("velocity", "path", "law", "friction", "thermal", "thickest")
+        return cls(**vars(experiment.also(valid)), **dict(zip(names, own, strict=True)), wears=wears)
 
     def with_kernels(self) -> Self:
         """Return the experiment with kernels for all thicknesses up to ``thickest``."""
-        stays = isinstance(self.conditions.law, SumOfLaws) and not self.conditions.law.terms
+        stays = isinstance(self.law, SumOfLaws) and not self.law.terms
         if self.film_map is None or stays:
             return super().with_kernels()
-        thickness = jnp.stack([jnp.zeros(()), self.conditions.thickest])
+        thickness = jnp.stack([jnp.zeros(()), self.thickest])
         return replace(self, kernels=compiled_varying(self.body, self.indenter, self.grid, thickness))
 
     def planned(self) -> Plan:
-        """Return the march of the rubbing."""
-        memory, scale, errors = self._memory()
-        course = {} if self.conditions.in_place else {"position": self.conditions.path}
+        """Return the march: the memory of the body, the law with its heat, and the motion in the inner steps."""
+        kernels, grid, substeps = self.kernels, self.grid, self.substeps
+        memory: Memory
+        if self.film_map is None:
+            memory, scale = RecursiveMemory(kernels), kernels.scale
+        else:
+            memory, scale = VaryingMemory(kernels, self.film_map.values), kernels.uniform.scale
+
+        # speed and length of way of the inner steps: in place from the velocity, else constant between two times
+        dt, when = fine_steps(self.times, substeps), fine_values(self.times, substeps)
+        course = {"times": self.times}
+        if self.path is None:
+            start, end = at_fine_times(over_times(self.velocity, self.times), substeps)
+            before, after, mean = speed_of(start), speed_of(end), mean_speed(start, end)
+            ends = (before + after) / 2.0
+            share = jnp.where(ends > 0.0, mean / jnp.where(ends > 0.0, ends, 1.0), 1.0)
+            motion, track = RubStep(dt, share * before, share * after, share, when), None
+        else:
+            places = fine_values(self.path, substeps)
+            flat = places.reshape(-1, 2)
+            move = (flat - jnp.concatenate([flat[:1], flat[:-1]])).reshape(places.shape)
+            speed = speed_of(move) / jnp.where(dt > 0.0, dt, jnp.inf)
+            motion = RubStep(dt, speed, speed, jnp.ones_like(speed), when, places, move)
+            track = Track(self.indenter, grid, self.path[0], scale.length)
+            course["position"] = self.path
+
+        heated, thermal = None, self.thermal
+        if thermal is not None:
+            rises = coefficients_at_rest(grid.shape, grid.spacing) / thermal.conductivity
+            response = spectral.kernel_spectrum(rises)
+            heated = Heated(response, thermal.ambient, thermal.share, thermal.shift)
         stepper = RubStepper(
             memory,
             **self.contact(scale),
-            kinetics=self.conditions.law,
-            friction=self.conditions.friction,
+            kinetics=self.law,
+            friction=self.friction,
             at_first=self.at_first,
-            thickest=self.conditions.thickest,
+            thickest=self.thickest,
             scale=scale,
-            heated=self._heated(),
-            track=self._track(scale),
-            of_film=self.conditions.wears == "film",
+            heated=heated,
+            track=track,
+            of_film=self.wears == "film",
         )
-        return self.plan(stepper, self._inputs(), scale, errors).to(RubbingHistory, RubbedStep, course=course)
+        errors = kernels.errors(self.duration)
+        known = course, {"grid": grid}
+        return Plan(stepper, self.steps(scale, motion), scale, errors, *known, RubbingHistory, RubbedStep)
 
     @property
     def at_first(self) -> Array:
@@ -237,115 +309,13 @@ class RubExperiment(TimedExperiment):
 
     @property
     def temperatures(self) -> list[Any]:
-        law, thermal = self.conditions.law, self.conditions.thermal
-        return temperatures_of(law) + ([] if thermal is None else [thermal.ambient])
+        return temperatures_of(self.law) + ([] if self.thermal is None else [self.thermal.ambient])
 
     @property
     def profile(self) -> Array:
         """As of every experiment; with a path at its first position."""
-        if self.conditions.in_place:
+        if self.path is None:
             return super().profile
-        grid, first = self.grid, tuple(self.conditions.path[0])
+        grid, first = self.grid, tuple(self.path[0])
         moved = MovedGrid(grid.shape, grid.spacing, grid.periodic, first)
         return profile_over_film(self.indenter, moved, self.film_map)
-
-    def _track(self, scale: Scale) -> Track | None:
-        """Return the way of the indenter, None where it stays in place."""
-        path = self.conditions.path
-        return None if path is None else Track(self.indenter, self.grid, path[0], scale.length)
-
-    def _memory(self) -> tuple[Memory, Scale, Any]:
-        if self.film_map is None:
-            kernels = self.ready_kernels
-            return RecursiveMemory(kernels), kernels.scale, kernels.errors(self.duration)
-        varying = self.varying_kernels
-        memory = VaryingMemory(varying, self.film_map.values)
-        return memory, varying.uniform.scale, varying.errors(self.duration)
-
-    def _inputs(self) -> RubStep:
-        """Return the further input of the steps, (nt, substeps)."""
-        substeps = self.options.substeps
-        if not self.conditions.in_place:
-            return self._along(self.conditions.path, substeps)
-        assert self.conditions.velocity is not None
-        start, end = at_fine_times(over_times(self.conditions.velocity, self.times), substeps)
-        before, after, mean = speed_of(start), speed_of(end), mean_speed(start, end)
-        ends = (before + after) / 2.0
-        share = jnp.where(ends > 0.0, mean / jnp.where(ends > 0.0, ends, 1.0), 1.0)
-        steps, when = fine_steps(self.times, substeps), fine_values(self.times, substeps)
-        return RubStep(steps, share * before, share * after, share, when)
-
-    def _along(self, path: Array, substeps: int) -> RubStep:
-        """Return the further input of the steps along a path, at a constant velocity between two times."""
-        steps, when = fine_steps(self.times, substeps), fine_values(self.times, substeps)
-        ends = fine_values(path, substeps)
-        flat = ends.reshape(-1, 2)
-        move = (flat - jnp.concatenate([flat[:1], flat[:-1]])).reshape(ends.shape)
-        speed = speed_of(move) / jnp.where(steps > 0.0, steps, jnp.inf)
-        return RubStep(steps, speed, speed, jnp.ones_like(speed), when, ends, move)
-
-    def _heated(self) -> Heated | None:
-        thermal = self.conditions.thermal
-        if thermal is None:
-            return None
-        rises = coefficients_at_rest(self.grid.shape, self.grid.spacing) / thermal.conductivity
-        return Heated(spectral.kernel_spectrum(rises), thermal.ambient, thermal.share, thermal.shift)
-
-
-def rubbed(setup: ContactSetup, settings: Settings, **conditions: Any) -> RubExperiment:
-    """Return the checked experiment of conditions that are given by the names of the arguments of ``rub``."""
-    return RubExperiment.of(setup, settings, RubConditions(**conditions))
-
-
-def _film(
-    body: LayeredHalfSpace, wears: str, grid: Grid, count: int
-) -> tuple[LayeredHalfSpace, ThicknessMap | None, Verdict]:
-    """Return the body, the thickness of the film that wears (None where the indenter does), and whether it is in range."""
-    checks.one_of("wears", wears, "film", "indenter")
-    if wears == "indenter":
-        return body, None, True
-    body = over_the_plane(body, getattr(grid, "shape", ()))
-    body, film_map, valid = separate_map(body, grid.shape, count)
-    checks.require(
-        film_map is not None and not film_map.over_times,
-        "body: expected one Layer of a thickness that is a number or (nx, ny) in rub",
-    )
-    return body, film_map, valid
-
-
-def _motion(velocity: Any, path: Any, count: int) -> tuple[Any, Any, Verdict]:
-    """Return velocity and path (count, 2), one of them None, and whether they are in range."""
-    checks.require(
-        (velocity is None) != (path is None),
-        f"velocity: expected either velocity or path, got {'neither' if path is None else 'both'}",
-    )
-    if path is None:
-        velocity = as_array(velocity)
-        return velocity, None, _check_velocity(velocity, (count,))
-    shape = np.shape(path)
-    checks.require(
-        shape in ((count,), (count, 2)),
-        f"path [m]: expected shape ({count},) or ({count}, 2) as times, got {shape}",
-    )
-    # known values stay so inside jit, where operations of jax trace them
-    numbers: Any = np if is_concrete(path) else jnp
-    along_x = numbers.asarray(path, float)
-    both = numbers.stack([along_x, numbers.zeros(count)], -1) if along_x.ndim == 1 else along_x
-    return None, both, checks.finite("path [m]", path)
-
-
-def _check_velocity(velocity: Any, times: tuple[int, ...]) -> Verdict:
-    shape, nt = np.shape(velocity), times[0]
-    checks.require(
-        shape in ((), (2,), (nt, 2)),
-        f"velocity: expected a number, shape (2,) or ({nt}, 2) as times, got shape {shape}",
-    )
-    return checks.finite("velocity [m/s]", velocity)
-
-
-def _reach(film_map: ThicknessMap | None, grid: Grid) -> Array | float:
-    """Return the thickness for which kernels are made unless it is given [m]."""
-    if film_map is None:
-        return 1.0
-    cell = grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing)
-    return jnp.maximum(2.0 * jnp.max(film_map.values), REACH * cell)

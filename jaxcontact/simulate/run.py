@@ -1,73 +1,356 @@
-"""Running an experiment: its compiled march, the diagnostics of the result for its notes, and the warnings."""
+"""An experiment: its checked arguments, its compiled march, at once or in blocks, and its finished result.
+
+The way of every verb over time:
+
+1. ``Experiment.of`` of its class raises each ``ValueError``, and makes SI units and float64 of the arguments;
+2. ``with_kernels`` builds the response of the body on the grid, in compiled programs of their own;
+3. ``planned`` makes the march of the arguments, the stepper and its steps, all scaled, and ``history.time_loop`` marches:
+   in one compiled program (``marched``), or in blocks for ``jaxcontact run --resume`` (``blocks``);
+4. ``finished`` adds the diagnostics for notes, and statuses for what response and time steps leave in error.
+
+A steady state takes steps 1, 2 and 4.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, fields
+from typing import Any, Self
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._compile.kept_traces import Program
+from jaxcontact._compile.programs import Program
 from jaxcontact._support import checks
-from jaxcontact._support.pytree import is_concrete, pytree, replace
+from jaxcontact._support.checks import Verdict
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static, untupled
+from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import LARGEST_ERROR, LARGEST_STEP_ERROR, Status, most_serious
+from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, checked_body
+from jaxcontact.bodies.controls import Control, Load, check_control
+from jaxcontact.bodies.grid import Grid, check_grid
+from jaxcontact.bodies.laws import Adhesion
 from jaxcontact.history.motion import TooFewSubstepsError
-from jaxcontact.history.time_loop import Carry, Outcome, Rows, Stepper, begin, begun, in_blocks, march
-from jaxcontact.indenters.shapes import HeightField, Sphere
-from jaxcontact.operators.kernels import Errors
+from jaxcontact.history.time_loop import (
+    Carry,
+    Outcome,
+    Rows,
+    Stepper,
+    Steps,
+    begin,
+    begun,
+    in_blocks,
+    march,
+    march_from_rest,
+)
+from jaxcontact.indenters.shapes import HeightField, Indenter, Sphere, checked_indenter
+from jaxcontact.operators.kernels import Errors, check_kernels, check_stiffness, compiled_build
+from jaxcontact.operators.varying import compiled_varying
 from jaxcontact.response.normal import limits_of
-from jaxcontact.results.contact import ContactHistory, nan_where_invalid
-from jaxcontact.results.notes import announce
-from jaxcontact.simulate.experiment import Experiment, Plan, Settings, TimedExperiment
+from jaxcontact.response.stack import solids
+from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
+from jaxcontact.results.notes import Diagnostics, announce
 
+Save = str | Callable[[ContactStep], Any]
+
+LOOSEST = 1e-2  # tolerance
+
+
+@pytree
+class Experiment:
+    """The arguments of a verb after their checks, in SI units and float64; each is documented in ``indent``.
+
+    kernels: those given or built, of the kind that the verb needs; None before. valid: None, or whether traced values are in
+    range. film_map: the thickness of a film that varies in the plane; the layer of ``body`` is then as thick as it is at
+    most.
+    """
+
+    body: LayeredHalfSpace
+    indenter: Indenter
+    control: Control
+    times: Array
+    grid: Grid
+    tolerance: Array
+    max_iterations: Array
+    kernels: Any
+    valid: Array | None
+    film_map: ThicknessMap | None
+    save: Save = static()
+    substeps: int = static()
+    correspondence: str = static()
+    checkpoint: str = static()
+
+    @classmethod
+    def of(
+        cls,
+        body: LayeredHalfSpace,
+        indenter: Indenter,
+        control: Control,
+        times: Any,
+        grid: Grid,
+        *,
+        tolerance: Any = 1e-8,
+        max_iterations: Any = 500,
+        kernels: Any = None,
+        save: Save = "all",
+        substeps: int = 1,
+        correspondence: str = "exact",
+        checkpoint: str = "pressures",
+        film_map: ThicknessMap | None = None,
+        adhesive: bool = False,
+    ) -> Self:
+        """Check what all verbs have in common; ValueError for what cannot be computed. adhesive: loads may be negative."""
+        times = untupled(times)
+        body, valid = checked_body(body)
+        valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
+        valid = valid & checks.not_decreasing("times [s]", times)
+        valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
+        valid = valid & checks.between("tolerance", tolerance, 0.0, LOOSEST)
+        if is_concrete(max_iterations):
+            checks.whole("max_iterations", np.asarray(max_iterations).item(), 1, 10**9)
+
+        # options of the march and of the response
+        known = save in ("all", "last") or callable(save)
+        checks.require(known, f'save: expected "all", "last" or a function, got {save!r}')
+        checks.whole("substeps", substeps, 1, 1000)
+        checks.one_of("correspondence", correspondence, "exact", "quasi-elastic")
+        checks.one_of("checkpoint", checkpoint, "pressures", "blocks")
+        exact = correspondence == "exact"
+        if kernels is not None:
+            checks.require(exact, 'kernels: expected correspondence="exact" with them')
+            valid = valid & check_kernels(kernels, grid)
+        valid = valid & check_stiffness(body)
+        checks.require(
+            exact or all(solid.bulk_modulus is None for solid in solids(body)),
+            f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}", whose error would reach 5 %',
+        )
+
+        # a surface with J(0) = 0 is rigid at first: the contact then needs an elastic indenter, and a film of it has no
+        # largest decay rate, which the exact response needs
+        limits = limits_of(body)
+        rigid = limits.has_zero_instantaneous_compliance()
+        alone, film = indenter.material is None, limits.film is not None and exact
+        if not is_concrete(rigid):
+            valid = valid & ~(jnp.asarray(rigid) & (alone or film))
+        else:
+            checks.require(
+                not (bool(rigid) and alone),
+                "a Kelvin-Voigt surface has J(0) = 0 and is rigid at first: a rigid indenter cannot be pressed on it, not"
+                " even by a load that rises from zero; expected an elastic indenter or a material with an instantaneous"
+                " compliance",
+            )
+            checks.require(
+                not (bool(rigid) and film),
+                "layer: a material with J(0) = 0 has no bound on its decay rates over a substrate; expected one with an"
+                ' instantaneous compliance (StandardLinearSolid, say), or correspondence="quasi-elastic"',
+            )
+
+        # the mean displacement of a periodic grid is zero, so that the mean gap bounds the approach
+        map_over_times = film_map is not None and film_map.over_times
+        if not isinstance(control, Load) and all(grid.periodic) and not map_over_times:
+            highest = jnp.mean(profile_over_film(indenter, grid, film_map))
+            inside = jnp.max(jnp.asarray(control.value)) < highest
+            if not is_concrete(control, highest):
+                valid = valid & inside
+            else:
+                checks.require(
+                    bool(inside),
+                    f"Approach [m]: expected less than {float(highest):g} on a periodic grid, the mean gap at first touch,"
+                    f" got {float(np.max(control.value)):g}: the mean displacement is zero, so that all of the surface"
+                    " would be in contact",
+                )
+        body, indenter, control, times, grid, tolerance, film_map = as_float64(
+            (body, indenter, control, times, grid, tolerance, film_map)
+        )
+        return cls(
+            body=body,
+            indenter=indenter,
+            control=control,
+            times=times,
+            grid=grid,
+            tolerance=tolerance,
+            max_iterations=jnp.asarray(max_iterations, int),
+            kernels=kernels,
+            valid=None if valid is True else jnp.asarray(valid),
+            film_map=film_map,
+            save=save,
+            substeps=substeps,
+            correspondence=correspondence,
+            checkpoint=checkpoint,
+        )
+
+    def also(self, verdict: Verdict) -> Self:
+        """The experiment with one more condition on values that are not known yet."""
+        if verdict is True:
+            return self
+        return replace(self, valid=jnp.asarray(verdict if self.valid is None else self.valid & verdict))
+
+    def with_kernels(self) -> Self:
+        """The experiment with its kernels built, unless they are given or the way of its march needs none."""
+        if self.kernels is not None or self.correspondence != "exact":
+            return self
+        if self.film_map is not None:
+            thickness = self.film_map.values
+            return replace(self, kernels=compiled_varying(self.body, self.indenter, self.grid, thickness))
+        return replace(self, kernels=compiled_build(self.body, self.indenter, self.grid))
+
+    def planned(self) -> Plan:
+        """Return the march of the experiment; a steady state has none."""
+        raise NotImplementedError
+
+    @property
+    def changes_in_given_ways(self) -> bool:
+        """Return whether the body changes in time as it is given, an effect that the error of the time steps leaves out."""
+        return self.film_map is not None and self.film_map.over_times
+
+    @property
+    def temperatures(self) -> list[Any]:
+        """The temperatures that the experiment is given [K]."""
+        return []
+
+    @property
+    def profile(self) -> Array:
+        """The gap before contact at an approach of zero [m], (nx, ny), over the film as it is at first."""
+        return profile_over_film(self.indenter, self.grid, self.film_map)
+
+    @property
+    def load_controlled(self) -> bool:
+        return isinstance(self.control, Load)
+
+    @property
+    def duration(self) -> Array:
+        """Time from the first to the last step [s]."""
+        return self.times[-1] - self.times[0]
+
+    @property
+    def edges(self) -> tuple[bool, bool]:
+        """Return whether contact at the sides of the grid across x, and across y, would continue beyond the grid."""
+        along_x, along_y = (not self.indenter.fills_grid and not wraps for wraps in self.grid.periodic)
+        return along_x, along_y
+
+    def target(self, scale: Scale) -> Array:
+        """The control, scaled: the sum of pressures or the approach."""
+        return scale.from_si("load" if self.load_controlled else "approach", self.control.value)
+
+    def contact(self, scale: Scale) -> dict[str, Any]:
+        """Return the fields of a stepper that the contact of every experiment has."""
+        return {
+            "profile": self.profile / scale.length,
+            "tolerance": self.tolerance,
+            "max_iterations": self.max_iterations,
+            "load_controlled": self.load_controlled,
+            "edges": self.edges,
+        }
+
+    def steps(self, scale: Scale, more: Any) -> Steps:
+        """Return the inner steps, (nt, substeps), with the further input of their stepper, (nt, substeps, ...)."""
+        targets = jnp.broadcast_to(self.target(scale), self.times.shape)
+        return Steps(fine_steps(self.times, self.substeps), fine_values(targets, self.substeps), more)
+
+
+def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | None) -> Array:
+    """Return the gap before contact at an approach of zero [m], (nx, ny), over a film that stands on a flat base.
+
+    The approach is zero at first touch of the film as it is at first: the lowest point of the gap is as low as that of the
+    indenter alone.
+    """
+    profile = indenter.profile(grid)
+    if film_map is None:
+        return profile
+    over = profile - film_map.at_first
+    return over - (jnp.min(over) - jnp.min(profile))
+
+
+def fine_steps(times: Array, substeps: int) -> Array:
+    """The inner steps [s], (nt, substeps); the first row has no length."""
+    before = jnp.append(times[:1], times[:-1])
+    return (times - before)[:, None] / substeps * jnp.ones(substeps)
+
+
+def fine_values(values: Array, substeps: int) -> Array:
+    """Return values (nt, ...) at the ends of the inner steps, (nt, substeps, ...), linear between times."""
+    before = jnp.concatenate([values[:1], values[:-1]])
+    share = (jnp.arange(1, substeps + 1) / substeps).reshape(-1, *[1] * (values.ndim - 1))
+    return before[:, None] + (values - before)[:, None] * share
+
+
+def tabor_numbers(law: Adhesion, experiment: Experiment) -> Array:
+    """Return the Tabor number of a ball with the compliance of the surface at each time, (nt,); nan without a ball."""
+    times, indenter = experiment.times, experiment.indenter
+    if not isinstance(indenter, Sphere):
+        return jnp.full(times.shape, jnp.nan)
+    compliance = limits_of(experiment.body).short_wave_compliance(times - times[0]) + indenter.compliance()
+    return law.tabor_number(indenter.radius, 2.0 / compliance)
+
+
+# The march: its plan, one compiled program for all of it, and the substeps that "auto" chooses.
+
+
+ENERGIES = "jump_energy", "viscous_energy"  # without derivatives, those of their units included
 REFINED = (1, 4, 16, 64)  # substeps that "auto" tries
-ROUNDED = 1e-12  # change of a thickness, over it, that is rounding
+
+
+@pytree
+class Plan:
+    """A march to be made, and what its result is made of.
+
+    steps: (nt, substeps, ...); errors: of the kernels; course, beside: fields of the result that are known beforehand, in
+    SI, with and without a first axis of time; makes: the result of its fields; step: the argument of a ``save`` function.
+    """
+
+    stepper: Stepper
+    steps: Steps
+    scale: Scale
+    errors: Errors
+    course: dict[str, Array]
+    beside: dict[str, Any]
+    makes: Callable[..., ContactHistory] = static(default=ContactHistory)
+    step: type[ContactStep] = static(default=ContactStep)
+
+    def result(
+        self, outcomes: Outcome, carry: Carry, last: dict[str, Array], rows: slice = slice(None)
+    ) -> ContactHistory:
+        """Return the result for some rows from their outcomes; last: the fields where outcomes have none."""
+        overall = {"profile": self.stepper.profile} | self.stepper.overall(carry.own)
+        in_si = self.scale.to_si(**overall, **(outcomes.fields or last), **outcomes.numbers)
+        in_si |= {name: jax.lax.stop_gradient(in_si[name]) for name in ENERGIES if name in in_si}
+        course = {name: values[rows] for name, values in self.course.items()}
+        told = Diagnostics(**self.stepper.told(carry.own))
+        return self.makes(saved=outcomes.saved, diagnostics=told, **course, **self.beside, **in_si)
 
 
 @Program
-def _run(experiment: TimedExperiment) -> tuple[ContactHistory, Errors]:
-    """The compiled core of all experiments over time: one trace for equal shapes and options."""
-    plan = experiment.planned()
-    return plan.marched(experiment.options), plan.errors
+def _run(experiment: Experiment) -> tuple[ContactHistory, Errors]:
+    """March over all times, compiled once for equal shapes and options; return the result and the errors of the kernels."""
+    plan, save = experiment.planned(), experiment.save
+
+    def kept(outcome: Outcome) -> Outcome:
+        """Return what is saved of a time: all of it, its numbers, or also the value of a user's function of it in SI."""
+        if save == "all":
+            return outcome
+        saved = None
+        if callable(save):
+            profile = outcome.fields.get("moved_profile", plan.stepper.profile)
+            gap = profile + outcome.fields["displacement"] - outcome.numbers["approach"]
+            in_si = plan.scale.to_si(gap=gap, **outcome.fields, **outcome.numbers)
+            known = {each.name for each in fields(plan.step)} & in_si.keys()
+            saved = save(plan.step(**{name: in_si[name] for name in known}))
+        return outcome._replace(fields={}, saved=saved)
+
+    state, outcomes = march_from_rest(plan.stepper, plan.steps, kept, experiment.checkpoint)
+    return plan.result(outcomes, state.carry, state.last.fields), plan.errors
 
 
-def marched(experiment: TimedExperiment) -> Any:
+def marched(experiment: Experiment) -> Any:
     """Return the finished result of an experiment over time, without warnings."""
     result, errors = _run(experiment.with_kernels())
     return finished(result, errors, experiment)
 
 
-def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
-    """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
-    single = jnp.asarray(not isinstance(experiment.indenter, HeightField))
-    radius = experiment.indenter.radius if isinstance(experiment.indenter, Sphere) else jnp.inf
-    told = replace(
-        result.diagnostics,
-        separation_error=errors.separation,
-        image_error=errors.images,
-        single_contact=single,
-        widenings=jnp.zeros((), int),
-    )
-    rounded = experiment.indenter.size_error(experiment.grid)
-    told = replace(
-        told, **jax.lax.stop_gradient({"ball_radius": jnp.asarray(radius, float), "size_error": rounded})
-    )
-    if experiment.temperatures:
-        told = replace(told, coldest=_least(experiment.temperatures))
-    if experiment.film_map is not None:
-        told = replace(told, thickness_error=jnp.asarray(errors.thickness), **_steepness(experiment, result))
-    return nan_where_invalid(
-        replace(result, status=_doubted(result, errors), diagnostics=told), experiment.valid
-    )
-
-
 def refined(
-    make: Callable[[Settings], TimedExperiment],
-    settings: Settings,
+    make: Callable[[int], Any],
     substeps: int | str,
     solve: Callable[[Any], Any] = marched,
     exact: Callable[[Any, Any], bool] = lambda experiment, history: True,
@@ -75,14 +358,14 @@ def refined(
     """Return the history of an experiment with a number of substeps, or, with "auto", with the first of ``REFINED`` whose
     estimated errors by the time steps are below 1 %, or else with the last; without warnings.
 
-    make: the experiment with some settings; solve: its history; exact: whether further errors of the time steps are small.
+    make: the experiment with so many substeps; solve: its history; exact: whether further errors of the time steps are
+    small.
     """
-    with_substeps = lambda count: replace(settings, options=replace(settings.options, substeps=count))
     if substeps != "auto":
-        return solve(make(with_substeps(substeps)))
+        return solve(make(substeps))  # type: ignore[arg-type]
     for count in REFINED:
         try:
-            experiment = make(with_substeps(count))
+            experiment = make(count)
         except TooFewSubstepsError:
             if count == REFINED[-1]:
                 raise
@@ -104,52 +387,39 @@ def refined(
     return replace(history, diagnostics=told)
 
 
-def _least(values: list[Any]) -> Array:
-    """Return the least of some values, without derivative, ()."""
-    return jax.lax.stop_gradient(jnp.min(jnp.stack([jnp.min(jnp.asarray(v, float)) for v in values])))
+# The finished result: diagnostics for the notes, statuses for known errors, and nan where traced values were out of range.
 
 
-def _steepness(experiment: Experiment, result: Any) -> dict[str, Array]:
-    """Return the largest slope of a film's thickness, given or formed, and whether the film is stiffer than its base."""
-    assert experiment.film_map is not None
-    grid, maps = experiment.grid, [experiment.film_map.values]
-    if hasattr(result, "thickness"):
-        maps.append(result.thickness)
-    along = [axis for axis, n in enumerate(grid.shape) if n > 1]
-    slopes = [
-        jnp.max(jnp.abs(_differences(values, axis - 2, grid.periodic[axis]))) / grid.spacing[axis]
-        for values in maps
-        for axis in along
-    ]
-    ratio = limits_of(experiment.body).stiffness_ratio()
-    found = {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
-    if hasattr(result, "thickness"):
-        last = result.thickness[-1] if result.thickness.ndim == 3 else result.thickness
-        grown, least = last - experiment.film_map.at_first, ROUNDED * jnp.max(jnp.abs(last))
-        found["narrow_growth"] = _narrowest(
-            jnp.where(jnp.abs(grown) > least, grown, 0.0), along, grid.periodic
-        )
-    return found
+ROUNDED = 1e-12  # change of a thickness, over it, that is rounding
 
 
-def _narrowest(grown: Array, axes: list[int], periodic: tuple[bool, bool]) -> Array:
-    """Return how far a cell has grown beyond all its neighbours along some axes, relative to the largest change, ()."""
-    highest = jnp.full_like(grown, -jnp.inf)
-    for axis in axes:
-        ends = [(1, 1) if other == axis else (0, 0) for other in (0, 1)]
-        padded = (
-            jnp.pad(grown, ends, "wrap") if periodic[axis] else jnp.pad(grown, ends, constant_values=-jnp.inf)
-        )
-        for start in (0, 2):
-            beside = jax.lax.slice_in_dim(padded, start, start + grown.shape[axis], axis=axis)
-            highest = jnp.maximum(highest, beside)
-    beyond, largest = jnp.max(grown - highest), jnp.max(jnp.abs(grown))
-    return jnp.where(largest > 0.0, beyond / jnp.where(largest > 0.0, largest, 1.0), 0.0)
+def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
+    """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
+    radius = experiment.indenter.radius if isinstance(experiment.indenter, Sphere) else jnp.inf
+    told = {
+        "separation_error": errors.separation,
+        "image_error": errors.images,
+        "single_contact": jnp.asarray(not isinstance(experiment.indenter, HeightField)),
+        "widenings": jnp.zeros((), int),
+        "ball_radius": jax.lax.stop_gradient(jnp.asarray(radius, float)),
+        "size_error": jax.lax.stop_gradient(experiment.indenter.size_error(experiment.grid)),
+    }
+    if experiment.temperatures:
+        each = [jnp.min(jnp.asarray(value, float)) for value in experiment.temperatures]
+        told["coldest"] = jax.lax.stop_gradient(jnp.min(jnp.stack(each)))
+    if experiment.film_map is not None:
+        told["thickness_error"] = jnp.asarray(errors.thickness)
+        told |= _told_of_thickness(experiment.film_map, experiment, result)
 
-
-def _differences(values: Array, axis: int, periodic: bool) -> Array:
-    """Return the differences between neighbours along an axis."""
-    return values - jnp.roll(values, 1, axis) if periodic else jnp.diff(values, axis=axis)
+    # the errors of the response are those until each time; a steady state lasts for one passage of its grid
+    if hasattr(result, "times"):
+        status = _doubted_until_now(result.status, result.times, errors, result.time_step_error)
+    else:
+        speed = jnp.sqrt(jnp.sum(jnp.asarray(result.velocity) ** 2))
+        width = jnp.max(jnp.stack(result.grid.width))
+        status = doubted(result.status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
+    diagnostics = replace(result.diagnostics, **told)
+    return nan_where_invalid(replace(result, status=status, diagnostics=diagnostics), experiment.valid)
 
 
 def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
@@ -159,21 +429,48 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
     return result
 
 
-def _doubted(result: Any, errors: Errors) -> Array:
-    """Return the status with the known errors of the response; a steady state lasts for one passage of its grid."""
-    if hasattr(result, "times"):
-        return _doubted_until_now(result.status, result.times, errors, result.time_step_error)
-    speed = jnp.sqrt(jnp.sum(jnp.asarray(result.velocity) ** 2))
-    width = jnp.max(jnp.stack(result.grid.width))
-    return doubted(result.status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
+def _told_of_thickness(film_map: ThicknessMap, experiment: Experiment, result: Any) -> dict[str, Array]:
+    """Return the largest slope of a film's thickness, given or formed, whether the film is stiffer than its base, and how
+    narrow its growth is."""
+    grid, maps = experiment.grid, [film_map.values]
+    if hasattr(result, "thickness"):
+        maps.append(result.thickness)
+    axes = [axis for axis, n in enumerate(grid.shape) if n > 1]
+    slopes = []
+    for values in maps:
+        for axis in axes:
+            wraps = grid.periodic[axis]
+            step = values - jnp.roll(values, 1, axis - 2) if wraps else jnp.diff(values, axis=axis - 2)
+            slopes.append(jnp.max(jnp.abs(step)) / grid.spacing[axis])
+    ratio = limits_of(experiment.body).stiffness_ratio()
+    found = {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
+    if not hasattr(result, "thickness"):
+        return found
+
+    # how far a cell has grown beyond all its neighbours, relative to the largest change
+    last = result.thickness[-1] if result.thickness.ndim == 3 else result.thickness
+    grown, least = last - film_map.at_first, ROUNDED * jnp.max(jnp.abs(last))
+    grown = jnp.where(jnp.abs(grown) > least, grown, 0.0)
+    highest = jnp.full_like(grown, -jnp.inf)
+    for axis in axes:
+        ends = [(1, 1) if other == axis else (0, 0) for other in (0, 1)]
+        outside = {"mode": "wrap"} if grid.periodic[axis] else {"constant_values": -jnp.inf}
+        padded = jnp.pad(grown, ends, **outside)
+        for start in (0, 2):
+            beside = jax.lax.slice_in_dim(padded, start, start + grown.shape[axis], axis=axis)
+            highest = jnp.maximum(highest, beside)
+    beyond, largest = jnp.max(grown - highest), jnp.max(jnp.abs(grown))
+    narrow = jnp.where(largest > 0.0, beyond / jnp.where(largest > 0.0, largest, 1.0), 0.0)
+    return found | {"narrow_growth": narrow}
 
 
 @jax.jit
 def _doubted_until_now(status: Array, times: Array, errors: Errors, step_error: Array) -> Array:
-    """Return ``doubted`` at the times of a result, compiled as one program instead of one for each operation."""
+    """Return ``doubted`` at the times of a result."""
     return doubted(status, times - times[0], errors, step_error)
 
 
+@jax.jit  # one program instead of one for each operation
 def doubted(status: Array, elapsed: Array, errors: Errors, step_error: Array | float = 0.0) -> Array:
     """Return the status, with ``NOT_RESOLVED`` where the error of the response exceeds 1 %, and ``STEP_TOO_LONG`` where that
     of the pressure by the time steps exceeds 10 %, unless it is more serious; later times do not inherit these."""
@@ -185,10 +482,10 @@ def doubted(status: Array, elapsed: Array, errors: Errors, step_error: Array | f
     )
 
 
-# The driver of long runs: a march in blocks of steps that are handed out as they finish.
+# The march in blocks, for ``jaxcontact run``.
 #
 # A verb such as ``jaxcontact.indent`` is one compiled call and tells nothing until it ends. Here the same march runs
-# in blocks of one static length, each from the carry of the one before, so that there is one compilation, something
+# in blocks of steps of one static length, each from the carry of the one before, so that there is one compilation, something
 # to keep after every block, and a place to go on from when a run was stopped.
 
 
@@ -209,68 +506,59 @@ class FinishedBlock:
     carry: list[np.ndarray]
 
 
-@pytree
-class Simulation:
-    """A march that is ready to start; ``ready`` makes it."""
+def ready(experiment: Experiment) -> Plan:
+    """Return the march of an experiment, ready to start in blocks."""
+    return _planned(experiment.with_kernels())
 
-    experiment: TimedExperiment
-    plan: Plan
 
-    def blocks(self, done: int = 0, carry: Sequence[np.ndarray] | None = None) -> Iterator[FinishedBlock]:
-        """The blocks after the first ``done``, which ended with ``carry``; the first bad step ends them.
+def blocks(plan: Plan, done: int = 0, carry: Sequence[np.ndarray] | None = None) -> Iterator[FinishedBlock]:
+    """March on after the first ``done`` blocks, which ended with ``carry``, and hand out each block; the first bad step
+    ends them.
 
-        A march that goes on from a carry gives bit for bit what it would have given without a stop.
-        """
-        state, blocks = _begun(self.plan)
-        if carry is not None:
-            state = jax.tree.unflatten(jax.tree.structure(state), [jnp.asarray(leaf) for leaf in carry])
-        on_host = jax.device_get(self)  # numpy: each operation of jax outside run_block would be a program
-        blocks = jax.device_get(blocks)
-        for index in range(done, len(blocks.exists)):
-            rows = jax.tree.map(lambda a, i=index: a[i], blocks)
-            state, outcomes = run_block(self.plan.stepper, state, rows)
-            block = on_host._block(index * BLOCK, jax.device_get(outcomes), jax.device_get(state))
-            yield block
-            if block.status:
-                return
+    A march that goes on from a carry gives bit for bit what it would have given without a stop.
+    """
+    state, rows = _begun(plan)
+    if carry is not None:
+        state = jax.tree.unflatten(jax.tree.structure(state), [jnp.asarray(leaf) for leaf in carry])
+    # numpy: each operation of jax outside run_block would be a program
+    on_host, rows = jax.device_get((plan, rows))
+    times = on_host.course["times"]
+    for index in range(done, len(rows.exists)):
+        state, outcomes = run_block(plan.stepper, state, jax.tree.map(lambda a, i=index: a[i], rows))
+        outcomes, on_disk = jax.device_get((outcomes, state))
 
-    def _block(self, first: int, outcomes: Outcome, carry: Carry) -> FinishedBlock:
-        """Return the fine steps of a block, of which ``first`` is the first, in SI units."""
-        times = self.plan.course["times"]
-        elapsed = times[first : first + BLOCK] - times[0]
-        own = outcomes.numbers["status"][: elapsed.size]  # fewer than those of a block that is filled up
-        step_error = outcomes.numbers["time_step_error"][: elapsed.size]
-        status = np.asarray(doubted(own, elapsed, self.plan.errors, step_error))
+        # the status of each step that exists, and the steps before the first bad one
+        first = index * BLOCK
+        exist = min(BLOCK, times.size - first)
+        elapsed = times[np.minimum(first + np.arange(BLOCK), times.size - 1)] - times[0]
+        own, step_error = outcomes.numbers["status"], outcomes.numbers["time_step_error"]
+        status = np.asarray(doubted(own, elapsed, on_host.errors, step_error))[:exist]
         bad = np.flatnonzero(status)
         count = int(bad[0]) if bad.size else status.size
-        fine = jax.tree.map(lambda a: a[:count], outcomes)
+        fine = jax.tree.map(lambda a, n=count: a[:n], outcomes)
         fine.numbers["status"] = jnp.asarray(status[:count])
-        history = self.plan.result(fine, carry, {}, slice(first, first + count))
-        in_numpy = jax.tree.map(np.asarray, history)
-        return FinishedBlock(in_numpy, int(status[bad[0]]) if bad.size else 0, jax.tree.leaves(carry))
+        history = on_host.result(fine, on_disk, {}, slice(first, first + count))
+        ended = int(status[bad[0]]) if bad.size else 0
+        yield FinishedBlock(jax.tree.map(np.asarray, history), ended, jax.tree.leaves(on_disk))
+        if ended:
+            return
 
 
-def ready(experiment: TimedExperiment) -> Simulation:
-    """The march of an experiment, made ready."""
-    experiment = experiment.with_kernels()
-    return Simulation(experiment, _planned(experiment))
-
-
-def first_block(experiment: TimedExperiment) -> tuple[Plan, Carry, Outcome]:
-    """The plan of a march and what its first block gives, scaled; for their shapes."""
-    plan = ready(experiment).plan
-    state, blocks = _begun(plan)
-    return plan, *run_block(plan.stepper, state, jax.tree.map(lambda a: a[0], blocks))
+def first_block(experiment: Experiment) -> tuple[Plan, Carry, Outcome]:
+    """Return the plan of a march and what its first block gives, scaled; for their shapes."""
+    plan = ready(experiment)
+    state, rows = _begun(plan)
+    return plan, *run_block(plan.stepper, state, jax.tree.map(lambda a: a[0], rows))
 
 
 @Program
-def _planned(experiment: TimedExperiment) -> Plan:
+def _planned(experiment: Experiment) -> Plan:
     return experiment.planned()
 
 
 @Program
 def _begun(plan: Plan) -> tuple[Carry, Rows]:
-    """The carry before the first step, and the steps in blocks."""
+    """Return the carry before the first step, and the steps in blocks."""
     return begin(plan.stepper), in_blocks(plan.steps, BLOCK)
 
 

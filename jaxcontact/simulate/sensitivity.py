@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._compile.kept_traces import fast_compile_options
+from jaxcontact._compile.programs import fast_compile_options
 from jaxcontact._support import checks
 from jaxcontact._support.pytree import as_float64, refuse_masked
 

@@ -8,7 +8,6 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import as_float64, pytree, replace, static
-from jaxcontact._support.scale import Scale
 from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.controls import (
     Control,
@@ -24,17 +23,7 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.kernels import TractionKernels, compiled_traction
 from jaxcontact.results.contact import ShearHistory, ShearStep
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.experiment import (
-    ContactSetup,
-    Experiment,
-    Options,
-    Plan,
-    Save,
-    Settings,
-    TimedExperiment,
-    fine_values,
-)
-from jaxcontact.simulate.run import refined
+from jaxcontact.simulate.run import Experiment, Plan, Save, fine_values, refined
 
 
 def shear(
@@ -99,16 +88,23 @@ def shear(
         >>> f"{np.sqrt(sticking/touching):.2f} of the contact radius sticks"   # Mindlin: (1 - 0.5)^(1/3)
         '0.79 of the contact radius sticks'
     """
-    setup = ContactSetup(body, indenter, control, times, grid)
-    settings = Settings(tolerance, max_iterations, options=Options(save, checkpoint=checkpoint))
-    more = {"tangential": tangential, "friction": friction, "coupled": coupled}
-    history: ShearHistory = refined(lambda settings: Shearing.of(setup, settings, **more), settings, substeps)
+    given = {
+        "tolerance": tolerance,
+        "max_iterations": max_iterations,
+        "save": save,
+        "checkpoint": checkpoint,
+        "tangential": tangential,
+        "friction": friction,
+        "coupled": coupled,
+    }
+    make = lambda count: Shearing.of(body, indenter, control, times, grid, substeps=count, **given)
+    history: ShearHistory = refined(make, substeps)
     announce(history, stacklevel=2)
     return history
 
 
 @pytree
-class Shearing(TimedExperiment):
+class Shearing(Experiment):
     """Pressing and shearing; tangential, friction and coupled: as given to ``shear``."""
 
     tangential: TangentialControl
@@ -117,15 +113,10 @@ class Shearing(TimedExperiment):
 
     @classmethod
     def of(  # type: ignore[override]
-        cls,
-        setup: ContactSetup,
-        settings: Settings,
-        *,
-        tangential: TangentialControl,
-        friction: Any,
-        coupled: bool = True,
+        cls, *contact: Any, tangential: TangentialControl, friction: Any, coupled: bool = True, **given: Any
     ) -> Self:
-        experiment = Experiment.of(setup, settings)
+        """Check the arguments of ``shear``; contact and given: the arguments of ``Experiment.of``."""
+        experiment = Experiment.of(*contact, **given)
         check_free_along_x(experiment.grid, "shear")
         valid = check_tangential(tangential, experiment.times.size)
         experiment = experiment.also(valid & check_friction(friction, experiment.grid.shape))
@@ -138,23 +129,19 @@ class Shearing(TimedExperiment):
         return replace(self, kernels=kernels)
 
     def planned(self) -> Plan:
-        """Return the march with these kernels."""
-        kernels = self.kernels
-        assert isinstance(kernels, TractionKernels)
-        scale = kernels.normal.scale
+        """Return the march: the memory of pressure and traction, and the tangential control at the inner steps."""
+        kernels: TractionKernels = self.kernels
+        scale, forced = kernels.normal.scale, isinstance(self.tangential, TangentialLoad)
         stepper = ShearStepper(
             memory=TractionMemory(kernels),
             coefficient=jnp.broadcast_to(self.friction, self.grid.shape),
-            tangential_load_controlled=isinstance(self.tangential, TangentialLoad),
+            tangential_load_controlled=forced,
             coupled=self.coupled,
             **self.contact(scale),
         )
-        errors = kernels.errors(self.duration)
-        return self.plan(stepper, self._targets(scale), scale, errors).to(ShearHistory, ShearStep)
-
-    def _targets(self, scale: Scale) -> Array:
-        """Return the tangential control at the ends of the inner steps, scaled, (nt, substeps, 2)."""
-        forced = isinstance(self.tangential, TangentialLoad)
         name = "tangential_load" if forced else "tangential_displacement"
         wanted = jnp.broadcast_to(scale.from_si(name, self.tangential.value), (self.times.size, 2))
-        return jnp.stack([fine_values(wanted[:, axis], self.options.substeps) for axis in (0, 1)], -1)
+        targets = jnp.stack([fine_values(wanted[:, axis], self.substeps) for axis in (0, 1)], -1)
+        known = {"times": self.times}, {"grid": self.grid}
+        errors = kernels.errors(self.duration)
+        return Plan(stepper, self.steps(scale, targets), scale, errors, *known, ShearHistory, ShearStep)

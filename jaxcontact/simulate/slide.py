@@ -11,7 +11,6 @@ import numpy as np
 from jax import Array
 
 from jaxcontact._support import checks
-from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, pytree, replace
 from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import Status, most_serious
@@ -19,8 +18,9 @@ from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.controls import Control
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.bodies.laws import Adhesion, Thermal, check_adhesion, check_thermal
+from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.history.growth_step import Heated, in_reduced_time, reduced
-from jaxcontact.history.memory import Motion, MovingMemory, Shift, moving_memory
+from jaxcontact.history.memory import Motion, moving_memory
 from jaxcontact.history.motion import (
     FARTHEST,
     as_array,
@@ -40,19 +40,7 @@ from jaxcontact.operators.kernels import Kernels, joint_errors
 from jaxcontact.operators.rubbing import rub
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.experiment import (
-    ContactSetup,
-    Experiment,
-    Options,
-    Plan,
-    Save,
-    Settings,
-    TimedExperiment,
-    attraction_of,
-    fine_steps,
-    tabor_numbers,
-)
-from jaxcontact.simulate.run import refined
+from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined, tabor_numbers
 from jaxcontact.simulate.temperature import check_peclet
 
 TRUNCATION_LIMIT = 0.01  # of the largest approach so far
@@ -139,57 +127,95 @@ def slide(
         >>> bool(history.tangential_force[-1] > 0.0)             # a force that resists the motion
         True
     """
-    setup = ContactSetup(body, indenter, control, times, grid)
-    settings = Settings(tolerance, max_iterations, kernels, Options(save, checkpoint=checkpoint))
-    more = {"velocity": velocity, "friction": friction, "thermal": thermal, "adhesion": adhesion}
-    history: SlidingHistory = refined(
-        lambda settings: Sliding.of(setup, settings, **more), settings, substeps
-    )
+    given = {
+        "tolerance": tolerance,
+        "max_iterations": max_iterations,
+        "save": save,
+        "kernels": kernels,
+        "checkpoint": checkpoint,
+        "velocity": velocity,
+        "friction": friction,
+        "thermal": thermal,
+        "adhesion": adhesion,
+    }
+    make = lambda count: Sliding.of(body, indenter, control, times, grid, substeps=count, **given)
+    history: SlidingHistory = refined(make, substeps)
     announce(history, stacklevel=2)
     return history
 
 
 @pytree
-class Sliding(TimedExperiment):
+class Sliding(Experiment):
     """A slide; velocity: as given to ``slide``; friction, thermal and adhesion: likewise, None without."""
 
     velocity: Array
     friction: Array | None
     thermal: Thermal | None
-    adhesion: Adhesion | None = None
+    adhesion: Adhesion | None
 
     @classmethod
     def of(  # type: ignore[override]
         cls,
-        setup: ContactSetup,
-        settings: Settings,
+        body: LayeredHalfSpace,
+        indenter: Indenter,
+        control: Control,
+        times: Any,
+        grid: Grid,
         *,
         velocity: Any,
         friction: Any = None,
         thermal: Any = None,
         adhesion: Any = None,
+        **given: Any,
     ) -> Self:
+        """Check the arguments of ``slide``; given: further arguments of ``Experiment.of``."""
         adheres = check_adhesion(adhesion)
         checks.require(
             adhesion is None or friction is None,
             f"friction: expected None with adhesion, got {friction!r}: Coulomb's law holds under pressure alone",
         )
-        experiment = Experiment.of(setup, settings, adhesive=adhesion is not None)
-        velocity = as_array(velocity)
-        substeps, grid = experiment.options.substeps, experiment.grid
-        valid = checked_track(velocity, setup.times, grid, substeps) & _check_heat(
-            thermal, velocity, friction, grid
+        experiment = Experiment.of(
+            body, indenter, control, times, grid, adhesive=adhesion is not None, **given
         )
-        experiment = experiment.also(valid & adheres).also(check_rubbing(friction, grid))
+        velocity = as_array(velocity)
+        valid = checked_track(velocity, times, experiment.grid, experiment.substeps)
+        valid = valid & check_thermal(thermal, experiment.grid, "slide")
+        if thermal is not None:
+            # heat: a velocity at which the temperature is steady, friction, and a diffusivity
+            shape = np.shape(velocity)
+            checks.require(
+                shape in ((), (2,)),
+                f"velocity: expected a number or shape (2,) with thermal=, whose temperature is steady, got shape {shape}",
+            )
+            checks.require(
+                friction is not None,
+                "friction: expected a coefficient with thermal=, got None, which makes no heat",
+            )
+            checks.require(
+                thermal.diffusivity is not None,
+                "Thermal diffusivity [m2/s]: expected a number in slide, got None",
+            )
+            valid = valid & check_peclet(experiment.grid, velocity, thermal.diffusivity)
+        valid = valid & adheres & check_rubbing(friction, experiment.grid)
         velocity, friction, thermal, adhesion = as_float64((velocity, friction, thermal, adhesion))
         more = {"velocity": velocity, "friction": friction, "thermal": thermal, "adhesion": adhesion}
-        return cls(**vars(experiment), **more)
+        return cls(**vars(experiment.also(valid)), **more)
 
     def planned(self) -> Plan:
-        """Return the march of the slide."""
-        kernels, grid, substeps = self.ready_kernels, self.grid, self.options.substeps
-        scale, contact = kernels.scale, self.contact(kernels.scale)
-        memory = self._memory(kernels, contact["profile"])
+        """Return the march: the memory of a moving body, the heat of friction, and the motion in the inner steps."""
+        kernels, grid, substeps = self.kernels, self.grid, self.substeps
+        scale: Scale = kernels.scale
+        contact = self.contact(scale)
+
+        # the response, with that of the traction mu p if there is friction
+        rubbing, friction, errors = None, jnp.zeros(()), kernels.errors(self.duration)
+        if self.friction is not None:
+            rubbing = rub(self.body, self.indenter, grid, scale, self.friction)
+        memory = moving_memory(kernels, contact["profile"], grid.spacing[1] / grid.spacing[0], rubbing)
+        if self.friction is not None and memory.rubbing is not None:
+            friction, errors = self.friction, joint_errors(kernels, memory.rubbing.expansion, self.duration)
+
+        # the motion; on a periodic grid a step may have any length
         shift = shifts(self.velocity / scale.length, self.times, substeps)
         motion = Motion(
             fine_steps(self.times, substeps), shift, directions(self.velocity, self.times, substeps)
@@ -198,44 +224,33 @@ class Sliding(TimedExperiment):
         if not all(grid.periodic):
             nx, ny = grid.shape
             farthest = FARTHEST * jnp.stack([nx * jnp.ones(()), ny * memory.ratio])
-        friction, errors = jnp.zeros(()), kernels.errors(self.duration)
-        if self.friction is not None and memory.rubbing is not None:
-            friction, errors = self.friction, joint_errors(kernels, memory.rubbing.expansion, self.duration)
-        stepper = SlideStepper(memory, **contact, farthest=farthest, heating=self._heating(scale))
+
+        # the flash temperature under a pressure, by a convolution with the rise under a cell, whose middle is the origin
+        heating = None
+        if self.thermal is not None and self.friction is not None:
+            thermal, (nx, ny) = self.thermal, grid.shape
+            solid = Solid(thermal.conductivity, thermal.diffusivity)
+            rises = rise_coefficients(grid.shape, grid.spacing, self.velocity, solid)
+            wrapped = jnp.zeros(spectral.padded_shape((nx, ny))).at[: 2 * nx - 1, : 2 * ny - 1].set(rises)
+            wrapped = jnp.roll(wrapped, (1 - nx, 1 - ny), (0, 1))
+            response = spectral.transform(wrapped, (True, True))
+            heated = Heated(response, thermal.ambient, thermal.share, thermal.shift)
+            speed = speed_of(over_times(self.velocity, self.times)[0])
+            heating = Heating(heated, self.friction * speed * scale.unit("pressure"))
+
+        stepper = SlideStepper(memory, **contact, farthest=farthest, heating=heating)
         course, makes = {"velocity": over_times(self.velocity, self.times)}, sliding_history
         if self.adhesion is not None:
-            stepper = replace(stepper, law=attraction_of(self.adhesion, self, scale))
+            law = Attraction(self.adhesion.scaled(scale.length, scale.compliance), grid.periodic)
+            stepper = replace(stepper, law=law)
             course["tabor_number"], makes = tabor_numbers(self.adhesion, self), adhesive_sliding_history
-        beside = {"friction": jnp.broadcast_to(friction, grid.shape)}
-        return self.plan(stepper, motion, scale, errors).to(makes, course=course, beside=beside)
+        beside = {"grid": grid, "friction": jnp.broadcast_to(friction, grid.shape)}
+        course["times"] = self.times
+        return Plan(stepper, self.steps(scale, motion), scale, errors, course, beside, makes)
 
     @property
     def temperatures(self) -> list[Any]:
         return [] if self.thermal is None else [self.thermal.ambient]
-
-    def _heating(self, scale: Scale) -> Heating | None:
-        """Return what heats the surface at each pressure, None without heat."""
-        thermal = self.thermal
-        if thermal is None or self.friction is None:
-            return None
-        nx, ny = self.grid.shape
-        solid = Solid(thermal.conductivity, thermal.diffusivity)
-        rises = rise_coefficients(self.grid.shape, self.grid.spacing, self.velocity, solid)
-        mx, my = spectral.padded_shape((nx, ny))
-        wrapped = jnp.zeros((mx, my)).at[: 2 * nx - 1, : 2 * ny - 1].set(rises)
-        wrapped = jnp.roll(wrapped, (1 - nx, 1 - ny), (0, 1))
-        heated = Heated(
-            spectral.transform(wrapped, (True, True)), thermal.ambient, thermal.share, thermal.shift
-        )
-        speed = speed_of(over_times(self.velocity, self.times)[0])
-        return Heating(heated, self.friction * speed * scale.unit("pressure"))
-
-    def _memory(self, kernels: Kernels, profile: Array) -> MovingMemory:
-        """Return the memory of a moving body, with the response to friction if there is any."""
-        grid, rubbing = self.grid, None
-        if self.friction is not None:
-            rubbing = rub(self.body, self.indenter, grid, kernels.scale, self.friction)
-        return moving_memory(kernels, profile, grid.spacing[1] / grid.spacing[0], rubbing)
 
 
 @pytree
@@ -273,7 +288,13 @@ class SlideStepper(PressStepper):
         if self.heating is not None:
             motion = step.more._replace(dt=reduced(step.dt, carry.shift))
             contact, outcome = super().advance(carry.contact, step._replace(more=motion))
-            shift, outcome = self._warmed(self.heating, carry.shift, step.dt, outcome)
+            # the temperature under the new pressure, the shift of time that it makes, and the power lost in real time
+            heated, pressure = self.heating.heated, outcome.fields["pressure"]
+            temperature = heated.temperature(self.heating.flux * pressure)
+            shift = heated.shifted(carry.shift, temperature, pressure, step.dt)
+            lost = outcome.numbers["hysteresis_power"] * jnp.exp(-shift[0])
+            numbers = outcome.numbers | {"hysteresis_power": lost}
+            outcome = outcome._replace(fields=outcome.fields | {"temperature": temperature}, numbers=numbers)
             if contact.judged is not None:  # anew, with the temperature that the step has led to
                 lapse = self._lapse(step, outcome.numbers["contact_area"])
                 lapse = lapse._replace(assumed=motion.dt, found=in_reduced_time(step.dt, carry.shift, shift))
@@ -285,7 +306,9 @@ class SlideStepper(PressStepper):
             (contact, outcome), shift = super().advance(carry.contact, step), carry.shift
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
-        far = carry.far | self._moves_too_far(step.more.shift)
+        moved = step.more.shift
+        way = jnp.stack([moved.x, jnp.zeros(()) if moved.y is None else moved.y])
+        far = carry.far | jnp.any(jnp.abs(way) > self.farthest * (1.0 + 1e-9))
         back = reentered(contact.memory.overlaps, contact.memory.truncation_bound, depth)
         status = most_serious((far, Status.MOVED_TOO_FAR), (back, Status.REENTERED_TRACK), status=status)
         return SlideCarry(contact, depth, far, shift), outcome._replace(
@@ -300,38 +323,6 @@ class SlideStepper(PressStepper):
     def _energies(self, adhering: Adhering, fields: Any, pressure: Array) -> dict[str, Array]:
         """Return nothing: what a moving body dissipates is in the observables of its memory."""
         return {}
-
-    def _warmed(self, heating: Heating, before: Array, dt: Array, outcome: Outcome) -> tuple[Array, Outcome]:
-        """Return the shift after a step, and the outcome with the temperature and the power lost in real time."""
-        pressure = outcome.fields["pressure"]
-        temperature = heating.heated.temperature(heating.flux * pressure)
-        shift = heating.heated.shifted(before, temperature, pressure, dt)
-        lost = outcome.numbers["hysteresis_power"] * jnp.exp(-shift[0])
-        fields = outcome.fields | {"temperature": temperature}
-        return shift, outcome._replace(fields=fields, numbers=outcome.numbers | {"hysteresis_power": lost})
-
-    def _moves_too_far(self, shift: Shift) -> Array:
-        way = jnp.stack([shift.x, jnp.zeros(()) if shift.y is None else shift.y])
-        return jnp.any(jnp.abs(way) > self.farthest * (1.0 + 1e-9))
-
-
-def _check_heat(thermal: Any, velocity: Any, friction: Any, grid: Grid) -> Verdict:
-    """Check heat in sliding: a diffusivity, friction, and a velocity at which a steady temperature can be computed."""
-    valid = check_thermal(thermal, grid, "slide")
-    if thermal is None:
-        return valid
-    shape = np.shape(velocity)
-    checks.require(
-        shape in ((), (2,)),
-        f"velocity: expected a number or shape (2,) with thermal=, whose temperature is steady, got shape {shape}",
-    )
-    checks.require(
-        friction is not None, "friction: expected a coefficient with thermal=, got None, which makes no heat"
-    )
-    checks.require(
-        thermal.diffusivity is not None, "Thermal diffusivity [m2/s]: expected a number in slide, got None"
-    )
-    return valid & check_peclet(grid, velocity, thermal.diffusivity)
 
 
 def reentered(overlaps: Array, bound: Array, depth: Array) -> Array:

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._compile.kept_traces import Program
+from jaxcontact._compile.programs import Program
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.status import Status, most_serious
-from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, separate_map
+from jaxcontact.bodies.body import LayeredHalfSpace, separate_map
 from jaxcontact.bodies.controls import Approach, Control
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.implicit import solve_contact
-from jaxcontact.contact.normal import Problem, Solution
+from jaxcontact.contact.normal import Problem
 from jaxcontact.history.memory import Observer, Shift, along
 from jaxcontact.history.motion import as_array, check_along_x, check_rubbing
 from jaxcontact.history.normal_step import contact_outcome, status_of
@@ -34,8 +33,7 @@ from jaxcontact.operators.rubbing import Rubbing, rub
 from jaxcontact.operators.varying import Varying, VaryingKernels
 from jaxcontact.response.normal import limits_of
 from jaxcontact.results.contact import SteadySliding, with_totals
-from jaxcontact.simulate.experiment import ContactSetup, Experiment, Settings
-from jaxcontact.simulate.run import reported
+from jaxcontact.simulate.run import Experiment, reported
 
 # The displacement behind an indenter in steady sliding, as one operator.
 #
@@ -577,53 +575,44 @@ def slide_steady(
         >>> bool(steady.friction_coefficient > 0.0)
         True
     """
+    # one velocity and one value of the control
     velocity = as_array(velocity)
-    _check_single(control, velocity, grid)
-    body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
-    setup = ContactSetup(body, indenter, control, np.zeros(1), grid)
-    experiment = Experiment.of(setup, Settings(tolerance, max_iterations, kernels), film_map=film_map)
-    experiment = experiment.also(check_steady(experiment, velocity)).also(check_rubbing(friction, grid))
-    experiment = experiment.also(valid)
-    if film_map is not None:
-        experiment = experiment.also(_check_across(film_map, velocity, grid, friction, kernels))
-    result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
-    return reported(result, errors, experiment)
-
-
-def _check_single(control: Control, velocity: Array, grid: Grid) -> None:
-    """One velocity and one value of the control."""
     shape = np.shape(velocity)
     checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
     check_along_x(shape, grid)
     name, shape = type(control).__name__, np.shape(getattr(control, "value", 0.0))
     checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
+    body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
+    solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
+    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, film_map=film_map, **solver)
+    valid = valid & check_steady(experiment, velocity) & check_rubbing(friction, grid)
 
-
-def _check_across(
-    film_map: ThicknessMap, velocity: Array, grid: Grid, friction: Any, kernels: Kernels | None
-) -> Verdict:
-    """Check a film whose thickness varies across the track: it does not along it, and nothing is asked that needs one
-    thickness."""
-    thickness = film_map.values
-    checks.require(
-        np.shape(velocity) == () and not all(grid.periodic) and not film_map.over_times,
-        "layer thickness in the plane: expected (nx, ny) with a number as velocity, along x, on a grid that is not"
-        f" periodic along both axes, got shape {thickness.shape}, a velocity of shape {np.shape(velocity)}, periodic="
-        f"{grid.periodic}",
-    )
-    checks.require(
-        friction is None and kernels is None,
-        "layer thickness in the plane: expected no friction and no kernels",
-    )
-    along = jnp.max(jnp.abs(thickness - thickness[:1]))
-    if not is_concrete(along):
-        return along <= ALONG * jnp.max(thickness)
-    checks.require(
-        bool(along <= ALONG * jnp.max(thickness)),
-        "layer thickness [m]: expected one that varies along y alone, across the track, got changes along x by up to"
-        f" {float(along):g}: the film would move through the frame of the indenter; rub with path= computes it",
-    )
-    return True
+    # a film that stays as it is in the frame of the indenter: its thickness varies across the track alone
+    if film_map is not None:
+        thickness = film_map.values
+        checks.require(
+            np.shape(velocity) == () and not all(grid.periodic) and not film_map.over_times,
+            "layer thickness in the plane: expected (nx, ny) with a number as velocity, along x, on a grid that is not"
+            f" periodic along both axes, got shape {thickness.shape}, a velocity of shape {np.shape(velocity)}, periodic="
+            f"{grid.periodic}",
+        )
+        checks.require(
+            friction is None and kernels is None,
+            "layer thickness in the plane: expected no friction and no kernels",
+        )
+        along = jnp.max(jnp.abs(thickness - thickness[:1]))
+        constant = along <= ALONG * jnp.max(thickness)
+        if not is_concrete(along):
+            valid = valid & constant
+        else:
+            checks.require(
+                bool(constant),
+                "layer thickness [m]: expected one that varies along y alone, across the track, got changes along x by up"
+                f" to {float(along):g}: the film would move through the frame of the indenter; rub with path= computes it",
+            )
+    experiment = experiment.also(valid)
+    result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
+    return reported(result, errors, experiment)
 
 
 def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
@@ -664,72 +653,46 @@ def _tilts_or_thins(experiment: Experiment) -> bool:
 
 @Program
 def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SteadySliding, Errors]:
-    """The compiled core: one trace for equal shapes and flags."""
+    """Solve the steady contact, compiled once for equal shapes and flags, and observe it."""
+    # the wake: the response of a body that pressure in this place has passed over for ever
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
-    kernels, wake = _kernels_and_wake(experiment, vector, across=velocity.ndim > 0)
-    scale, symbols = wake.kernels.scale, wake.symbols()
-    profile = experiment.profile / scale.length
-    lowest, target = jnp.min(profile), experiment.target(scale)
-    rubbed = _rubbed(experiment, wake, friction)
+    kernels, grid = experiment.kernels, experiment.grid
+    wake: Wake | FilmWake
+    if experiment.film_map is not None:
+        moved = vector / kernels.uniform.scale.length
+        wake = film_wake_of(experiment, kernels, moved, experiment.film_map.values)
+    else:
+        wake = wake_of(experiment, kernels, vector / kernels.scale.length, across=velocity.ndim > 0)
+    scale, symbols, direction = wake.kernels.scale, wake.symbols(), wake.direction
     operator: Operator = wake.operator(symbols)
-    if isinstance(operator, Moving) and rubbed is not None:
-        operator = rubbed.added_to(operator)
-    problem = Problem(operator, profile, target, lowest, experiment.load_controlled)
+
+    # the traction mu p moves the surface too
+    rubbed = None
+    if friction is not None and not isinstance(wake, FilmWake):
+        wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
+        rubbing = rub(experiment.body, experiment.indenter, wide, scale, friction)
+        rubbed = RubbedWake(wake, rubbing, direction)
+        if isinstance(operator, Moving):
+            operator = rubbed.added_to(operator)
+
+    # the contact
+    profile = experiment.profile / scale.length
+    target = experiment.target(scale)
+    problem = Problem(operator, profile, target, jnp.min(profile), experiment.load_controlled)
     start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
     solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
     status = with_no_steady_state(status, experiment, vector)
-    observer = Observer.of(
-        experiment.indenter.profile(experiment.grid) / scale.length, wake.ratio, wake.periodic
-    )
-    fields = _fields(wake, symbols, problem, solution, rubbed, observer) | {"status": status}
-    in_si = with_totals(scale.to_si(**fields), vector)
-    errors = kernels.errors() if rubbed is None else joint_errors(wake.kernels, rubbed.rubbing.expansion)
-    rubs = jnp.zeros(()) if friction is None else friction
-    mu = jnp.broadcast_to(rubs, profile.shape)
-    return SteadySliding(grid=experiment.grid, velocity=vector, friction=mu, **in_si), errors
 
-
-def _kernels_and_wake(
-    experiment: Experiment, velocity: Array, *, across: bool
-) -> tuple[Kernels | VaryingKernels, Wake | FilmWake]:
-    """Return the kernels of an experiment, and the wake at a velocity (2,) [m/s]."""
-    if experiment.film_map is not None:
-        varying = experiment.varying_kernels
-        moved = velocity / varying.uniform.scale.length
-        return varying, film_wake_of(experiment, varying, moved, experiment.film_map.values)
-    kernels = experiment.ready_kernels
-    return kernels, wake_of(experiment, kernels, velocity / kernels.scale.length, across=across)
-
-
-def _rubbed(experiment: Experiment, wake: Wake | FilmWake, friction: Array | None) -> RubbedWake | None:
-    """Return the wake with the contribution of friction, None without."""
-    if friction is None or isinstance(wake, FilmWake):
-        return None
-    wide = replace(experiment.grid, shape=doubled(experiment.grid.shape, experiment.grid.periodic))
-    rubbing = rub(experiment.body, experiment.indenter, wide, wake.kernels.scale, friction)
-    return RubbedWake(wake, rubbing, wake.direction)
-
-
-def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
-    limits = limits_of(experiment.body)
-    sinks = limits.creeps_far and not experiment.load_controlled
-    endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)
-    return most_serious((limits.is_fluid() & endless, Status.NOT_STEADY), status=status)
-
-
-def _fields(
-    wake: Wake | FilmWake, symbols: Array, problem: Problem, solution: Solution, rubbed: RubbedWake | None,
-    observer: Observer,
-) -> dict[str, Array]:  # fmt: skip
-    """Return the observables of a steady contact, scaled, by the names of the result; observer: of the indenter."""
-    p, direction, none = solution.pressure, wake.direction, jnp.zeros(())
+    # forces and powers, from the pressure on the slope of the indenter's own profile
+    p, none = solution.pressure, jnp.zeros(())
+    observer = Observer.of(experiment.indenter.profile(grid) / scale.length, wake.ratio, wake.periodic)
     pushed, centre, leading = observer.surface(p, direction)
     hysteresis = none
     if wake.kernels.rates.size:
         by_traction = None if rubbed is None else rubbed.displacement(p)
         hysteresis = observer.hysteresis(p, by_traction, direction)
-    return contact_outcome(problem, solution) | {
+    fields = contact_outcome(problem, solution) | {
         "profile": problem.gap,
         "displacement": solution.displacement,
         "film_strain": wake.film_strain(symbols, p),
@@ -740,4 +703,17 @@ def _fields(
         "pressure_centre": centre,
         "leading_peak": leading,
         "hysteresis_power": wake.lost_power(symbols, p),
+        "status": status,
     }
+    in_si = with_totals(scale.to_si(**fields), vector)
+    errors = kernels.errors() if rubbed is None else joint_errors(wake.kernels, rubbed.rubbing.expansion)
+    mu = jnp.broadcast_to(none if friction is None else friction, profile.shape)
+    return SteadySliding(grid=grid, velocity=vector, friction=mu, **in_si), errors
+
+
+def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
+    """Return the status, ``NOT_STEADY`` where a body that flows without limit has no steady state."""
+    limits = limits_of(experiment.body)
+    sinks = limits.creeps_far and not experiment.load_controlled
+    endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)
+    return most_serious((limits.is_fluid() & endless, Status.NOT_STEADY), status=status)

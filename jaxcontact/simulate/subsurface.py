@@ -92,9 +92,33 @@ def subsurface(
     body, valid = checked_body(body)
     depths, times = untupled(depths), untupled(times)
     check_not_periodic(grid, "subsurface")
-    valid = valid & check_grid(grid) & _check_fields(grid, pressure, traction, times) & _check_depths(depths)
-    _check_volume(body, times)
-    valid = valid & _check_stiff_at_first(body, times)
+    valid = valid & check_grid(grid)
+
+    # shapes and values of tractions, times and depths
+    over_time: tuple[int, ...] = ()
+    if times is not None:
+        valid = valid & checks.not_decreasing("times [s]", times)
+        over_time = np.shape(times)
+    valid = valid & _check_field("pressure", pressure, over_time, grid.shape)
+    if traction is not None:
+        valid = valid & _check_field("traction", traction, over_time, (2, *grid.shape))
+    shape = np.shape(depths)
+    checks.require(len(shape) == 1 and shape[0] > 0, f"depths: expected a 1-d array, got shape {shape}")
+    valid = valid & checks.non_negative("depths [m]", depths)
+
+    # after a history Poisson's ratio below the surface is a number
+    moving = [solid for solid in solids(body) if creeps(solid) and solid.bulk_modulus is not None]
+    checks.require(
+        times is None or not moving,
+        "times: expected None with a bulk modulus in a solid that creeps, whose Poisson's ratio varies with time",
+    )
+    # where the last change is a step, no solid has J(0) = 0
+    ends_in_a_step = times is None or (
+        is_concrete(times) and not (np.size(times) > 1 and times[-1] > times[-2])
+    )
+    if ends_in_a_step:
+        at_first = spectra(body).instantaneous
+        valid = valid & checks.positive("compliance [1/Pa] of every solid at first", at_first)
     body, grid, pressure, depths = as_float64((body, grid, pressure, depths))
     if not is_concrete(valid):
         pressure = jnp.where(valid, pressure, jnp.nan)
@@ -116,44 +140,10 @@ def _announced(fields: InteriorFields) -> InteriorFields:
     return fields
 
 
-def _check_fields(grid: Grid, pressure: Any, traction: Any, times: Any) -> Verdict:
-    valid: Verdict = True
-    over_time: tuple[int, ...] = ()
-    if times is not None:
-        valid = checks.not_decreasing("times [s]", times)
-        over_time = np.shape(times)
-    valid = valid & _check_field("pressure", pressure, over_time, grid.shape)
-    if traction is None:
-        return valid
-    return valid & _check_field("traction", traction, over_time, (2, *grid.shape))
-
-
 def _check_field(name: str, field: Any, over_time: tuple[int, ...], own: tuple[int, ...]) -> Verdict:
     shape, other = (*over_time, *own), "" if over_time else ", or one for each time with times="
     checks.require(np.shape(field) == shape, f"{name}: expected shape {shape}{other}, got {np.shape(field)}")
     return checks.finite(f"{name} [Pa]", field)
-
-
-def _check_stiff_at_first(body: LayeredHalfSpace, times: Any) -> Verdict:
-    """Check that no solid has J(0) = 0 where the last change is a step."""
-    if times is not None and (not is_concrete(times) or (np.size(times) > 1 and times[-1] > times[-2])):
-        return True
-    return checks.positive("compliance [1/Pa] of every solid at first", spectra(body).instantaneous)
-
-
-def _check_volume(body: LayeredHalfSpace, times: Any) -> None:
-    """After a history Poisson's ratio below the surface is a number."""
-    moving = [s for s in solids(body) if creeps(s) and s.bulk_modulus is not None]
-    checks.require(
-        times is None or not moving,
-        "times: expected None with a bulk modulus in a solid that creeps, whose Poisson's ratio varies with time",
-    )
-
-
-def _check_depths(depths: Any) -> Verdict:
-    shape = np.shape(depths)
-    checks.require(len(shape) == 1 and shape[0] > 0, f"depths: expected a 1-d array, got shape {shape}")
-    return checks.non_negative("depths [m]", depths)
 
 
 @jax.jit

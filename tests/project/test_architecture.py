@@ -205,7 +205,7 @@ def test_fitting_uses_public_names_and_what_both_stand_on():
     common = (
         "jaxcontact._support.exponential.",
         "jaxcontact.bodies.materials",
-        "jaxcontact._compile.kept_traces",
+        "jaxcontact._compile.programs",
         "jaxcontact._support.npz",
         "jaxcontact._support.prefixes.",
         "jaxcontact._support.pytree.refuse_masked",

@@ -109,10 +109,6 @@ ELSEWHERE = {  # reached by no row, and why
     **{f"plotting.py: {name}": "test_studies.py" for name in ("draw_study", "varied_numbers")},
     **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_refuse", "_function")},
     "sources.py: identity": "sources that change: test_fingerprint.py",
-    **{
-        f"kept_traces.py: {name}": "caught beside it: test_kept_traces.py"
-        for name in ("kept_traces", "_description", "_name_of", "_named", "_restored")
-    },
     "storage.py: _inputs": "test_storage.py, every name",
     "npz.py: write_whole": "needs a full disk: test_full_disk.py",
     **{
@@ -121,7 +117,6 @@ ELSEWHERE = {  # reached by no row, and why
     },
     "npz.py: _members": "test_storage.py, forged files",
     "npz.py: _array": "test_storage.py, forged files",
-    "kept_traces.py: reducer_override": "caught beside it: test_kept_traces.py",
     "run.py: _raise": "needs a signal: test_stopped_runs.py",
     "run_directory.py: locked": "needs two runs: test_stopped_runs.py",
     "finished_steps.py: resume_point": "needs a stopped run: test_stopped_runs.py",

@@ -6,7 +6,6 @@ import pytest
 from bodies import BODY
 
 import jaxcontact as jc
-from jaxcontact.simulate.experiment import ContactSetup, Settings
 from jaxcontact.simulate.indent import Indentation
 
 pytestmark = pytest.mark.versions
@@ -32,6 +31,6 @@ def test_leaves_know_the_names_of_their_fields():
 
 @pytest.mark.parametrize("kind", [tuple, list, np.float32])
 def test_times_are_an_array_whatever_they_were_given_as(kind):
-    setup = ContactSetup(BODY, jc.Sphere(9.5e-3), jc.Load(60), kind([0, 0.5]), jc.Grid.square(8, 600e-6))
-    found = Indentation.of(setup, Settings())
+    times, grid = kind([0, 0.5]), jc.Grid.square(8, 600e-6)
+    found = Indentation.of(BODY, jc.Sphere(9.5e-3), jc.Load(60), times, grid)
     assert found.times.dtype == found.control.value.dtype == np.float64 and found.times.tolist() == [0.0, 0.5]

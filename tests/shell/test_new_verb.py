@@ -9,7 +9,6 @@ from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.shell.case_file import read_case
 from jaxcontact.shell.case_keys import ITERATIONS, LOAD_ON, POSITIVE, SAVE, TOLERANCE, Key
 from jaxcontact.shell.case_schema import KINDS, TIMES_KEYS, Kind
-from jaxcontact.simulate.experiment import ContactSetup, Options, Settings
 from jaxcontact.simulate.indent import Indentation
 from jaxcontact.simulate.run import marched
 
@@ -24,22 +23,21 @@ class Hold(Indentation):
     """An indentation whose load rises in proportion to time and is then held."""
 
     @classmethod
-    def of(cls, setup, settings, *, rise):
-        times = np.asarray(setup.times)
+    def of(cls, body, indenter, control, times, grid, *, rise, **given):
+        times = np.asarray(times)
         share = np.minimum((times - times[0]) / rise, 1.0)
-        control = jc.Load(share * np.asarray(setup.control.value))
-        return super().of(replace(setup, control=control), settings)
+        return super().of(body, indenter, jc.Load(share * np.asarray(control.value)), times, grid, **given)
 
     def planned(self):
-        return super().planned().to(HoldHistory)
+        return replace(super().planned(), makes=HoldHistory)
 
 
 def press_and_hold(
     body, indenter, control, times, *, rise, grid, tolerance=1e-8, max_iterations=500, save="all"
 ):
     """Compute the contact under a load that rises in proportion to time and is then held."""
-    setup = ContactSetup(body, indenter, control, times, grid)
-    return marched(Hold.of(setup, Settings(tolerance, max_iterations, options=Options(save)), rise=rise))
+    given = {"tolerance": tolerance, "max_iterations": max_iterations, "save": save}
+    return marched(Hold.of(body, indenter, control, times, grid, rise=rise, **given))
 
 
 RECORD = Kind(

@@ -13,7 +13,7 @@ from jaxcontact.history.memory import DirectMemory, RecursiveMemory, rows
 from jaxcontact.history.time_loop import Delayed
 from jaxcontact.operators.kernels import build_images
 from jaxcontact.reference import abel, lee_radok, ting
-from jaxcontact.simulate.experiment import fine_steps
+from jaxcontact.simulate.run import fine_steps
 
 TAU = 1.0
 MAXWELL = jc.Maxwell(80.77e9, 80.77e9 * TAU)

@@ -13,7 +13,6 @@ import jaxcontact as jc
 from jaxcontact._support.status import more_serious, most_serious, passed_on, to_next_row
 from jaxcontact.history.normal_step import solved
 from jaxcontact.history.time_loop import begin, in_blocks
-from jaxcontact.simulate.experiment import ContactSetup, Settings
 from jaxcontact.simulate.indent import Indentation
 from jaxcontact.simulate.run import ready, run_block
 from jaxcontact.simulate.slide import reentered
@@ -96,8 +95,7 @@ def test_a_march_that_goes_on_from_a_carry_knows_of_an_earlier_failure():
 
 
 def _plan(body, load):
-    setup = ContactSetup(body, BALL, load, 1e-6 * TIMES, GRID)
-    plan = ready(Indentation.of(setup, Settings(max_iterations=FEW))).plan
+    plan = ready(Indentation.of(body, BALL, load, 1e-6 * TIMES, GRID, max_iterations=FEW))
     return plan.stepper, plan.steps
 
 

@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact._compile.kept_traces import Program
+from jaxcontact._compile.programs import Program
 
 SPAN = 10.0
 """A slider goes from its default over this number to its default times this number."""
