@@ -372,8 +372,7 @@ def test_a_fit_in_a_contact_repeats_the_notes_of_the_solver():
     )
     t = np.linspace(120.0, 240.0, 5)
     data = [
-        fitting.GrowthData(t, 6e-11 * t, stress=1e9, temperature=353.0, load=load)
-        for load in (10.0, 8.0)
+        fitting.GrowthData(t, 6e-11 * t, stress=1e9, temperature=353.0, load=load) for load in (10.0, 8.0)
     ]
     known = {"activation_energy": 9.2e-20, "activation_volume": 0.0, "removal_rate": 1e-3}
     notes = fitting.fit_growth(data, contact=contact, fixed=known).notes
