@@ -25,6 +25,7 @@ installed_jax.warn_of_a_known_fault()
 memory_maps.watch()
 fitting_alias.install()
 
+from jaxcontact import abc as abc  # noqa: E402
 from jaxcontact._compile.compilation_cache import enable_compilation_cache as enable_compilation_cache  # noqa: E402
 from jaxcontact._support.citation import cite as cite  # noqa: E402
 from jaxcontact._support.status import Status as Status  # noqa: E402

@@ -39,13 +39,16 @@ class Indenter(abc.ABC):
     def profile(self, grid: Grid) -> Array:
         """Return the gap at first touch [m], (nx, ny)."""
 
-    @abc.abstractmethod
     def check(self, grid: Grid) -> Verdict:
         """Return whether the dimensions are in range; raise ValueError for concrete values or shapes that are not."""
+        return True
 
-    @abc.abstractmethod
     def outline(self) -> Outline:
         """Return the properties that an estimate of the contact requires; concrete values only."""
+        raise ValueError(
+            f"Grid.around: expected an indenter with an outline, got {type(self).__name__} without one: define"
+            " outline(), or choose the grid with Grid.square"
+        )
 
     def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
         """Estimate the largest half-widths of the contact along x and y [m] over the history, for choosing a grid."""

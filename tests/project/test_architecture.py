@@ -27,6 +27,7 @@ LAYERS = [
     "history",
     "results",
     "simulate",
+    "abc",
     "",  # the package itself, with its public names
     "paper",
     "shell",

@@ -1,0 +1,97 @@
+"""Materials, indenters and laws of one's own, made from the bases in ``jaxcontact.abc``."""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import jaxcontact as jc
+from jaxcontact.abc import Indenter, Material, Spectrum, pytree
+
+
+@pytree
+class TwoKelvin(Material):
+    """A spring in series with two Kelvin-Voigt elements."""
+
+    G: float
+    G1: float
+    G2: float
+    eta1: float
+    eta2: float
+    nu: float = 0.4
+    bulk_modulus: float | None = None
+
+    def spectrum(self):
+        J = jnp.stack([1.0 / jnp.asarray(self.G1), 1.0 / jnp.asarray(self.G2)])
+        rates = jnp.stack([jnp.asarray(self.G1) / self.eta1, jnp.asarray(self.G2) / self.eta2])
+        return Spectrum(1.0 / jnp.asarray(self.G), J, rates)
+
+
+@pytree
+class Quartic(Indenter):
+    """A profile c r^4."""
+
+    c: float
+    material: None = None
+
+    def profile(self, grid):
+        x, y = grid.coordinates()
+        return self.c * (x**2 + y**2) ** 2
+
+
+GEL = (2e3, 4e3, 8e3, 4e3, 8e4)
+
+
+def test_indent_with_a_material_of_ones_own():
+    """Lee and Radok: approach^(3/2) = 3 (1 - nu) W J(t)/(8 sqrt(R)) with J(t) of the three springs in closed form."""
+    times, W, R = np.array([0.0, 1.0, 10.0]), 1e-5, 1e-3
+    body, grid = jc.LayeredHalfSpace([], TwoKelvin(*GEL)), jc.Grid.square(48, 400e-6)
+    run = jc.indent(body, jc.Sphere(R), jc.Load(W), times, grid=grid, substeps=4)
+    J = 1 / 2e3 + (1 - np.exp(-times)) / 4e3 + (1 - np.exp(-times / 10.0)) / 8e3
+    np.testing.assert_allclose(run.approach, (3 * 0.6 * W * J / (8 * np.sqrt(R))) ** (2 / 3), rtol=1e-2)
+
+
+def test_a_material_of_ones_own_is_that_of_its_prony_series_and_can_be_differentiated():
+    ball, load, grid = jc.Sphere(1e-3), jc.Load(1e-5), jc.Grid.square(24, 400e-6)
+    last = lambda solid: jc.indent(
+        jc.LayeredHalfSpace([jc.Layer(solid, 2e-4)], jc.Elastic(1e6, 0.3)),
+        ball,
+        load,
+        [0.0, 5.0],
+        grid=grid,
+        substeps=4,
+    ).approach[-1]
+    series = lambda G1: jc.Prony(
+        J0=1 / 2e3,
+        J=jnp.stack([1 / G1, jnp.asarray(1 / 8e3)]),
+        tau=jnp.stack([4e3 / G1, jnp.asarray(10.0)]),
+        nu=0.4,
+    )
+    own = lambda G1: TwoKelvin(2e3, G1, 8e3, 4e3, 8e4)
+    one, other = (
+        jax.jit(jax.value_and_grad(lambda G1, make=make: last(make(G1))))(4e3) for make in (own, series)
+    )
+    np.testing.assert_allclose(one, other, rtol=1e-6)
+
+
+def test_indent_with_an_indenter_of_ones_own():
+    """A rigid power law c r^n: with a^n = approach Gamma((n + 1)/2)/(c sqrt(pi) Gamma(n/2 + 1)), the load is
+    2 E* a approach n/(n + 1) (L. A. Galin; I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47)."""
+    a, c, G, nu = 2e-4, 1e9, 1e6, 0.4
+    approach = c * a**4 * 8.0 / 3.0
+    body, grid = jc.LayeredHalfSpace([], jc.Elastic(G, nu)), jc.Grid.square(64, 3 * a)
+    run = jc.indent(body, Quartic(c), jc.Approach(approach), [0.0], grid=grid)
+    assert float(run.contact_radius[0]) == pytest.approx(a, rel=5e-3)
+    assert float(run.load[0]) == pytest.approx(2 * (2 * G / (1 - nu)) * a * approach * 4 / 5, rel=5e-3)
+
+
+def test_a_grid_around_an_indenter_without_an_outline_is_refused():
+    with pytest.raises(ValueError, match=r"Grid\.around: expected an indenter with an outline, got Quartic"):
+        jc.Grid.around(jc.LayeredHalfSpace([], jc.Elastic(1e6, 0.3)), Quartic(1e9), jc.Load(1.0), [0.0])
+
+
+def test_results_with_a_material_of_ones_own_can_be_saved(tmp_path):
+    body, grid = jc.LayeredHalfSpace([], TwoKelvin(*GEL)), jc.Grid.square(24, 400e-6)
+    run = jc.indent(body, jc.Sphere(1e-3), jc.Load(1e-5), [0.0, 1.0], grid=grid, substeps=4)
+    jc.save(run, tmp_path / "run.npz")
+    np.testing.assert_array_equal(jc.load(tmp_path / "run.npz").pressure, run.pressure)
