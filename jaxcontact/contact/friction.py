@@ -50,7 +50,8 @@ from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact import normal
 from jaxcontact.contact.krylov import Corner, cut, paste, place
 from jaxcontact.contact.normal import Problem, Solution
-from jaxcontact.operators.base import Linear, TractionOperator
+from jaxcontact.operators.coupled import TractionOperator
+from jaxcontact.operators.operator import Linear
 
 NEAR_RIM = 0.9  # of the bound: a smaller traction is not on the rim
 LEAST = 1e-12  # free directions, in parts of their number: fewer are none

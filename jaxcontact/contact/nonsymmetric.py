@@ -26,7 +26,7 @@ from jax import Array
 from jaxcontact._support.pytree import replace
 from jaxcontact.contact import normal
 from jaxcontact.contact.normal import Problem, Solution, approach_of, over_depth, projected, usable_start
-from jaxcontact.operators.base import Linear
+from jaxcontact.operators.operator import Linear
 
 REDUCTION = 0.03  # of the residual, by the linear solve on one active set
 COLD_TOLERANCE, COLD_ITERATIONS = 1e-2, 50  # of the start

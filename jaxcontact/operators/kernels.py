@@ -20,8 +20,8 @@ from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.bodies.materials import Material
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.operators import spectral
-from jaxcontact.operators.convolution import Convolutions
 from jaxcontact.operators.coupled import CoupledFamily, Tangential
+from jaxcontact.operators.operator import Family
 from jaxcontact.response.coefficients import (
     SurfaceKernels,
     TangentialImages,
@@ -126,7 +126,7 @@ class Kernels:
     at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``.
     """
 
-    family: Convolutions
+    family: Family
     rates: Array
     mix: Array
     film: Film | None
@@ -157,7 +157,7 @@ class Kernels:
     def delayed_shares(self, pressure: Array) -> Array:
         """Return <p, lambda_k C_k p>/<p, C_0 p> [1/s] of a pressure (nx, ny), (K,), from the periodic operators nearest to
         C_0 and S_m; zero without pressure."""
-        circulants, shape = self.family.circulants(pressure), pressure.shape
+        circulants, shape = self.family.nearest(pressure), pressure.shape
         periodic = self.grid.periodic
         if all(periodic):  # the displacement is measured from the mean
             pressure = pressure - jnp.mean(pressure)
@@ -185,7 +185,7 @@ class ImageKernels:
     """Step by step, for kernels at any lag: the operators of all steps of the staircase; film_coefficients: as in
     ``Film``; image_error: as in ``Kernels``."""
 
-    family: Convolutions
+    family: Family
     film_coefficients: Array | None
     scale: Scale
     image_error: Array
@@ -326,13 +326,13 @@ compiled_expansion = Program(expansion, ("nodes",))
 _assembled = Program(assembled, ("nodes",))
 
 
-def on_grid(grid: Grid, images: Images) -> tuple[Convolutions, Array]:
+def on_grid(grid: Grid, images: Images) -> tuple[Family, Array]:
     """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny)."""
     if all(grid.periodic):
-        family = Convolutions.of_spectra(periodic_response(grid, images))
+        family = Family.of_spectra(periodic_response(grid, images))
         return family, periodic_coefficients(grid, images)
     coefficients = (strip_coefficients if any(grid.periodic) else influence_coefficients)(grid, images)
-    return Convolutions.of(coefficients, grid.periodic), coefficients
+    return Family.of(coefficients, grid.periodic), coefficients
 
 
 def _images(response: Response, separable: Separable) -> Images:

@@ -10,16 +10,14 @@ from __future__ import annotations
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._support.pytree import pytree, replace, static
+from jaxcontact._support.pytree import pytree, replace
 from jaxcontact._support.scale import Scale
 from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.indenters.shapes import Indenter
-from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Corner, Linear, Operator
-from jaxcontact.operators.convolution import Convolution, Moving
 from jaxcontact.operators.coupled import spectrum
 from jaxcontact.operators.kernels import scaled_coefficients
+from jaxcontact.operators.operator import Operator
 from jaxcontact.response.tangential import TangentialExpansion, tangential_expansion
 
 
@@ -56,14 +54,15 @@ class Rubbing:
         """Return the sum of mu p, ()."""
         return jnp.sum(self.coefficient * pressure)
 
-    def added_to(self, operator: Moving, kernel: Array) -> Operator:
+    def added_to(self, operator: Operator, kernel: Array) -> Operator:
         """Return the operator of pressure and traction, from that of the pressure and the spectrum of the kernel.
 
         kernel: (my/2 + 1, mx), along the direction of sliding. The preconditioner stays that of the pressure.
         """
         if self.weights is None:
-            return replace(operator, spectrum=operator.spectrum + kernel)
-        return Rubbed(operator, kernel, self.weights, operator.periodic)
+            return replace(operator, spectra=operator.spectra + kernel)
+        spectra = jnp.concatenate([operator.spectra, kernel[None]])
+        return replace(operator, spectra=spectra, weights=self.weights[None], entries=((0, 0, 0), (0, 1, 1)))
 
     def spectra(self, shape: tuple[int, int]) -> Array:
         """Return the spectra of ``scale`` K on the first cells, (M + 1, 2, my/2 + 1, mx)."""
@@ -77,66 +76,6 @@ class Rubbing:
     def point_strength(self) -> Array:
         """Return ``scale`` lambda_k C_k a length of one ahead of a unit force, times 2 pi, (K,)."""
         return self.scale * (self.expansion.separable.terms[2, 1:, 0] @ self.mix)
-
-
-@pytree
-class Rubbed(Operator):
-    """The displacement under the pressure and under a traction of varying coefficient of friction: S p + T (mu p).
-
-    moving: S; kernel: spectrum of T, (my/2 + 1, mx); coefficient: mu, (nx, ny); transposed: whether this is
-    S^T p + mu T^T p.
-    """
-
-    moving: Moving
-    kernel: Array
-    coefficient: Array
-    periodic: spectral.Periodic = static(default=spectral.FREE)
-    transposed: bool = static(default=False)
-
-    symmetric = False
-
-    def __call__(self, pressure: Array) -> Array:
-        return self.moving(pressure) + self._by_friction(self.kernel, self.coefficient, pressure)
-
-    def _by_friction(self, kernel: Array, coefficient: Array, pressure: Array) -> Array:
-        if self.transposed:
-            return coefficient * spectral.convolve(kernel, pressure, self.periodic)
-        return spectral.convolve(kernel, coefficient * pressure, self.periodic)
-
-    def tangent(self, change: Operator, pressure: Array) -> Array:
-        assert isinstance(change, Rubbed)
-        of_kernel = self._by_friction(change.kernel, self.coefficient, pressure)
-        return (
-            change.moving(pressure) + of_kernel + self._by_friction(self.kernel, change.coefficient, pressure)
-        )
-
-    def transpose(self) -> Rubbed:
-        moving, kernel = self.moving.transpose(), jnp.conj(self.kernel)
-        return replace(self, moving=moving, kernel=kernel, transposed=not self.transposed)
-
-    def preconditioner(self) -> Linear:
-        return self.moving.preconditioner()
-
-    def confined_compliance(self, shape: tuple[int, ...]) -> Array:
-        return self.moving.confined_compliance(shape)
-
-    def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
-        return self.moving.cell_ratio(shape)
-
-    def window_shape(self, shape: tuple[int, ...]) -> None:
-        """None, as of ``Moving``."""
-        return None
-
-    def restricted(self, corner: Corner) -> Rubbed:
-        """The whole: there is no window."""
-        return self
-
-    def even(self) -> Convolution:
-        """The even part of S alone, from which a search may start."""
-        return self.moving.even()
-
-    def plus_even(self, share: Array | float) -> Rubbed:
-        return replace(self, moving=self.moving.plus_even(share))
 
 
 def rub(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array) -> Rubbing:

@@ -22,8 +22,6 @@ reciprocity, displacement is then from the mean of the surface but for mean(w p)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -35,8 +33,6 @@ from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Corner, Family, Linear, Operator
-from jaxcontact.operators.convolution import FLOOR, cell_ratio, confined_compliance
 from jaxcontact.operators.kernels import (
     Errors,
     Expansion,
@@ -47,6 +43,7 @@ from jaxcontact.operators.kernels import (
     scaled_images,
 )
 from jaxcontact.operators.kernels import assembled as uniform_kernels
+from jaxcontact.operators.operator import SINGLE, Entry, Family
 from jaxcontact.response.coefficients import wavenumbers
 from jaxcontact.response.images import Images
 from jaxcontact.response.in_time import DEFAULT_NODES, check_times, products
@@ -55,144 +52,10 @@ from jaxcontact.response.normal import limits_of, sideways_compliance
 FINENESS = 256.0  # the range of log(1 + h/c) is rounded outwards to multiples of one over this
 
 
-@pytree
-class WindowSpectra:
-    """Spectra on a smaller grid, as those of ``Varying`` or, with an axis of the members, of ``VaryingFamily``."""
-
-    spectra: Array
-    circulant: Array
-
-
-@pytree
-class Varying(Operator):
-    """The operator of the module.
-
-    spectra (n, my/2 + 1, mx): of K_n on the padded grid, real; circulant: of the mean operator, as in ``Convolution``;
-    shares (n - 1, nx, ny): T_1, T_2, ... at each cell; uneven (nx, ny): w, used on a grid that is periodic along both axes;
-    window: the spectra on a smaller grid, or None.
-    """
-
-    spectra: Array
-    circulant: Array
-    shares: Array
-    uneven: Array
-    window: WindowSpectra | None
-    periodic: spectral.Periodic = static(default=spectral.FREE)
-
-    symmetric = True
-
-    def __call__(self, pressure: Array) -> Array:
-        total = self.field(self.waves(pressure), pressure.shape)
-        return total - jnp.mean(total) + self.of_mean_pressure(pressure) if all(self.periodic) else total
-
-    def waves(self, pressure: Array) -> Array:
-        """Return the spectra of all K_n and T_n p in the place of p under the sum, and of K_n p/2, (n, my/2 + 1, mx)."""
-        if all(self.periodic):
-            pressure = pressure - jnp.mean(pressure)
-        fields = jnp.concatenate([pressure[None], self.shares * pressure / 2.0])
-        waves = spectral.transform(fields, self.periodic)
-        whole = jnp.sum(self.spectra * waves, 0)
-        return jnp.concatenate([whole[None], self.spectra[1:] * waves[0] / 2.0])
-
-    def field(self, waves: Array, shape: tuple[int, ...]) -> Array:
-        """Return the displacement (nx, ny) from the spectra of ``waves``."""
-        whole, *parts = spectral.inverse(waves, shape, self.periodic)
-        return whole + sum(share * part for share, part in zip(self.shares, parts, strict=True))
-
-    def of_mean_pressure(self, pressure: Array) -> Array:
-        """Return the displacement by a mean pressure, and the mean displacement, on a periodic grid, (nx, ny)."""
-        return self.uneven * jnp.mean(pressure) + jnp.mean(self.uneven * pressure)
-
-    def tangent(self, change: Operator, pressure: Array) -> Array:
-        """Return the change of K p: the operator is bilinear in its spectra and the shares."""
-        apply = lambda operator: operator(pressure)
-        return jax.jvp(apply, (self,), (change,))[1]
-
-    def transpose(self) -> Varying:
-        return self
-
-    def preconditioner(self) -> Linear:
-        """The inverse of the mean operator's circulant, its small and negative eigenvalues raised."""
-        floor = FLOOR * jnp.mean(jnp.abs(self.circulant))
-        inverse = 1.0 / jnp.maximum(self.circulant, floor)
-        return lambda r: spectral.apply_circulant(inverse, r)
-
-    def confined_compliance(self, shape: tuple[int, ...]) -> Array:
-        return confined_compliance(self.circulant, shape)
-
-    def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
-        return cell_ratio(self.circulant, shape)
-
-    def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
-        none = self.window is None or spectral.devices() > 1
-        return None if none else spectral.window_shape(shape, self.periodic)
-
-    def restricted(self, corner: Corner) -> Varying:
-        """The same film, as thick as it is in the window."""
-        assert self.window is not None
-        (n, *shape), held = self.shares.shape, jax.lax.stop_gradient(self.shares)
-        nx, ny = spectral.window_shape(tuple(shape), self.periodic)
-        shares = jax.lax.dynamic_slice(held, (0, *corner), (n, nx, ny))
-        return Varying(
-            self.window.spectra, self.window.circulant, shares, jnp.zeros((nx, ny)), None, self.periodic
-        )
-
-    def even(self) -> Varying:
-        return self
-
-    def plus_even(self, share: Array | float) -> Varying:
-        more = lambda parts: jax.tree.map(lambda a: (1.0 + share) * a, parts)
-        given = self.spectra, self.circulant, self.uneven, self.window
-        return replace(
-            self, **dict(zip(("spectra", "circulant", "uneven", "window"), map(more, given), strict=True))
-        )
-
-
-@pytree
-class VaryingFamily(Family):
-    """Several such operators.
-
-    spectra (n, m, my/2 + 1, mx) and circulant (n, m, ny/2 + 1, nx): of the terms of the series of each member; shares:
-    T_0, T_1, ... at each cell, (n, nx, ny); uneven (m, nx, ny): w of each; window: the first two on a smaller grid, or None.
-    """
-
-    spectra: Array
-    circulant: Array
-    shares: Array
-    uneven: Array
-    window: WindowSpectra | None
-    periodic: spectral.Periodic = static(default=spectral.FREE)
-
-    def combined(self, weights: Sequence[Array | float]) -> Varying:
-        mixed = lambda a: sum(w * a[:, k] for k, w in enumerate(weights))
-        mean = lambda a: jnp.tensordot(jnp.mean(self.shares, (1, 2)), mixed(a), 1)
-        uneven = sum(w * part for w, part in zip(weights, self.uneven, strict=True))
-        window = self.window
-        if window is not None:
-            window = jax.lax.stop_gradient(WindowSpectra(mixed(window.spectra), mean(window.circulant)))
-        spectra, circulant = mixed(self.spectra), mean(self.circulant)
-        return Varying(spectra, circulant, self.shares[1:], uneven, window, self.periodic)
-
-    def circulants(self, pressure: Array) -> Array:
-        sums = jnp.sum(self.shares * pressure, (1, 2))
-        mean = sums / jnp.where(sums[0] > 0.0, sums[0], 1.0)  # the first share is one everywhere
-        return jnp.tensordot(mean, self.circulant, 1)
-
-    def total(self, fields: Array) -> Array:
-        shape, first = self.shares.shape[1:], self.spectra.shape[1] - len(fields)
-        if not len(fields):
-            return jnp.zeros(shape)
-        members = [self._member(first + k) for k in range(len(fields))]
-        waves = sum(member.waves(field) for member, field in zip(members, fields, strict=True))
-        total = members[0].field(waves, shape)
-        if all(self.periodic):
-            pairs = zip(members, fields, strict=True)
-            total = total - jnp.mean(total) + sum(member.of_mean_pressure(field) for member, field in pairs)
-        return total
-
-    def _member(self, index: int) -> Varying:
-        parts = self.spectra[:, index], self.circulant[0, index], self.shares[1:], self.uneven[index]
-        return Varying(*parts, None, self.periodic)
+def series_entries(count: int) -> tuple[Entry, ...]:
+    """Return the entries of the operator of a series of ``count`` terms, whose spectra are K_0 and K_n/2."""
+    both = [((0, n, n), (n, 0, n)) for n in range(1, count)]
+    return (*SINGLE, *(entry for pair in both for entry in pair))
 
 
 @pytree
@@ -271,8 +134,8 @@ WAVES, THICKNESSES = 24, 17  # at which the error of the series is measured
 class VaryingKernels:
     """Discretised response of a body with a film of varying thickness, and an indenter, on a grid.
 
-    body: with a film of one thickness; uniform: its kernels, for all that does not depend on the thickness; spectra and
-    circulant (n, M + 1, ...) and window: as in ``VaryingFamily``; film_series (n, nx, ny): as in ``VaryingFilm``;
+    body: with a film of one thickness; uniform: its kernels, for all that does not depend on the thickness; family: the
+    operators of the terms of the series, without its weights and lifts; film_series (n, nx, ny): as in ``VaryingFilm``;
     slopes (M + 1,): of the displacement under a mean pressure over the thickness; series_error: the largest relative error
     of the series, ().
     """
@@ -280,9 +143,7 @@ class VaryingKernels:
     body: LayeredHalfSpace
     uniform: Kernels
     series: ThicknessSeries
-    spectra: Array
-    circulant: Array
-    window: WindowSpectra | None
+    family: Family
     film_series: Array
     slopes: Array
     series_error: Array
@@ -293,14 +154,14 @@ class VaryingKernels:
 
     def at(self, thickness: Array) -> Kernels:
         """Return the kernels for a thickness (nx, ny) [m]."""
-        shares, periodic = self.series.shares(thickness), self.uniform.grid.periodic
-        uneven = self._uneven(thickness) if all(periodic) else jnp.zeros((self.slopes.size, 1, 1))
-        family = VaryingFamily(self.spectra, self.circulant, shares, uneven, self.window, periodic)
+        shares = self.series.shares(thickness)
+        lifts = self._lifts(thickness) if all(self.uniform.grid.periodic) else None
+        family = replace(self.family, weights=shares[1:], lifts=lifts)
         assert self.uniform.film is not None
         film = VaryingFilm(self.film_series, shares, thickness > 0.0, self.uniform.film.weights)
         return replace(self.uniform, family=family, film=film)
 
-    def _uneven(self, thickness: Array) -> Array:
+    def _lifts(self, thickness: Array) -> Array:
         """Return the displacement by a mean pressure of one, less its mean, of all members, (M + 1, nx, ny)."""
         scale, mean = self.uniform.scale, jnp.mean(thickness)
         excess = (thickness - mean) / scale.length
@@ -345,19 +206,32 @@ def assembled(
     cell = cell_of(grid)
     series = ThicknessSeries.of(thickness, cell, terms)
 
-    def node(h: Array) -> tuple[Array, Array, WindowSpectra | None, Array]:
+    def node(h: Array) -> tuple[Family, Array]:
         family, coefficients = on_grid(grid, Images(scaled.depths * (h / reference), scaled.heights))
         strains = coefficients[1] * uniform.scale.length / jnp.maximum(h, THINNEST * cell)
-        members, part = family.members, family.members.window
-        window = None if part is None else WindowSpectra(part.spectrum, part.circulant)
-        return members.spectrum, members.circulant, window, strains
+        return replace(family, wide=None), strains
 
     nodes_of = jax.lax.map(node, jnp.maximum(series.nodes(), THINNEST * cell))
-    spectra, circulant, window, strains = jax.tree.map(series.coefficients, nodes_of)
+    family, strains = jax.tree.map(series.coefficients, nodes_of)
+    family = _as_one(family, terms)
     bed = _bed(scaled) / reference * uniform.scale.length
-    slopes = jnp.zeros(len(spectra[0])).at[0].set(uniform.film.weights[0] * bed).at[1].set(bed)
+    slopes = jnp.zeros(len(family.spectra)).at[0].set(uniform.film.weights[0] * bed).at[1].set(bed)
     error = jax.lax.stop_gradient(_series_error(series, expansion, body, grid))
-    return VaryingKernels(body, uniform, series, spectra, circulant, window, strains, slopes, error)
+    return VaryingKernels(body, uniform, series, family, strains, slopes, error)
+
+
+def _as_one(terms: Family, count: int) -> Family:
+    """Return the operators of all terms from operators of one kernel for each, whose leaves have a first axis (n, ...)."""
+    halves = jnp.full(count, 0.5).at[0].set(1.0)[:, None, None]
+    together = lambda a: jnp.swapaxes(a[:, :, 0], 0, 1)
+    window = None if terms.window is None else _as_one(terms.window, count)
+    return replace(
+        terms,
+        spectra=halves * together(terms.spectra),
+        circulants=together(terms.circulants),
+        window=window,
+        entries=series_entries(count),
+    )
 
 
 _assembled = Program(assembled, ("nodes", "terms"))

@@ -11,7 +11,7 @@ from tolerances import APPROACH, PEAK, SOLVER
 
 import jaxcontact as jc
 from jaxcontact.contact import implicit, normal
-from jaxcontact.operators.convolution import Convolutions
+from jaxcontact.operators.operator import Family
 from jaxcontact.response.coefficients import influence_coefficients
 from jaxcontact.response.images import Images
 
@@ -146,7 +146,7 @@ def problem_at(lowest, load, grid=(32, 40), curvature=0.02):
     x, y = np.meshgrid(*map(np.arange, grid), indexing="ij")
     gap = np.min([curvature / 2 * ((x - a) ** 2 + (y - b) ** 2) for a, b in lowest], 0)
     kernel = influence_coefficients(jc.Grid(grid, (1.0, 1.0)), Images(jnp.zeros(0), jnp.ones(1)))
-    operator = Convolutions.of(kernel[None]).combined([1.0])
+    operator = Family.of(kernel[None]).combined([1.0])
     return normal.Problem(operator, jnp.asarray(gap), jnp.asarray(load), jnp.zeros(()), load_controlled=True)
 
 
