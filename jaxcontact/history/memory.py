@@ -39,7 +39,6 @@ from jaxcontact.operators.kernels import (
 )
 from jaxcontact.operators.operator import Operator
 from jaxcontact.operators.rubbing import Rubbing
-from jaxcontact.operators.varying import VaryingKernels
 from jaxcontact.response.normal import limits_of
 
 
@@ -282,12 +281,12 @@ class VaryingMemory(IncrementalMemory):
     What grows raises the surface, and what is worn away lowers it.
     """
 
-    kernels: VaryingKernels
+    kernels: Kernels
     at_first: Array
 
     @property
     def rates(self) -> Array:
-        return self.kernels.uniform.rates
+        return self.kernels.rates
 
     def start(self, shape: tuple[int, int]) -> Grown:
         film = jax.tree.map(jnp.zeros_like, self.kernels.at(self.at_first).film)
@@ -297,7 +296,7 @@ class VaryingMemory(IncrementalMemory):
         return self.kernels.at((step.before + step.after) / 2.0)
 
     def raised(self, step: ThicknessStep) -> Array:
-        return (step.after - self.at_first) / self.kernels.uniform.scale.length
+        return (step.after - self.at_first) / self.kernels.scale.length
 
 
 # Observables of sliding beyond the pressure: horizontal force, pressure centre, energies. All scaled.

@@ -6,7 +6,7 @@ F is the transform on the grid, zero-padded along axes that are not periodic (``
 (0, 0, 0) this is a half-space or a film of one thickness; K_0 is real at rest, where the kernel is even, and complex in
 motion over a body that remembers. With f_1 = mu, the entries (0, 0, 0) and (0, 1, 1) add the displacement under tractions
 of friction that varies over the surface (``operators.rubbing``). With f_n = T_n, polynomials of the thickness, the
-entries (0, n, n) and (n, 0, n) are a film whose thickness varies (``operators.varying``).
+entries (0, n, n) and (n, 0, n) are a film whose thickness varies (``operators.kernels``).
 
 Transposed, K_k is its conjugate and i and j are exchanged. Spectra that are real stay real.
 """
@@ -33,6 +33,12 @@ SINGLE: tuple[Entry, ...] = ((0, 0, 0),)
 FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
 LEAST = 1e-6  # of the largest eigenvalue that an extended operator has
 WRAPPED: spectral.Periodic = (True, True)
+
+
+def series_entries(count: int) -> tuple[Entry, ...]:
+    """Return the entries of the operator of a series of ``count`` terms, whose spectra are K_0 and K_n/2."""
+    both = [((0, n, n), (n, 0, n)) for n in range(1, count)]
+    return (*SINGLE, *(entry for pair in both for entry in pair))
 
 
 @pytree

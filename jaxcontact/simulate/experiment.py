@@ -34,8 +34,8 @@ from jaxcontact.operators.kernels import (
     check_kernels,
     check_stiffness,
     compiled_build,
+    compiled_varying,
 )
-from jaxcontact.operators.varying import VaryingKernels, compiled_varying
 from jaxcontact.response.normal import limits_of
 from jaxcontact.response.stack import solids
 from jaxcontact.results.contact import ContactHistory, ContactStep
@@ -185,7 +185,7 @@ class Experiment:
     grid: Grid
     tolerance: Array
     max_iterations: Array
-    kernels: Kernels | VaryingKernels | TractionKernels | None
+    kernels: Kernels | TractionKernels | None
     valid: Array | None
     options: Options = static()
     film_map: ThicknessMap | None
@@ -244,9 +244,9 @@ class Experiment:
         return self.kernels
 
     @property
-    def varying_kernels(self) -> VaryingKernels:
+    def varying_kernels(self) -> Kernels:
         """The kernels of a film whose thickness varies in the plane."""
-        assert isinstance(self.kernels, VaryingKernels)
+        assert isinstance(self.kernels, Kernels) and self.kernels.varying is not None
         return self.kernels
 
     @property

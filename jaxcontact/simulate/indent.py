@@ -83,7 +83,7 @@ def indent(
     Args:
         body: a ``LayeredHalfSpace`` in SI units. The thickness of a ``Layer`` may be (nt,), one value for each time,
             which requires new kernels at each step (``history.memory``), or (nx, ny) or (nt, nx, ny) if it varies in the
-            plane (``operators.varying``). With such a layer, ``kernels`` cannot be given.
+            plane (``operators.kernels``). With such a layer, ``kernels`` cannot be given.
         indenter: ``Sphere``, ``Cone``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
         control: ``Load`` [N] or ``Approach`` [m], a number or (nt,). It is applied as a step at times[0] and is linear
             between the times.
@@ -228,7 +228,7 @@ class Indentation(TimedExperiment):
     def _varying(self, film: ThicknessMap, dt: Array) -> Plan:
         """Return the march on a film whose thickness varies in the plane, and in time where it does."""
         kernels = self.varying_kernels
-        scale, errors = kernels.uniform.scale, kernels.errors(self.duration)
+        scale, errors = kernels.scale, kernels.errors(self.duration)
         if not film.over_times:
             return self._pressed(RecursiveMemory(kernels.at(film.values)), dt, scale, errors)
         after = fine_values(film.values, self.options.substeps)

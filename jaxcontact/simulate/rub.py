@@ -24,7 +24,7 @@ from jaxcontact.history.motion import as_array, at_fine_times, mean_speed, over_
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
-from jaxcontact.operators.varying import compiled_varying
+from jaxcontact.operators.kernels import compiled_varying
 from jaxcontact.results.contact import RubbedStep, RubbingHistory
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.experiment import (
@@ -260,7 +260,7 @@ class RubExperiment(TimedExperiment):
             return RecursiveMemory(kernels), kernels.scale, kernels.errors(self.duration)
         varying = self.varying_kernels
         memory = VaryingMemory(varying, self.film_map.values)
-        return memory, varying.uniform.scale, varying.errors(self.duration)
+        return memory, varying.scale, varying.errors(self.duration)
 
     def _inputs(self) -> RubStep:
         """Return the further input of the steps, (nt, substeps)."""

@@ -28,9 +28,8 @@ from jaxcontact.history.normal_step import contact_outcome, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import Errors, Kernels, VaryingFilm, build, deepest_strain, joint_errors
-from jaxcontact.operators.operator import Family, Operator
+from jaxcontact.operators.operator import Family, Operator, series_entries
 from jaxcontact.operators.rubbing import Rubbing, rub
-from jaxcontact.operators.varying import VaryingKernels, series_entries
 from jaxcontact.response.normal import limits_of
 from jaxcontact.results.contact import SteadySliding, with_totals
 from jaxcontact.simulate.experiment import ContactSetup, Experiment, Settings
@@ -339,7 +338,7 @@ def on_grid(
 # The wake over a film whose thickness varies across the track of a steady slide, and not along it.
 #
 # Along the track the body is then everywhere the same, so that the state is steady in the frame of the indenter. With
-# the kernels as a series in the thickness (``operators.varying``) each term has a wake of its own, whose kernel K_n
+# the kernels as a series in the thickness (``operators.kernels``) each term has a wake of its own, whose kernel K_n
 # is not even:
 #
 #     u = 1/2 sum_n [T_n(xi(h)) K_n p + K_n (T_n(xi(h)) p)],
@@ -403,19 +402,18 @@ class FilmWake:
         return Operator(spectra, circulant, self.shares[1:], periodic=self.periodic, entries=entries)
 
 
-def film_wake_of(
-    experiment: Experiment, kernels: VaryingKernels, velocity: Array, thickness: Array
-) -> FilmWake:
+def film_wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, thickness: Array) -> FilmWake:
     """Return the wake at a velocity along x, in cells per second."""
-    here = kernels.at(thickness)
+    here, varying = kernels.at(thickness), kernels.varying
+    assert varying is not None
 
     def of_term(spectra: Array, circulants: Array) -> Wake:
-        family = Family(spectra[:, None], circulants[:, None], periodic=kernels.family.periodic)
-        return wake_of(experiment, replace(kernels.uniform, family=family), velocity, across=False)
+        family = Family(spectra[:, None], circulants[:, None], periodic=varying.family.periodic)
+        return wake_of(experiment, replace(kernels, family=family), velocity, across=False)
 
-    terms = jax.vmap(of_term, 1)(kernels.family.spectra, kernels.family.circulants)
-    one = wake_of(experiment, kernels.uniform, velocity, across=False)
-    return FilmWake(terms, one, kernels.series.shares(thickness), here.film)
+    terms = jax.vmap(of_term, 1)(varying.family.spectra, varying.family.circulants)
+    one = wake_of(experiment, kernels, velocity, across=False)
+    return FilmWake(terms, one, varying.series.shares(thickness), here.film)
 
 
 # The wake of an indenter that rubs: what friction adds to ``simulate.slide_steady``.
@@ -648,11 +646,11 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
 
 def _kernels_and_wake(
     experiment: Experiment, velocity: Array, *, across: bool
-) -> tuple[Kernels | VaryingKernels, Wake | FilmWake]:
+) -> tuple[Kernels, Wake | FilmWake]:
     """Return the kernels of an experiment, and the wake at a velocity (2,) [m/s]."""
     if experiment.film_map is not None:
         varying = experiment.varying_kernels
-        moved = velocity / varying.uniform.scale.length
+        moved = velocity / varying.scale.length
         return varying, film_wake_of(experiment, varying, moved, experiment.film_map.values)
     kernels = experiment.ready_kernels
     return kernels, wake_of(experiment, kernels, velocity / kernels.scale.length, across=across)

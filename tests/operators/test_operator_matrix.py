@@ -8,8 +8,7 @@ from tolerances import ROUND_OFF
 
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum
-from jaxcontact.operators.operator import FLOOR, Family, Operator
-from jaxcontact.operators.varying import series_entries
+from jaxcontact.operators.operator import FLOOR, Family, Operator, series_entries
 
 SHAPE, RNG = (8, 7), np.random.default_rng(3)
 GRIDS = {"free": (False, False), "strip": (False, True), "periodic": (True, True)}
