@@ -31,6 +31,7 @@ from jaxcontact.operators.kernels import (
     Film,
     ImageKernels,
     Kernels,
+    Rubbing,
     TractionKernels,
     VaryingFilm,
     build,
@@ -38,7 +39,6 @@ from jaxcontact.operators.kernels import (
     image_weights,
 )
 from jaxcontact.operators.operator import Operator
-from jaxcontact.operators.rubbing import Rubbing
 from jaxcontact.response.normal import limits_of
 
 

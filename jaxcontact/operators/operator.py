@@ -5,7 +5,7 @@
 F is the transform on the grid, zero-padded along axes that are not periodic (``operators.spectral``). With one entry
 (0, 0, 0) this is a half-space or a film of one thickness; K_0 is real at rest, where the kernel is even, and complex in
 motion over a body that remembers. With f_1 = mu, the entries (0, 0, 0) and (0, 1, 1) add the displacement under tractions
-of friction that varies over the surface (``operators.rubbing``). With f_n = T_n, polynomials of the thickness, the
+of friction that varies over the surface (``operators.kernels``). With f_n = T_n, polynomials of the thickness, the
 entries (0, n, n) and (n, 0, n) are a film whose thickness varies (``operators.kernels``).
 
 Transposed, K_k is its conjugate and i and j are exchanged. Spectra that are real stay real.

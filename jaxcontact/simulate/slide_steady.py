@@ -27,9 +27,17 @@ from jaxcontact.history.motion import as_array, check_along_x, check_rubbing
 from jaxcontact.history.normal_step import contact_outcome, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
-from jaxcontact.operators.kernels import Errors, Kernels, VaryingFilm, build, deepest_strain, joint_errors
+from jaxcontact.operators.kernels import (
+    Errors,
+    Kernels,
+    Rubbing,
+    VaryingFilm,
+    build,
+    deepest_strain,
+    joint_errors,
+    rub,
+)
 from jaxcontact.operators.operator import Family, Operator, series_entries
-from jaxcontact.operators.rubbing import Rubbing, rub
 from jaxcontact.response.normal import limits_of
 from jaxcontact.results.contact import SteadySliding, with_totals
 from jaxcontact.simulate.experiment import ContactSetup, Experiment, Settings
