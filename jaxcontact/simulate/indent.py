@@ -232,8 +232,9 @@ class Indentation(Experiment):
         elif film is not None:
             # a film whose thickness varies in the plane, and in time where it does
             scale, errors = self.kernels.uniform.scale, self.kernels.errors(self.duration)
-            memory = RecursiveMemory(self.kernels.at(film.values))
-            if film.over_times:
+            if not film.over_times:
+                memory = RecursiveMemory(self.kernels.at(film.values))
+            else:
                 after = fine_values(film.values, substeps)
                 flat = after.reshape(-1, *self.grid.shape)
                 before = jnp.concatenate([flat[:1], flat[:-1]]).reshape(after.shape)
