@@ -2,7 +2,8 @@
 
 A parameter of a reader or a fit that is a number, a word or a switch is a flag of its name, with the default of the
 signature and the first sentence of its docstring as help. FORMS has the parameters that the shell writes otherwise, such as
-an indenter; ``Kind`` says what is left out of a command, what is added to it, and which words differ.
+an indenter; ``Kind`` states which arguments have no flag, which flags a command has beside them, and which help texts
+differ from the docstrings.
 """
 
 import argparse

@@ -30,6 +30,7 @@ from fitting.search import nonlinear, profiles
 from fitting.search.nonlinear import Best, Objective, inverse
 from fitting.views import text
 from jaxcontact import Grid
+from jaxcontact._support.status import LARGEST_ERROR, REFINED
 
 # The image that an instrument records of the fields of a contact: blurred, shifted and rotated, at its own pixels.
 #
@@ -337,9 +338,6 @@ COARSER = 1 / 2, 3 / 4  # cells along each axis, over those of the fit, where th
 FINER = (2.0, 1.0), (2.0, 1.06)  # cells along each axis and width of the finer grids, over those of the fit
 FINER_HERE = (2.0, 1.0), (1.5, 1.0)  # the same where the width cannot differ
 
-SUBSTEPS = (1, 4, 16, 64)  # of each time between two images, tried in this order
-SHORT_STEPS = 0.01  # relative error of the pressure by the time steps that is short enough
-
 Press = Callable[[Any, jc.Grid], PressedImages]
 
 
@@ -554,13 +552,13 @@ class FieldSearch:
         units = np.array([1.0 if name in ("angle", "errors") else pixel for name in nuisances])
         logs = np.array([math.log(np.clip(value, *sought.table[name])) for name, value in parameters.items()])
         # The pressure is linear within a step: the times of the images are divided until that holds at the start.
-        for substeps in SUBSTEPS:
+        for substeps in REFINED:
             press = lambda indenter, own, substeps=substeps: PressedImages(
                 sought.structure.model, tuple(parameters), (indenter, data.control, jnp.asarray(data.times)),
                 tuple(data.fields), data.grid, own, tolerance, substeps,
             )  # fmt: skip
             pressing = press(indenter, grid)
-            if not pressing.step_error(tuple(logs.tolist())) > SHORT_STEPS:
+            if not pressing.step_error(tuple(logs.tolist())) > LARGEST_ERROR:
                 break
         known = {name: np.isfinite(field) & _within(data.grid, grid) for name, field in data.fields.items()}
         return cls(

@@ -13,6 +13,9 @@ LARGEST_STEP_ERROR = 0.1
 LARGEST_ERROR = 1e-2
 """Relative error above which the status is ``NOT_RESOLVED`` (of the response) or ``STEP_TOO_LONG`` (of growth)."""
 
+REFINED = (1, 4, 16, 64)
+"""Numbers of substeps that are tried in turn until the error by the time steps is below ``LARGEST_ERROR``."""
+
 
 FORMER = {"SLIDES": "GROSS_SLIP", "CAME_BACK": "REENTERED_TRACK"}
 

@@ -27,7 +27,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static, untupled
 from jaxcontact._support.scale import Scale
-from jaxcontact._support.status import LARGEST_ERROR, LARGEST_STEP_ERROR, Status, most_serious
+from jaxcontact._support.status import LARGEST_ERROR, LARGEST_STEP_ERROR, REFINED, Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, checked_body
 from jaxcontact.bodies.controls import Control, Load, check_control
 from jaxcontact.bodies.grid import Grid, check_grid
@@ -289,7 +289,6 @@ def tabor_numbers(law: Adhesion, experiment: Experiment) -> Array:
 
 
 ENERGIES = "jump_energy", "viscous_energy"  # without derivatives, those of their units included
-REFINED = (1, 4, 16, 64)  # substeps that "auto" tries
 
 
 @pytree
