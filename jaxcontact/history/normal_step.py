@@ -216,6 +216,8 @@ class PressStepper(Stepper):
             "pressure": numbers.pop("pressure"),
             "displacement": earlier - raised + solution.displacement,
         }
+        if "indenter_displacement" in numbers:
+            shown["indenter_displacement"] = numbers.pop("indenter_displacement")
         lapse = self._lapse(step, numbers["contact_area"])
         if adhering is not None:
             lapse = lapse._replace(touches=numbers["contact_area"] > 0.0)

@@ -21,7 +21,7 @@ from jaxcontact.bodies.grid import Grid
 from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
-from jaxcontact.history.memory import Observer, Shift, along
+from jaxcontact.history.memory import Observer, RecursiveMemory, Shift, along
 from jaxcontact.history.motion import as_array, check_along_x, check_rubbing
 from jaxcontact.history.normal_step import contact_outcome, status_of
 from jaxcontact.indenters.shapes import Indenter
@@ -514,10 +514,11 @@ def slide_steady(
             (nx, ny) with equal values along x, if the velocity is a number and there is no friction. The film's surface is
             then higher where it is thicker.
         indenter, grid, tolerance, max_iterations, kernels: as in ``indent``. Kernels of a half-space save little
-            time, since its wake is computed on a larger grid.
+            time, since its wake is computed on a larger grid. The surface of an indenter that creeps or is coated is at rest
+            in its own frame, so that in the steady state it has relaxed; its material does not flow without limit.
         friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
             contact slips. With None, and at zero velocity, there is no traction. ``friction_coefficient`` of the result is
-            the total, which includes hysteresis.
+            the total, which includes hysteresis. None with an indenter that creeps or is coated.
         control: as in ``indent``, with a single value.
 
     Since there is no time integration, there are no arguments ``times``, ``save``, ``substeps`` and ``checkpoint``.
@@ -546,8 +547,16 @@ def slide_steady(
     checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
     body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
     solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
-    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, film_map=film_map, **solver)
-    valid = valid & check_steady(experiment, velocity) & check_rubbing(friction, grid)
+    experiment = Experiment.of(
+        body, indenter, control, np.zeros(1), grid, film_map=film_map, creeping_indenter=True, **solver
+    )
+    valid = valid & check_steady(experiment, velocity) & check_rubbing(friction, grid, experiment.indenter)
+    flows = experiment.indenter.flows()
+    checks.require(
+        not is_concrete(flows) or not bool(flows),
+        "indenter material: expected one that does not flow without limit: its surface stays in the contact, where it creeps"
+        " indefinitely, so that there is no steady state",
+    )
 
     # a film that stays as it is in the frame of the indenter: its thickness varies across the track alone
     if film_map is not None:
@@ -636,6 +645,11 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
         rubbed = RubbedWake(wake, rubbing, direction)
         operator = rubbed.added_to(operator)
 
+    # an indenter that creeps is at rest in its own frame: under a steady pressure it has relaxed
+    at_rest = None if kernels.indenter is None else RecursiveMemory(kernels.indenter)
+    if at_rest is not None:
+        operator = operator.plus(at_rest.steady_operator())
+
     # the contact
     profile = experiment.profile / scale.length
     target = experiment.target(scale)
@@ -644,28 +658,37 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
     status = with_no_steady_state(status, experiment, vector)
+    status = most_serious((jnp.asarray(experiment.indenter.flows()), Status.NOT_STEADY), status=status)
 
     # forces and powers, from the pressure on the slope of the indenter's own profile
     p, none = solution.pressure, jnp.zeros(())
+    displaced = None if rubbed is None else rubbed.displacement(p)
+    of_indenter: dict[str, Array] = {}
+    if at_rest is not None:
+        stood = at_rest.steady(p)
+        displaced = at_rest.displacement(stood, p)
+        strain = at_rest.observe(stood, p, none)["film_strain"]
+        of_indenter = {"indenter_displacement": displaced, "indenter_film_strain": strain}
     observer = Observer.of(experiment.indenter.profile(grid) / scale.length, wake.ratio, wake.periodic)
     pushed, centre, leading = observer.surface(p, direction)
-    hysteresis = none
-    if wake.kernels.rates.size:
-        by_traction = None if rubbed is None else rubbed.displacement(p)
-        hysteresis = observer.hysteresis(p, by_traction, direction)
-    fields = contact_outcome(problem, solution) | {
-        "profile": problem.gap,
-        "displacement": solution.displacement,
-        "film_strain": wake.film_strain(symbols, p),
-        "lateral_force": pushed,
-        "hysteresis_force": hysteresis,
-        "coulomb_force": none if rubbed is None else rubbed.coulomb_force(p),
-        "approach_drift": wake.drift(jnp.sum(p)) + (none if rubbed is None else rubbed.drift(p)),
-        "pressure_centre": centre,
-        "leading_peak": leading,
-        "hysteresis_power": wake.lost_power(symbols, p),
-        "status": status,
-    }
+    hysteresis = observer.hysteresis(p, displaced, direction) if wake.kernels.rates.size else none
+    fields = (
+        contact_outcome(problem, solution)
+        | of_indenter
+        | {
+            "profile": problem.gap,
+            "displacement": solution.displacement,
+            "film_strain": wake.film_strain(symbols, p),
+            "lateral_force": pushed,
+            "hysteresis_force": hysteresis,
+            "coulomb_force": none if rubbed is None else rubbed.coulomb_force(p),
+            "approach_drift": wake.drift(jnp.sum(p)) + (none if rubbed is None else rubbed.drift(p)),
+            "pressure_centre": centre,
+            "leading_peak": leading,
+            "hysteresis_power": wake.lost_power(symbols, p),
+            "status": status,
+        }
+    )
     in_si = with_totals(scale.to_si(**fields), vector)
     errors = kernels.errors() if rubbed is None else joint_errors(wake.kernels, rubbed.rubbing.expansion)
     mu = jnp.broadcast_to(none if friction is None else friction, profile.shape)
