@@ -190,7 +190,9 @@ class PressStepper(Stepper):
         zero = jnp.zeros_like(self.profile)
         fields = self.memory.start(zero.shape)
         judged = (
-            StepError.none(self.memory.delayed(fields, zero).rates.size) if self.memory.inherits else None
+            StepError.none(self.memory.delayed(fields, zero).rates.size, zero.shape)
+            if self.memory.inherits
+            else None
         )
         return PressCarry(fields, zero, zero, at_rest(self.law, zero), judged)
 
@@ -230,7 +232,7 @@ class PressStepper(Stepper):
         if carry.judged is None:
             return None
         delayed = self.memory.delayed(*jax.lax.stop_gradient((fields, present(carry.pressure, pressure))))
-        return after_step(carry.judged, delayed, carry.pressure, pressure, carry.rate, lapse)
+        return after_step(carry.judged, delayed, carry.pressure, pressure, lapse, self.load_controlled)
 
     def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
         """Return the time in a step; contact_area: scaled."""
