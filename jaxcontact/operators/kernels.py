@@ -481,6 +481,12 @@ def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = D
     return assembled(body, indenter, grid, expansion(body, nodes), own, nodes)
 
 
+def build_surface(body: LayeredHalfSpace, grid: Grid, scale: Scale, nodes: int = DEFAULT_NODES) -> Kernels:
+    """Return the kernels of one surface alone, of a body or an indenter, in a scale; for use inside jit."""
+    found = expansion(body, nodes)
+    return _of_surface(body, grid, found, scaled_images(found, None, scale), scale, nodes)
+
+
 def compiled_build(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES
 ) -> Kernels:
@@ -559,7 +565,7 @@ def image_weights(
 @pytree
 class TractionKernels:
     """normal: as in ``indent``; family: the tangential operators C_0 and S_m; rates [1/s], (K,); mix (M, K); expansion: the
-    tangential response that they come from.
+    tangential response that they come from; indenter: those of an indenter that creeps or is coated, or None.
 
     The tangential rates are their own; what a pressure draws along, too, is remembered at them.
     """
@@ -569,10 +575,17 @@ class TractionKernels:
     rates: Array
     mix: Array
     expansion: TangentialExpansion
+    indenter: TractionKernels | None = None
 
     def errors(self, duration: Array | float = jnp.inf) -> Errors:
         """Return the errors of a run of a duration [s], the larger ones of the normal and the tangential response."""
-        return joint_errors(self.normal, self.expansion, duration)
+        found = joint_errors(self.normal, self.expansion, duration)
+        if self.indenter is None:
+            return found
+        other = self.indenter.errors(duration)
+        separation = jnp.maximum(found.separation, other.separation)
+        images = jnp.maximum(found.images, other.images)
+        return Errors(separation, images, jnp.minimum(found.horizon, other.horizon))
 
 
 def joint_errors(
@@ -586,24 +599,45 @@ def joint_errors(
 
 
 def assembled_traction(
-    normal: Kernels, expansion: TangentialExpansion, indenter: Indenter, grid: Grid, *, coupled: bool
+    normal: Kernels,
+    expansion: TangentialExpansion,
+    of_indenter: TangentialExpansion | None,
+    indenter: Indenter,
+    grid: Grid,
+    *,
+    coupled: bool,
 ) -> TractionKernels:
-    """Return the kernels of an expansion on a grid; ``normal``: those of the same body, indenter and grid.
+    """Return the kernels of the expansions of body and indenter on a grid; ``normal``: those of the same body, indenter and
+    grid; of_indenter: of one that creeps or is coated, or None.
 
     Tangential compliances of the two solids add, while their couplings of normal and tangential subtract.
     """
-    coefficients = scaled_coefficients(expansion, indenter, grid, normal.scale)
-    family = CoupledFamily(Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic))
-    mix = expansion.separable.mix / normal.scale.compliance
-    return TractionKernels(normal, family, expansion.separable.rates, mix, expansion)
+
+    def of(normal: Kernels, expansion: TangentialExpansion) -> TractionKernels:
+        coefficients = scaled_coefficients(expansion, indenter, grid, normal.scale)
+        family = CoupledFamily(Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic))
+        mix = expansion.separable.mix / normal.scale.compliance
+        return TractionKernels(normal, family, expansion.separable.rates, mix, expansion)
+
+    kernels = of(normal, expansion)
+    if of_indenter is None or normal.indenter is None:
+        return kernels
+    separable, images = of_indenter.separable, of_indenter.images
+    facing = lambda a: a * jnp.array([1.0, 1.0, -1.0])[:, None, None]  # of alpha (L, T, K)
+    mirrored = of_indenter._replace(
+        separable=replace(separable, terms=facing(separable.terms)),
+        images=replace(images, weights=facing(images.weights)),
+    )
+    return replace(kernels, indenter=of(normal.indenter, mirrored))
 
 
 def compiled_traction(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, coupled: bool
 ) -> TractionKernels:
     """Return the kernels of a body, an indenter and a grid; the programs of the expansions hold for all grids."""
-    normal = compiled_build(body, indenter, grid)
-    return _assembled_tractions(normal, _expansion(body), indenter, grid, coupled=coupled)
+    normal, surface = compiled_build(body, indenter, grid), indenter.surface()
+    own = None if surface is None else _expansion(surface)
+    return _assembled_tractions(normal, _expansion(body), own, indenter, grid, coupled=coupled)
 
 
 _expansion = Program(tangential_expansion)

@@ -386,9 +386,14 @@ class SteadyRolling(SteadyContact):
     rolling resistance without friction, positive against the motion. For a roller without torque, the force at the axle is
     power over |v|. The convention is that of ``history.memory``; approach, load, contact_area, smooth_area,
     film_strain, error, status: as in ``ShearHistory``; iterations: of the last step.
+
+    indenter_displacement (nx, ny) [m] (normal) and indenter_film_strain: of the surface of an indenter that creeps or is
+    coated, otherwise None; hysteresis_power is then that of both surfaces.
     """
 
     view: ClassVar[str] = "rolling"
+    indenter_displacement: Array | None = field(kw_only=True, default=None)
+    indenter_film_strain: Array | None = field(kw_only=True, default=None)
     grid: Grid
     velocity: Array
     profile: Array

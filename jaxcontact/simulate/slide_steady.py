@@ -31,7 +31,7 @@ from jaxcontact.operators.kernels import (
     Kernels,
     Rubbing,
     VaryingFilm,
-    build,
+    build_surface,
     deepest_strain,
     joint_errors,
     rub,
@@ -257,15 +257,15 @@ class Wake:
         return self.kernels.at_zero @ self.kernels.mix * cell / (2.0 * jnp.pi)
 
 
-def wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
-    """The wake at a velocity in cells per second; that of a half-space reaches beyond the grid."""
-    grid, far_off = experiment.grid, limits_of(experiment.body).creeps_far
+def wake_of(body: LayeredHalfSpace, grid: Grid, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
+    """The wake in a surface, of a body or an indenter, at a velocity in cells per second; that of a half-space reaches
+    beyond the grid. kernels: of the surface."""
+    far_off = limits_of(body).creeps_far
     if not far_off or all(grid.periodic):
         shapes = extended(kernels, grid.shape)
     else:
         wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
-        again = build(experiment.body, experiment.indenter, wide, kernels.nodes)
-        shapes = again.family.spectrum[1:]
+        shapes = build_surface(body, wide, kernels.scale, kernels.nodes).family.spectrum[1:]
     return Wake(kernels, shapes, velocity, grid.spacing[1] / grid.spacing[0], far_off, grid.shape, across)
 
 
@@ -410,15 +410,16 @@ class FilmWake:
 
 def film_wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, thickness: Array) -> FilmWake:
     """Return the wake at a velocity along x, in cells per second."""
+    body, grid = experiment.body, experiment.grid
     here, varying = kernels.at(thickness), kernels.varying
     assert varying is not None
 
     def of_term(spectra: Array, circulants: Array) -> Wake:
         family = Family(spectra[:, None], circulants[:, None], periodic=varying.family.periodic)
-        return wake_of(experiment, replace(kernels, family=family), velocity, across=False)
+        return wake_of(body, grid, replace(kernels, family=family), velocity, across=False)
 
     terms = jax.vmap(of_term, 1)(varying.family.spectra, varying.family.circulants)
-    one = wake_of(experiment, kernels, velocity, across=False)
+    one = wake_of(body, grid, kernels, velocity, across=False)
     return FilmWake(terms, one, varying.series.shares(thickness), here.film)
 
 
@@ -550,7 +551,8 @@ def slide_steady(
     experiment = Experiment.of(
         body, indenter, control, np.zeros(1), grid, film_map=film_map, creeping_indenter=True, **solver
     )
-    valid = valid & check_steady(experiment, velocity) & check_rubbing(friction, grid, experiment.indenter)
+    valid = valid & check_steady(experiment, experiment.body, velocity)
+    valid = valid & check_rubbing(friction, grid, experiment.indenter)
     flows = experiment.indenter.flows()
     checks.require(
         not is_concrete(flows) or not bool(flows),
@@ -586,10 +588,10 @@ def slide_steady(
     return reported(result, errors, experiment)
 
 
-def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
-    """A finite velocity; ValueError where there is no steady state."""
+def check_steady(experiment: Experiment, body: LayeredHalfSpace, velocity: Array) -> Verdict:
+    """A finite velocity; ValueError where there is no steady state. body: of a surface that moves through the contact."""
     finite = checks.finite("velocity [m/s]", velocity)
-    limits, grid = limits_of(experiment.body), experiment.grid
+    limits, grid = limits_of(body), experiment.grid
     checks.require(
         not limits.creeps_far or all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
         "grid: expected one that is periodic along both axes, along none, or in plane strain, under a half-space or"
@@ -604,7 +606,7 @@ def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
         " indefinitely and there is no steady state",
     )
     checks.require(
-        not _tilts_or_thins(experiment),
+        not _tilts_or_thins(grid, body),
         "body: expected one that does not flow without limit, on this grid: in plane strain a half-space tilts indefinitely"
         " under an indenter, and on a periodic grid the body creeps indefinitely under the mean pressure",
     )
@@ -616,10 +618,9 @@ def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
     return finite
 
 
-def _tilts_or_thins(experiment: Experiment) -> bool:
+def _tilts_or_thins(grid: Grid, body: LayeredHalfSpace) -> bool:
     """Return whether a fluid body could have no steady state on this grid."""
-    grid, far_off = experiment.grid, limits_of(experiment.body).creeps_far
-    return all(grid.periodic) or (grid.plane_strain and far_off)
+    return all(grid.periodic) or (grid.plane_strain and limits_of(body).creeps_far)
 
 
 @Program
@@ -633,7 +634,8 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
         moved = vector / kernels.scale.length
         wake = film_wake_of(experiment, kernels, moved, experiment.film_map.values)
     else:
-        wake = wake_of(experiment, kernels, vector / kernels.scale.length, across=velocity.ndim > 0)
+        moved = vector / kernels.scale.length
+        wake = wake_of(experiment.body, grid, kernels, moved, across=velocity.ndim > 0)
     scale, symbols, direction = wake.kernels.scale, wake.symbols(), wake.direction
     operator = wake.operator(symbols)
 
@@ -657,7 +659,7 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
     solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
-    status = with_no_steady_state(status, experiment, vector)
+    status = with_no_steady_state(status, experiment, experiment.body, vector)
     status = most_serious((jnp.asarray(experiment.indenter.flows()), Status.NOT_STEADY), status=status)
 
     # forces and powers, from the pressure on the slope of the indenter's own profile
@@ -695,9 +697,12 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     return SteadySliding(grid=grid, velocity=vector, friction=mu, **in_si), errors
 
 
-def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
-    """Return the status, ``NOT_STEADY`` where a body that flows without limit has no steady state."""
-    limits = limits_of(experiment.body)
+def with_no_steady_state(
+    status: Array, experiment: Experiment, body: LayeredHalfSpace, velocity: Array
+) -> Array:
+    """Return the status, ``NOT_STEADY`` where a body that flows without limit has no steady state; body: as in
+    ``check_steady``."""
+    limits = limits_of(body)
     sinks = limits.creeps_far and not experiment.load_controlled
-    endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)
+    endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment.grid, body)
     return most_serious((limits.is_fluid() & endless, Status.NOT_STEADY), status=status)
