@@ -395,6 +395,8 @@ class RubStepper(PressStepper):
             "displacement": predicted.earlier - second.raised + solution.displacement,
             "thickness": thickness / self.scale.length,
         }
+        if "indenter_displacement" in numbers:
+            shown["indenter_displacement"] = numbers.pop("indenter_displacement")
         if self.track is not None:
             shown["moved_profile"] = profile
         temperature = self._temperature(second.warming, step.more.speed / step.more.share)

@@ -611,6 +611,17 @@ class TractionMemory(Memory):
         """The memory of the pressure alone."""
         return RecursiveMemory(self.kernels.normal)
 
+    def displacement(self, fields: TractionFields, traction: Array) -> Array:
+        """Return the normal displacement, (nx, ny), from the fields after a step and its traction."""
+        k = self.kernels
+        at_once = k.family.combined(jnp.zeros(1 + len(k.mix)).at[0].set(1.0))
+        operator = TractionOperator(
+            self.normal.steady_operator(), at_once
+        )  # of which the traction needs no more
+        by_traction = operator.normal_from_tangential(traction[:2])
+        by_traction = by_traction + k.family.normal_from_earlier(jnp.tensordot(k.mix, fields.traction, 1))
+        return self.normal.displacement(fields.pressure, traction[2]) + by_traction
+
     def start(self, shape: tuple[int, int]) -> TractionFields:
         return TractionFields(self.normal.start(shape), jnp.zeros((self.kernels.rates.size, 3, *shape)))
 
@@ -711,11 +722,12 @@ class BothSurfaces(Memory):
         return body.observe(own, traction, at, moved) | shown
 
 
-def with_indenter(memory: Memory, kernels: Kernels) -> Memory:
+def with_indenter(memory: Memory, kernels: Kernels | TractionKernels) -> Memory:
     """Return the memory of a contact from that of its body; kernels: of the contact."""
-    if kernels.indenter is None:
+    own = kernels.indenter
+    if own is None:
         return memory
-    return BothSurfaces((memory, RecursiveMemory(kernels.indenter)))
+    return BothSurfaces((memory, RecursiveMemory(own) if isinstance(own, Kernels) else TractionMemory(own)))
 
 
 # Memory that moves past the indenter.

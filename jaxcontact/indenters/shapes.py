@@ -54,7 +54,12 @@ class Indenter(abc.ABC):
 
     def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
         """Estimate the largest half-widths of the contact along x and y [m] over the history, for choosing a grid."""
-        radius = predicted(at_its_thickest(body), self.outline(), control, times).radius
+        surface, estimated = self.surface(), self
+        if surface is not None:  # as an elastic indenter of the largest compliance that it comes to have
+            limits, t = limits_of(checked_body(surface)[0]), float(times[-1] - times[0])
+            largest = max(float(limits.long_wave_compliance(t)), float(limits.short_wave_compliance(t)))
+            estimated = replace(self, material=Elastic(G=0.5 / largest, nu=0.5))
+        radius = predicted(at_its_thickest(body), estimated.outline(), control, times).radius
         return radius, radius
 
     def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
@@ -82,7 +87,11 @@ class Indenter(abc.ABC):
         """Return (1 - nu)/G of an elastic indenter [1/Pa], zero if rigid; ValueError for one that creeps or is coated."""
         if self.material is None:
             return jnp.zeros(())
-        checks.require(isinstance(self.material, Elastic), _ONLY_ELASTIC.format(type(self.material).__name__))
+        checks.require(
+            isinstance(self.material, Elastic),
+            f"indenter material: expected Elastic or None, got {type(self.material).__name__}: one that creeps or is"
+            " coated has no compliance of a single number",
+        )
         return surface_creep(self.material).creep(0.0)
 
     def compliance_of_short_waves(self, t: Array | float) -> Array:
@@ -101,16 +110,8 @@ class Indenter(abc.ABC):
         return self.compliance() if surface is None else limits_of(surface).relaxed_compliance()
 
 
-_ONLY_ELASTIC = (
-    "indenter material: expected Elastic or None, got {}: not available of one that creeps or is coated"
-)
-
-
-def checked_indenter(indenter: Indenter, grid: Grid, *, creeps: bool = False) -> Verdict:
-    """Return whether an indenter's values are in range; raise ValueError for one that cannot be used on this grid.
-
-    creeps: whether the caller takes an indenter that creeps or is coated.
-    """
+def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:
+    """Return whether an indenter's values are in range; raise ValueError for one that cannot be used on this grid."""
     checks.require(
         isinstance(indenter, Indenter), f"indenter: expected a Sphere, ..., got {type(indenter).__name__}"
     )
@@ -121,8 +122,6 @@ def checked_indenter(indenter: Indenter, grid: Grid, *, creeps: bool = False) ->
     valid, material = indenter.check(grid), indenter.material
     if material is None:
         return valid
-    if not creeps:
-        checks.require(isinstance(material, Elastic), _ONLY_ELASTIC.format(type(material).__name__))
     if isinstance(material, LayeredHalfSpace):
         return valid & checked_body(material)[1]
     checks.require(
@@ -146,8 +145,8 @@ class Sphere(Indenter):
 
     Args:
         radius: R [m] > 0.
-        material: None for a rigid indenter; an ``Elastic`` material; one that creeps, or a ``LayeredHalfSpace`` (a coated
-            ball), where the verb takes it.
+        material: None for a rigid indenter; an ``Elastic`` material, one that creeps, or a ``LayeredHalfSpace`` (a coated
+            ball).
 
     Example:
         >>> ball = jc.Sphere(radius=5e-3, material=jc.Elastic.from_young(210e9, nu=0.3))

@@ -355,7 +355,7 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
         >>> history = jc.indent(glass, ball, jc.Load(20.0), [0.0], grid=grid, kernels=ready)
     """
     body, valid = checked_body(body)
-    valid = valid & check_grid(grid) & checked_indenter(indenter, grid, creeps=True) & check_stiffness(body)
+    valid = valid & check_grid(grid) & checked_indenter(indenter, grid) & check_stiffness(body)
     indenter = with_layers_apart(indenter)
     surface = indenter.surface()
     if surface is not None:

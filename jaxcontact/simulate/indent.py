@@ -205,7 +205,6 @@ class Indentation(Experiment):
             grid,
             film_map=film_map,
             adhesive=adhesive,
-            creeping_indenter=True,
             **given,
         ).also(good)
         if thicknesses is not None or film_map is not None:

@@ -434,7 +434,7 @@ def roll_steady(
         True
     """
     solver = {"tolerance": tolerance, "max_iterations": max_iterations}
-    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, creeping_indenter=True, **solver)
+    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, **solver)
     check_free_along_x(grid, "roll_steady")
 
     # one value of the control, one direction, and a creepage or a tangential load

@@ -105,15 +105,11 @@ class Experiment:
         checkpoint: str = "pressures",
         film_map: ThicknessMap | None = None,
         adhesive: bool = False,
-        creeping_indenter: bool = False,
     ) -> Self:
-        """Check what all verbs have in common; ValueError for what cannot be computed.
-
-        adhesive: loads may be negative; creeping_indenter: whether the verb takes an indenter that creeps or is coated.
-        """
+        """Check what all verbs have in common; ValueError for what cannot be computed. adhesive: loads may be negative."""
         times = untupled(times)
         body, valid = checked_body(body)
-        valid = valid & check_grid(grid) & checked_indenter(indenter, grid, creeps=creeping_indenter)
+        valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
         indenter = with_layers_apart(indenter)
         surface = indenter.surface()
         valid = valid & checks.not_decreasing("times [s]", times)

@@ -184,7 +184,6 @@ class Sliding(Experiment):
             times,
             grid,
             adhesive=adhesion is not None,
-            creeping_indenter=True,
             **given,
         )
         velocity = as_array(velocity)

@@ -548,9 +548,7 @@ def slide_steady(
     checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
     body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
     solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
-    experiment = Experiment.of(
-        body, indenter, control, np.zeros(1), grid, film_map=film_map, creeping_indenter=True, **solver
-    )
+    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, film_map=film_map, **solver)
     valid = valid & check_steady(experiment, experiment.body, velocity)
     valid = valid & check_rubbing(friction, grid, experiment.indenter)
     flows = experiment.indenter.flows()
