@@ -126,11 +126,14 @@ class Convolutions(Family):
         return cls(replace(_members(kernels, window, periodic), wide=wide))
 
     @classmethod
-    def of_spectra(cls, spectra: Array) -> Convolutions:
-        """Periodic along both axes, from spectra (m, ny/2 + 1, nx) that are zero at wavenumber zero.
+    def of_spectra(cls, spectra: Array, *, with_mean: bool = False) -> Convolutions:
+        """Periodic along both axes, from spectra (m, ny/2 + 1, nx).
 
-        The preconditioner takes the mean for the softest of the waves.
+        They are zero at wavenumber zero, but ``with_mean``; the preconditioner then takes the mean for the softest of the
+        waves.
         """
+        if with_mean:
+            return cls(Convolution(spectra, spectra, None, (True, True)))
         softest = jnp.max(spectra, (1, 2))
         return cls(Convolution(spectra, spectra.at[:, 0, 0].set(softest), None, (True, True)))
 

@@ -123,7 +123,8 @@ class Kernels:
     separation_error: relative error of sharing the rates between wavenumbers, at times up to ``horizon`` [s], (), inf for
     most bodies; image_errors: relative errors of the
     images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
-    at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``.
+    at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``; rigid_base: whether the
+    displacement of a periodic grid has a mean.
     """
 
     family: Convolutions
@@ -137,6 +138,7 @@ class Kernels:
     at_zero: Array
     grid: Grid
     nodes: int = static()
+    rigid_base: bool = static(default=False)
 
     def __repr__(self) -> str:
         rates = "none" if self.rates.size == 0 else f"{value_in_words(self.rates)} 1/s"
@@ -159,7 +161,7 @@ class Kernels:
         C_0 and S_m; zero without pressure."""
         circulants, shape = self.family.circulants(pressure), pressure.shape
         periodic = self.grid.periodic
-        if all(periodic):  # the displacement is measured from the mean
+        if all(periodic) and not self.rigid_base:  # the displacement is measured from the mean
             pressure = pressure - jnp.mean(pressure)
         waves = spectral.transform(pressure, (True, True))
         squares = jnp.sum(circulants * (waves.real**2 + waves.imag**2), -1)
@@ -290,7 +292,11 @@ def assembled(
     """The kernels of a body's expansion, with the indenter's compliance, on a grid."""
     limits, (separable, _, errors) = limits_of(body), expansion
     scale = scale_of(limits, indenter, grid)
-    family, coefficients = on_grid(grid, scaled_images(expansion, indenter, scale))
+    mean = None
+    if body.substrate is None:
+        mean = separable.terms[:, 0] * body.height / scale.length
+        mean = mean.at[0].divide(scale.compliance)
+    family, coefficients = on_grid(grid, scaled_images(expansion, indenter, scale), mean)
     mix = separable.mix / scale.compliance
     film = None
     if limits.film is not None:
@@ -299,7 +305,18 @@ def assembled(
     at_zero = separable.terms[1:, 0]
     horizon = jnp.asarray(separable.horizon)
     return Kernels(
-        family, separable.rates, mix, film, scale, separable.error, horizon, errors, at_zero, grid, nodes
+        family,
+        separable.rates,
+        mix,
+        film,
+        scale,
+        separable.error,
+        horizon,
+        errors,
+        at_zero,
+        grid,
+        nodes,
+        mean is not None,
     )
 
 
@@ -326,11 +343,15 @@ compiled_expansion = Program(expansion, ("nodes",))
 _assembled = Program(assembled, ("nodes",))
 
 
-def on_grid(grid: Grid, images: Images) -> tuple[Convolutions, Array]:
-    """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny)."""
+def on_grid(grid: Grid, images: Images, mean: Array | None = None) -> tuple[Convolutions, Array]:
+    """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny).
+
+    mean: displacement under a uniform pressure of one, of bodies on a rigid base, (m,); None: relative to the mean.
+    """
     if all(grid.periodic):
-        family = Convolutions.of_spectra(periodic_response(grid, images))
-        return family, periodic_coefficients(grid, images)
+        response = periodic_response(grid, images, 0.0 if mean is None else mean)
+        family = Convolutions.of_spectra(response, with_mean=mean is not None)
+        return family, periodic_coefficients(grid, images, mean)
     coefficients = (strip_coefficients if any(grid.periodic) else influence_coefficients)(grid, images)
     return Convolutions.of(coefficients, grid.periodic), coefficients
 
