@@ -24,7 +24,7 @@ class Layer:
             wears uniformly (the assumptions are stated in ``history.memory``), and, for the only layer on an elastic
             substrate, (nx, ny) on the grid or (nt, nx, ny), >= 0, for a film that varies in the plane. Such a film lies on
             a flat base: its surface is higher where it is thicker, and the base is bare where the thickness is 0
-            (``operators.varying``). In ``slide_steady`` it may vary along y, across the track.
+            (``operators.kernels``). In ``slide_steady`` it may vary along y, across the track.
         bonded: False, static, for a layer that slides without friction on what is below it and does not lift off: at its
             lower side the shear traction is zero, and the normal displacement and traction are continuous. Such a layer
             needs one thickness. A net tangential force moves it as a free membrane, without bound, so that ``shear`` and
