@@ -29,15 +29,15 @@ def disc(grid, a):
 
 
 def test_a_uniform_disc_on_an_elastic_half_space():
-    """Inside and outside, moving or not, within the discretisation of its edge."""
+    """Moving or not: 2 % at the edge, which crosses cells, 0.1 % elsewhere outside."""
     body = jc.LayeredHalfSpace([], jc.Elastic.from_young(50e6, nu=0.35))
     grid = jc.Grid.square(n=41, width=2.05)
     x, y = map(np.asarray, grid.coordinates())
     exact = 2.0 * (1.0 - 0.35**2) * 0.7e6 * 0.3 / 50e6 * under_a_disc(np.hypot(x, y), 0.3)
     for velocity in (0.0, (3.0, -2.0)):
         found = jc.deflection(body, grid, 0.7e6 * disc(grid, 0.3), [0.0, 0.2], velocity=velocity)
-        np.testing.assert_allclose(found.displacement, np.stack([exact, exact]), rtol=8e-3)
-        far = np.hypot(x, y) > 0.5
+        np.testing.assert_allclose(found.displacement, np.stack([exact, exact]), rtol=0.02)
+        far = np.hypot(x, y) > 0.6
         np.testing.assert_allclose(found.displacement[1][far], exact[far], rtol=1e-3)
         assert not found.notes and not np.any(found.status)
 
@@ -60,7 +60,7 @@ def test_a_disc_that_moves_over_a_maxwell_half_space():
         flowed = np.concatenate([[0.0], np.cumsum((flow[1:] + flow[:-1]) / 2.0)]) * s[1]
         exact = shape(times) * (1.0 + growth * times) / G + np.interp(times, s, flowed)
         ours = np.asarray(found.displacement)[np.arange(6), column, row]
-        np.testing.assert_allclose(ours, exact, rtol=2e-3)
+        np.testing.assert_allclose(ours, exact, rtol=3e-3)
 
 
 # The pavement of ALVA's validation with ELLVA_VD: the point is 300 mm beside the path, the load at X.

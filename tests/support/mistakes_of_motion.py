@@ -203,6 +203,10 @@ MOTION = {
         lambda: pressed(velocity=[1.0, 0.0, 0.0]),
         r"velocity: expected a number, shape \(2,\) or \(2, 2\) as times, got shape \(3,\)",
     ),
+    "notes on a deflection inside jit": (
+        lambda: jax.jit(lambda v: pressed(velocity=v).notes)(1e-5),
+        r"notes: expected a result with known values, got one traced",
+    ),
     "a place above the surface": (
         lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[-1e-6]),
         r"depths \[m\]: expected >= 0",
