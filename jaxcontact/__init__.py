@@ -86,6 +86,8 @@ from jaxcontact.results.surface_statistics import contact_clusters as contact_cl
 from jaxcontact.results.surface_statistics import contact_statistics as contact_statistics  # noqa: E402
 from jaxcontact.results.surface_statistics import pressure_histogram as pressure_histogram  # noqa: E402
 from jaxcontact.results.surface_statistics import surface_statistics as surface_statistics  # noqa: E402
+from jaxcontact.simulate.deflection import Deflection as Deflection  # noqa: E402
+from jaxcontact.simulate.deflection import deflection as deflection  # noqa: E402
 from jaxcontact.simulate.indent import indent as indent  # noqa: E402
 from jaxcontact.simulate.roll_steady import roll_steady as roll_steady  # noqa: E402
 from jaxcontact.simulate.rub import rub as rub  # noqa: E402
@@ -116,6 +118,7 @@ __all__ = [
     "ContactHistory",
     "ContactStatistics",
     "Cylinder",
+    "Deflection",
     "DugdaleAdhesion",
     "Elastic",
     "Ellipsoid",
@@ -159,6 +162,7 @@ __all__ = [
     "cite",
     "contact_clusters",
     "contact_statistics",
+    "deflection",
     "enable_compilation_cache",
     "flash_temperature",
     "frequency_response",

@@ -389,6 +389,17 @@ class Elastic(Material):
 
 
 @pytree
+class Rigid(Material):
+    """A solid that does not deform, J = 0: the base of a body whose substrate is None."""
+
+    nu: Array | float | None = NU
+    bulk_modulus: Array | float | None = None
+
+    def spectrum(self) -> Spectrum:
+        return Spectrum(jnp.zeros(()), jnp.zeros(0), jnp.zeros(0))
+
+
+@pytree
 class Maxwell(Material):
     """A Maxwell fluid: J(t) = 1/G + t/eta.
 

@@ -9,6 +9,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import is_concrete, refuse_masked
+from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import check_friction
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.history.memory import Shift
@@ -101,11 +102,12 @@ def directions(velocity: Array, times: Array, substeps: int) -> Array:
     return end / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
 
 
-def check_rubbing(friction: Any, grid: Grid) -> Verdict:
-    """None, or a coefficient of friction as in ``shear``; tangential responses are those of free space."""
+def check_rubbing(friction: Any, grid: Grid, body: LayeredHalfSpace) -> Verdict:
+    """None, or a coefficient of friction as in ``shear`` and bonded layers; tangential responses are those of free space."""
     if friction is None:
         return True
     checks.require(not any(grid.periodic), "friction: expected None on a periodic grid or in plane strain")
+    check_bonded(body, "friction")
     return check_friction(friction, grid.shape)
 
 

@@ -243,11 +243,14 @@ def _names(body: LayeredHalfSpace | None) -> list[str]:
     if body is None:
         return [""]
     layers = body.sublayers()
-    names = [f"{_material(layer.material)}, {_thickness(layer.thickness)}" for layer in layers]
+    names = [
+        f"{_material(layer.material)}, {_thickness(layer.thickness)}{'' if layer.bonded else ', loose'}"
+        for layer in layers
+    ]
     if len(names) > MOST_LAYERS:
         total = float(sum(np.max(layer.thickness) for layer in layers))
         names = [f"{len(names)} layers, {prefixed(total, 'm')}"]
-    return [*names, _material(body.substrate)]
+    return [*names, "rigid base" if body.substrate is None else _material(body.substrate)]
 
 
 def _thickness(thickness: Any) -> str:

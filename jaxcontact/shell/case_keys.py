@@ -236,6 +236,9 @@ MATERIALS: dict[str, tuple[type, dict[str, Key]]] = {
     ),
 }
 
+# what may lie below all layers
+BASES: dict[str, tuple[type, dict[str, Key]]] = MATERIALS | {"rigid": (materials.Rigid, {})}
+
 RADIUS = Key(POSITIVE, "radius [m]", required=True)
 
 SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
@@ -278,6 +281,15 @@ LAWS: dict[str, tuple[type, dict[str, Key]]] = {
 
 MATERIAL = Key(
     choice(*MATERIALS), "the material model, whose parameters are keys of the same table", required=True
+)
+
+BASE = Key(
+    choice(*BASES),
+    "the material model, whose parameters are keys of the same table, or a rigid base below layers",
+    required=True,
+)
+BONDED = Key(
+    FLAG, "whether it is bonded to what is below it or slides on that without friction", default=True
 )
 
 LOAD_ON = Key(LOAD, "normal load [N], constant or one for each time")

@@ -22,6 +22,8 @@ from jaxcontact.results.contact import (
 )
 from jaxcontact.shell.case_keys import (
     APPROACH,
+    BASE,
+    BONDED,
     CORRESPONDENCE,
     COUPLED,
     CREEPAGE,
@@ -338,8 +340,8 @@ def sections_of(kind: str, *, adhesive: bool = False) -> dict[str, Keys]:
     )
     return {
         "experiment": {"kind": KIND} | own.beside,
-        "layer": {"material": MATERIAL, "thickness": own.thickness},
-        "substrate": {"material": MATERIAL},
+        "layer": {"material": MATERIAL, "thickness": own.thickness, "bonded": BONDED},
+        "substrate": {"material": BASE},
         "indenter": {
             "shape": Key(
                 choice(*SHAPES), "the shape, whose dimensions are keys of the same table", required=True

@@ -54,7 +54,7 @@ from jaxcontact.operators.kernels import (
     compiled_varying,
 )
 from jaxcontact.response.normal import limits_of
-from jaxcontact.response.stack import solids
+from jaxcontact.response.stack import solids, uniform_compliance
 from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
 from jaxcontact.results.notes import Diagnostics, announce
 
@@ -132,6 +132,18 @@ class Experiment:
             f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}", whose error would reach 5 %',
         )
 
+        # on a grid without sides a body on a rigid base has a mean displacement, which the other ways do not have yet
+        grounded = body.substrate is None and all(grid.periodic)
+        checks.require(
+            exact or not grounded,
+            'correspondence: expected "exact" for a body on a rigid base and a grid that is periodic along both axes,'
+            f' got "{correspondence}"',
+        )
+        checks.require(
+            not (adhesive and grounded),
+            "adhesion: expected None for a body on a rigid base and a grid that is periodic along both axes",
+        )
+
         # a surface with J(0) = 0 is rigid at first: the contact then needs an elastic indenter, and a film of it has no
         # largest decay rate, which the exact response needs
         limits = limits_of(body)
@@ -152,12 +164,15 @@ class Experiment:
                 ' instantaneous compliance (StandardLinearSolid, say), or correspondence="quasi-elastic"',
             )
 
-        # the mean displacement of a periodic grid is zero, so that the mean gap bounds the approach
+        # the mean displacement of a periodic grid is zero, so that the mean gap bounds the approach; not so on a rigid base,
+        # unless nothing on it can be compressed
         map_over_times = film_map is not None and film_map.over_times
         if not isinstance(control, Load) and all(grid.periodic) and not map_over_times:
             highest = jnp.mean(profile_over_film(indenter, grid, film_map))
             inside = jnp.max(jnp.asarray(control.value)) < highest
-            if not is_concrete(control, highest):
+            if grounded:
+                inside = inside | (uniform_compliance(body) > 0.0)
+            if not is_concrete(control, highest, inside):
                 valid = valid & inside
             else:
                 checks.require(

@@ -195,7 +195,7 @@ class Sliding(Experiment):
                 "Thermal diffusivity [m2/s]: expected a number in slide, got None",
             )
             valid = valid & check_peclet(experiment.grid, velocity, thermal.diffusivity)
-        valid = valid & adheres & check_rubbing(friction, experiment.grid)
+        valid = valid & adheres & check_rubbing(friction, experiment.grid, experiment.body)
         velocity, friction, thermal, adhesion = as_float64((velocity, friction, thermal, adhesion))
         more = {"velocity": velocity, "friction": friction, "thermal": thermal, "adhesion": adhesion}
         return cls(**vars(experiment.also(valid)), **more)

@@ -23,6 +23,7 @@ GIVEN = [  # what users are given, and do not make
         jc.ContactHistory,
         jc.ContactStatistics,
         jc.InteriorFields,
+        jc.Deflection,
         jc.PressureHistogram,
         jc.RubbingHistory,
         jc.ShearHistory,
