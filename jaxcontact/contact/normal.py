@@ -325,7 +325,8 @@ def _search_in_window(
     """The pressure on the whole grid and the iterations taken; ``start`` where it does not fit."""
     corner, fits = place(problem.law.touching(start), shape)
     part, operator = cut(start, corner, shape), problem.operator.restricted(corner)
-    within = replace(problem, operator=operator, gap=cut(problem.gap, corner, shape))
+    law = problem.law.in_window(corner, shape)
+    within = replace(problem, operator=operator, gap=cut(problem.gap, corner, shape), law=law)
     # not continued beyond the contact, which is large in the window: it would gain little
     precondition = unchanged(operator.preconditioner())
     limit = jnp.where(fits, max_iterations, 0)
