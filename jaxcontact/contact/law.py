@@ -166,7 +166,8 @@ class Hardness(ContactLaw):
         reach = reductions.largest(jnp.abs(pressure)) + jnp.minimum(jnp.max(self.limit), total)
         first = jnp.zeros(()), -reach, reach, jnp.asarray(False), jnp.zeros((), int)
         going = lambda state: ~state[3] & (state[4] < SHIFTS)
-        return shifted(jax.lax.while_loop(going, step, first)[0])
+        found = shifted(jax.lax.while_loop(going, step, first)[0])
+        return jnp.where(total > 0.0, found, 0.0)  # no shift reaches a sum of zero to rounding
 
     def longest(self, pressure: Array, step: Array) -> Array:
         room = jnp.where(step < 0.0, pressure, self.limit - pressure)
