@@ -9,6 +9,8 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import jaxcontact as jc
+from jaxcontact.history.memory import Shift
+from jaxcontact.history.motion import carried_past
 
 pytestmark = pytest.mark.filterwarnings(
     "ignore:only .* cells across", "ignore:.* steps, the first", "ignore:the time steps"
@@ -127,6 +129,9 @@ def test_hardness_far_below_the_elastic_pressure_gives_load_over_area():
     history = press(jc.Load(jnp.array([20.0, 30.0, 40.0, 50.0, 60.0])), hardness=1e8)
     spare = 1e8 * np.asarray(history.contact_area) - np.asarray(history.load)
     assert np.all(spare >= -1e-6) and np.all(spare < 8 * 1e8 * GRID.cell_area)  # of one ring of cells
+    assert np.all(
+        np.asarray(history.status) == 0
+    )  # also where a whole number of cells carries the load, 20 to 60
     # the area is then that of the profile below the approach, 2 pi R d
     assert pytest.approx(2 * np.pi * 5e-3 * float(history.approach[-1]), rel=0.1) == 60.0 / 1e8
 
@@ -199,3 +204,151 @@ def test_hardness_below_zero_that_is_traced_has_a_status():
     loads = jc.Load(jnp.append(RISE, 100.0))
     traced = jax.jit(lambda h: press(loads, hardness=h).status)(-1e9)
     assert np.all(np.asarray(traced) == jc.Status.OUT_OF_RANGE)
+
+
+# In sliding and rubbing the dent stays behind in the track.
+
+
+WIDE = jc.Grid.square(n=32, width=1.6e-3)
+CELL = 1.6e-3 / 32
+
+
+def slid(hardness, **given):
+    given = {"velocity": CELL, "grid": WIDE, "tolerance": 1e-10} | given
+    return jc.slide(BODY, BALL, jc.Load(350.0), jnp.arange(11.0), hardness=hardness, **given)
+
+
+def test_hardness_leaves_a_track_that_stays_behind():
+    """Steps of a cell: dent and hardness of the body move on by a cell, and nothing changes behind the contact."""
+    hardness = np.where(np.arange(32)[:, None] < 19, 2e9, 1.6e9) * np.ones((32, 32))
+    history = slid(hardness)
+    dent, pressure = np.asarray(history.dent), np.asarray(history.pressure)
+    assert np.all(np.asarray(history.status) == 0) and np.min(history.gap) > -1e-8 * np.max(history.approach)
+    for i in range(11):
+        moved = hardness[np.minimum(np.arange(32) + i, 31)]
+        assert np.all(pressure[i] <= moved * (1 + 1e-12)) and np.any(np.isclose(pressure[i], moved, 1e-12))
+    for i in range(1, 11):
+        still = pressure[i][:-1] < 0.99 * 1.6e9
+        come = dent[i - 1][1:]
+        np.testing.assert_allclose(dent[i][:-1][still], come[still], atol=1e-12 * np.max(dent))
+    behind, ahead = dent[-1][5:9, 16], dent[-1][24:, 16]
+    assert np.min(behind) > 1e-7 and np.max(ahead) == 0.0
+
+
+def test_hardness_work_of_ploughing_is_that_of_the_track():
+    """Force x way + load x sinking less the energy stored is the sum of H x volume of the dents."""
+    history = slid(np.full((32, 32), 2e9))
+    force, approach, stored, volume = (
+        np.asarray(a)
+        for a in (
+            history.tangential_force,
+            history.approach,
+            history.stored_energy,
+            jnp.sum(history.dent, (1, 2)),
+        )
+    )
+    work = CELL * np.sum((force[1:] + force[:-1]) / 2) + 350.0 * (approach[-1] - approach[0])
+    lost = 2e9 * (volume[-1] - volume[0]) * WIDE.cell_area
+    assert work - (stored[-1] - stored[0]) == pytest.approx(lost, rel=0.012) and force[-1] > 0.8
+
+
+def test_carried_past_moves_a_field_between_cells():
+    n = 64
+    ratio, x = jnp.asarray(2.0), 2 * np.pi * np.arange(n) / n
+    wave = lambda a, b: jnp.asarray(np.sin(x[:, None] + a) * np.cos(x[None, :] + b))
+    both = lambda field, sx, sy, **given: carried_past(
+        field, Shift(jnp.asarray(sx), None if sy is None else jnp.asarray(sy)), ratio, **given
+    )
+    round_ = {"periodic": (True, True), "beyond": "constant"}
+    # ratio: a move along y by two cells along x is one of its cells
+    moved = both(wave(0.0, 0.0), 3.3, -2.6, **round_)
+    exact = wave(3.3 * 2 * np.pi / n, -1.3 * 2 * np.pi / n)
+    assert (
+        np.max(np.abs(moved - exact)) < 6e-4 and np.median(np.abs(moved - exact)) < 3e-6
+    )  # held at the crests
+    assert np.max(jnp.abs(moved)) <= np.max(jnp.abs(wave(0.0, 0.0)))
+    np.testing.assert_array_equal(
+        both(wave(0.0, 0.0), -5.0, 4.0, **round_), np.roll(wave(0.0, 0.0), (5, -2), (0, 1))
+    )
+    ramp = jnp.asarray(np.arange(1.0, 9.0)[:, None] * np.ones((8, 3)))
+    open_ = {"periodic": (False, False)}
+    np.testing.assert_array_equal(
+        both(ramp, 2.0, None, beyond="constant", **open_)[:, 0], [3, 4, 5, 6, 7, 8, 0, 0]
+    )
+    np.testing.assert_array_equal(both(ramp, -20.0, None, beyond="edge", **open_)[:, 0], np.ones(8))
+    np.testing.assert_allclose(
+        both(ramp, 0.25, None, beyond="edge", **open_)[1:5, 0], [2.25, 3.25, 4.25, 5.25]
+    )
+
+
+@pytest.mark.slow
+def test_hardness_tracks_are_the_same_in_the_frames_of_indenter_and_body():
+    film = jc.Layer(jc.Elastic.from_young(20e9, 0.3), 50e-6)
+    body, times = jc.LayeredHalfSpace([film], substrate=STEEL), jnp.arange(5.0)
+    given = {"grid": WIDE, "hardness": 1e9, "tolerance": 1e-11}
+    moving = jc.slide(body, BALL, jc.Load(150.0), times, velocity=CELL, **given)
+    path = (np.arange(5) - 2) * CELL
+    rubbed = jc.rub(body, BALL, jc.Load(150.0), times, path=path, law=None, **given)
+    for i in range(5):
+        for name, scale in (("dent", float(jnp.max(moving.dent))), ("pressure", 1e9), ("gap", 1e-5)):
+            here, there = np.asarray(getattr(moving, name)[i]), np.asarray(getattr(rubbed, name)[i])
+            moved = np.roll(there, -(i - 2), 0)
+            np.testing.assert_allclose(here[3:-3], moved[3:-3], atol=1e-6 * scale)
+    np.testing.assert_allclose(moving.approach, rubbed.approach, rtol=1e-7)
+
+
+@pytest.mark.slow
+def test_hardness_of_a_film_that_wears_in_place():
+    """Wear under p = H is that of Archard's law at this pressure, and its gap is closed."""
+    film = jc.LayeredHalfSpace([jc.Layer(jc.Elastic.from_young(20e9, 0.3), 50e-6)], substrate=STEEL)
+    times, loads = jnp.arange(5.0), jnp.linspace(150.0, 300.0, 5)
+    worn = jc.rub(
+        film,
+        BALL,
+        jc.Load(loads),
+        times,
+        velocity=1.0,
+        law=jc.Archard(1e-17),
+        grid=WIDE,
+        hardness=5e8,
+        tolerance=1e-10,
+    )
+    assert np.all(np.asarray(worn.status) == 0) and float(worn.peak_dent[-1]) > 1e-7
+    assert np.min(worn.gap) > -1e-7 * np.max(worn.approach)
+    volume = np.sum(worn.thickness[0] - worn.thickness[-1]) * WIDE.cell_area
+    assert volume == pytest.approx(1e-17 * np.sum((loads[1:] + loads[:-1]) / 2), rel=1e-2)
+    assert np.all(np.diff(np.asarray(worn.peak_dent)) >= 0.0)
+
+
+@pytest.mark.slow
+def test_hardness_gradients_of_a_track():
+    """By forward and reverse mode and by differences, for load, hardness, radius and velocity."""
+    weights = np.random.default_rng(1).random((32, 32))
+
+    def outcome(q):
+        history = jc.slide(
+            jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=27e9, G2=60e9, eta2=60e9, nu=0.3)),
+            jc.Sphere(5e-3 * q[2]),
+            jc.Load(400.0 * q[0]),
+            jnp.arange(4.0),
+            velocity=0.7 * CELL * q[3],
+            grid=WIDE,
+            hardness=1.8e9 * q[1],
+            tolerance=1e-13,
+        )
+        dent = history.dent / 1e-6
+        return jnp.stack(
+            [
+                jnp.sum(weights * dent[-1]),
+                jnp.sum(weights * history.pressure[-1]) / 1e10,
+                history.tangential_force[-1],
+            ]
+        )
+
+    at = jnp.ones(4)
+    run = jax.jit(outcome)
+    forward, reverse = jax.jit(jax.jacfwd(outcome))(at), jax.jit(jax.jacrev(outcome))(at)
+    np.testing.assert_allclose(forward, reverse, atol=1e-7 * np.max(np.abs(forward)))
+    for i, step in enumerate(1e-5 * np.eye(4)):
+        slope = (run(at + step) - run(at - step)) / 2e-5
+        np.testing.assert_allclose(forward[:, i], slope, rtol=1e-6, atol=1e-6 * np.max(np.abs(slope)))
