@@ -316,7 +316,7 @@ def test_hardness_of_a_film_that_wears_in_place():
     assert np.all(np.asarray(worn.status) == 0) and float(worn.peak_dent[-1]) > 1e-7
     assert np.min(worn.gap) > -1e-7 * np.max(worn.approach)
     volume = np.sum(worn.thickness[0] - worn.thickness[-1]) * WIDE.cell_area
-    assert volume == pytest.approx(1e-17 * np.sum((loads[1:] + loads[:-1]) / 2), rel=1e-2)
+    assert float(volume) == pytest.approx(1e-17 * np.sum((loads[1:] + loads[:-1]) / 2), rel=1e-2)
     assert np.all(np.diff(np.asarray(worn.peak_dent)) >= 0.0)
 
 
