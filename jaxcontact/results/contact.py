@@ -148,7 +148,7 @@ class ContactHistory(ContactResult):
     rigid base; 0 without a film). Above 0.2 linear theory is inaccurate.
 
     time_step_error: estimate of the relative error of the pressure due to the time steps, in which the pressure is linear
-    (``history.time_loop``); within a factor of about three of the largest error of approach, load and peak pressure, and
+    (``history.time_loop``): of the largest error at any cell over the largest pressure; mostly one to three times that, and
     zero without creep. Above 1 % there is a note, above 10 % the status is 12, for the times concerned alone.
 
     dent (nt, nx, ny) [m], None without ``hardness``: the depth by which the surface of the body has yielded since the first

@@ -33,9 +33,9 @@ from jaxcontact.history.memory import Observer, RecursiveMemory
 from jaxcontact.history.motion import check_along_x
 from jaxcontact.history.normal_step import contact_outcome, solved, status_of
 from jaxcontact.indenters.shapes import Indenter
-from jaxcontact.operators.base import Operator
-from jaxcontact.operators.coupled import Coupled, Tangential
+from jaxcontact.operators.coupled import Tangential, TractionOperator
 from jaxcontact.operators.kernels import Errors, TractionKernels, compiled_traction, scaled_coefficients
+from jaxcontact.operators.operator import Operator
 from jaxcontact.results.contact import SteadyRolling
 from jaxcontact.simulate.run import Experiment, reported
 from jaxcontact.simulate.slide_steady import (
@@ -75,7 +75,7 @@ class RolledSurface:
     normal: Operator
     plane: Array
     coupling: Array | None
-    relaxed: Coupled
+    relaxed: TractionOperator
 
     def moved(self, q: Array, p: Array) -> Array:
         """Tangential displacement, (2, nx, ny)."""
@@ -99,7 +99,7 @@ def elastic_surface(kernels: TractionKernels, normal: Operator) -> RolledSurface
     """Return the surface with its instantaneous response alone."""
     tangential = kernels.family.combined(jnp.zeros(1 + len(kernels.mix)).at[0].set(1.0))
     coupling = None if tangential.coupling is None else 1j * tangential.coupling
-    return RolledSurface(normal, tangential.plane, coupling, Coupled(normal, tangential))
+    return RolledSurface(normal, tangential.plane, coupling, TractionOperator(normal, tangential))
 
 
 def creeping_surface(
@@ -114,7 +114,7 @@ def creeping_surface(
     track = _Track(wake, kernels.rates, kernels.mix, lasting)
     time = wake.crossing_time
     stood = jnp.append(1.0, kernels.mix @ (time * phi1(kernels.rates * time)))
-    relaxed = Coupled(normal, kernels.family.combined(stood))
+    relaxed = TractionOperator(normal, kernels.family.combined(stood))
     plane, coupling = at_once.plane + track.spectra(shapes.plane, track.far_plane()), None
     if at_once.coupling is not None and shapes.coupling is not None:
         coupling = at_once.coupling + track.spectra(1j * shapes.coupling, track.far_coupling())

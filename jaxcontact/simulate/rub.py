@@ -22,7 +22,7 @@ from jaxcontact.history.motion import as_array, at_fine_times, mean_speed, over_
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
-from jaxcontact.operators.varying import compiled_varying
+from jaxcontact.operators.kernels import compiled_varying
 from jaxcontact.results.contact import RubbedStep, RubbingHistory
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import (
@@ -265,7 +265,7 @@ class RubExperiment(Experiment):
         if self.film_map is None:
             memory, scale = RecursiveMemory(kernels), kernels.scale
         else:
-            memory, scale = VaryingMemory(kernels, self.film_map.values), kernels.uniform.scale
+            memory, scale = VaryingMemory(kernels, self.film_map.values), kernels.scale
 
         # speed and length of way of the inner steps: in place from the velocity, else constant between two times
         dt, when = fine_steps(self.times, substeps), fine_values(self.times, substeps)
