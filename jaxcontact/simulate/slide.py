@@ -304,7 +304,7 @@ class SlideStepper(PressStepper):
         if carry.contact.dent is not None:
             # the body moves through the frame: its dent, from step to step, and its hardness, by the whole way
             memory: Any = self.memory
-            periodic = memory.kernels.family.members.periodic
+            periodic = memory.kernels.family.periodic
             past = partial(carried_past, ratio=memory.ratio, periodic=periodic)
             dent = past(carry.contact.dent, step.more.shift, beyond="constant")
             carry = carry._replace(contact=carry.contact._replace(dent=dent))

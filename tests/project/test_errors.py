@@ -83,7 +83,6 @@ CHECKS = (
 ELSEWHERE = {  # reached by no row, and why
     "checks.py": "the checks themselves",
     "laws.py: rate": "the base of laws",
-    "run.py: planned": "the base of experiments",
     "spectral.py: devices": "test_distributed.py, in a mesh",
     "shapes.py: outline": "of a flat punch, whose contact is known and never estimated",
     **{f"temperature.py: {name}": "test_heat.py" for name in ("check", "check_heat", "check_peclet")},
