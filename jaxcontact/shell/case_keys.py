@@ -318,6 +318,11 @@ SLIP_FRICTION = Key(
 SLIDE_FRICTION = Key(
     COEFFICIENT, "coefficient of friction, or a file with one for each cell (nx, ny); none when absent"
 )
+HARDNESS = Key(
+    or_file(POSITIVE),
+    "hardness [Pa] of surfaces that yield, or a file with one for each cell (nx, ny); none when absent",
+    file=True,
+)
 COUPLED = Key(FLAG, "whether tractions cause normal, and pressure tangential, displacement", default=True)
 
 TOLERANCE = Key(POSITIVE, "dimensionless error of a step", default=1e-8)
