@@ -54,6 +54,7 @@ GIVEN = [  # what users are given, and do not make
         fitting.JointFit,
         fitting.Minimum,
         fitting.ModulusFit,
+        fitting.PoroelasticFit,
         fitting.Posterior,
         fitting.PronyFit,
         fitting.Propagated,
