@@ -50,6 +50,7 @@ from jaxcontact.bodies.materials import Burgers as Burgers  # noqa: E402
 from jaxcontact.bodies.materials import Elastic as Elastic  # noqa: E402
 from jaxcontact.bodies.materials import FractionalKelvinVoigt as FractionalKelvinVoigt  # noqa: E402
 from jaxcontact.bodies.materials import FractionalMaxwell as FractionalMaxwell  # noqa: E402
+from jaxcontact.bodies.materials import FractionalZener as FractionalZener  # noqa: E402
 from jaxcontact.bodies.materials import KelvinVoigt as KelvinVoigt  # noqa: E402
 from jaxcontact.bodies.materials import Maxwell as Maxwell  # noqa: E402
 from jaxcontact.bodies.materials import Prony as Prony  # noqa: E402
@@ -126,6 +127,7 @@ __all__ = [
     "FlatPunch",
     "FractionalKelvinVoigt",
     "FractionalMaxwell",
+    "FractionalZener",
     "Graded",
     "Grid",
     "HeightField",
