@@ -550,7 +550,7 @@ def slide_steady(
     solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, film_map=film_map, **solver)
     valid = valid & check_steady(experiment, experiment.body, velocity)
-    valid = valid & check_rubbing(friction, grid, experiment.indenter)
+    valid = valid & check_rubbing(friction, grid, experiment.body, experiment.indenter)
     flows = experiment.indenter.flows()
     checks.require(
         not is_concrete(flows) or not bool(flows),

@@ -59,6 +59,13 @@ def test_a_creeping_ball_on_a_stiff_base_is_a_rigid_ball_on_that_solid(control):
     )
 
 
+def test_a_rigid_ball_in_a_gel_on_a_stiff_flat_is_a_rigid_ball_on_that_gel_on_a_rigid_base():
+    gel = jc.LayeredHalfSpace([jc.Layer(solid(), 4e-4)], None)
+    base = jc.LayeredHalfSpace([], jc.Elastic(G=1e12, nu=0.4))
+    found = jc.indent(base, jc.Sphere(R, gel), LOADS, TIMES, grid=GRID)
+    close(found, jc.indent(gel, jc.Sphere(R), LOADS, TIMES, grid=GRID), 1e-5)
+
+
 @pytest.mark.parametrize("material", [burgers, coated])
 def test_two_equal_bodies_are_one_of_half_the_moduli_under_a_rigid_ball(material):
     found = jc.indent(as_body(material()), jc.Sphere(R, material()), LOADS, TIMES, grid=GRID)
