@@ -13,6 +13,7 @@ import jaxcontact as jc
 from fitting.data.contact import DEGREES, UNTIMED, Drag, baseline, find_drag, sample_noise, signs, smooth
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
+from fitting.fits.force_history import ViscoelasticForceFit, fit_history
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
 from fitting.inference.result import Fit, plain
@@ -568,12 +569,13 @@ class ForceFit(Fit):
 
 
 def fit_force(
-    data: IndentationData, *, indenter: Any, nu: float = 0.5, thickness: float | None = None,
-    substrate: Any = None, polynomials: bool = False, weights: str | None = None, sigma: Any = None,
-    bounds: dict[str, tuple] | None = None, errors: dict[str, float] | None = None,
-    spring_constant: float | None = None, drag: float | str | None = None, level: float = 0.95,
-) -> ForceFit:  # fmt: skip
-    """Fit modulus, contact point and baseline to the approach of a force curve.
+    data: IndentationData, *, indenter: Any, model: type | str | None = None, nu: float = 0.5,
+    thickness: float | None = None, substrate: Any = None, polynomials: bool = False, weights: str | None = None,
+    sigma: Any = None, fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None,
+    errors: dict[str, float] | None = None, spring_constant: float | None = None, drag: float | str | None = None,
+    level: float = 0.95,
+) -> ForceFit | ViscoelasticForceFit:  # fmt: skip
+    """Fit modulus, contact point and baseline to the approach of a force curve, or a viscoelastic material to all of it.
 
         force = G size d^p f(d)/(1 - nu) + baseline + tilt t,     d = max(depth - contact point, 0)
 
@@ -584,12 +586,24 @@ def fit_force(
     of more than 1000 points is replaced by means of neighbouring points.
 
     Where the residuals have a trend, the intervals include the change of the modulus from half the depth to the whole; the
-    fit is rejected where that exceeds 49 %, or the trend 5 % of the largest force.
+    fit is rejected where that exceeds 49 %, or the trend 5 % of the largest force. Of a rejected elastic fit,
+    ``modulus_over_depth`` is a table of the modulus over the depth.
+
+    With a ``model`` the force follows from the whole history of the depth, in approach, dwell and retraction, with a
+    contact that shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966) 845; derived in ``fitting/fits/force_history.py``):
+
+        force = size/(1 - nu) int_0^t1(t) G(t - s) d(d^p f(d)) + baseline + drift t + slope depth
+
+    with t1 = t while the contact grows, and int_t1^t G(t - s) dd(s) = 0 once it shrinks. The part of a retraction that
+    pulls is left out, and all of its contact where it pulls with more than 10 % of the largest force.
 
     Args:
         data: the curve with load [N] and depth [m] = height - load/spring constant, including the baseline before contact
             (``read_indentation``).
         indenter: ``jc.Sphere``, ``jc.Cone`` or ``jc.FlatPunch``; a pyramid is the cone of equal area.
+        model: None, an elastic solid; or the viscoelastic material, a class or its name: StandardLinearSolid, KelvinVoigt
+            (with an instantaneous compliance that keeps its force finite), Maxwell, Burgers, FractionalKelvinVoigt or
+            Springpot.
         nu: Poisson's ratio.
         thickness: of a sample bonded to a base, such as a gel on glass [m]; None: a half-space.
         substrate: the ``jc.Elastic`` material of the base, which glass needs below samples above about 10 MPa; None: a
@@ -597,7 +611,8 @@ def fit_force(
         polynomials: whether to fit the approximations in common use too (for a thickness and nu = 0.5).
         weights: "estimated" (the default), or "absolute": one error for all points.
         sigma: in its place, the standard deviation of the load [N], a number.
-        bounds: {"G": (low, high)}.
+        fixed: {parameter: value} of a viscoelastic model, held at these values in SI.
+        bounds: {parameter: (low, high)}, of an elastic solid {"G": (low, high)}.
         errors: relative standard deviations of the calibration, {"spring_constant": 0.1, "sensitivity": 0.03}, which then
             enter the interval of the modulus. The force is taken as proportional to both, and the depth as the height
             minus the deflection.
@@ -608,11 +623,12 @@ def fit_force(
         level: confidence level of the intervals.
 
     Returns:
-        The modulus with its interval, and how well the model describes the curve.
+        The modulus with its interval, and how well the model describes the curve: a ``ForceFit``, and with a ``model`` a
+        ``ViscoelasticForceFit``.
 
     Raises:
-        ValueError: bad values, a curve without approach or contact, a sample too thin for the table, or a drag without two
-            baselines or without times.
+        ValueError: bad values, a curve without approach or contact, a sample too thin for the table, a drag without two
+            baselines or without times, or a ``model`` for a curve without times.
 
     Example:
         >>> t = np.linspace(0.0, 1.0, 201)
@@ -627,6 +643,22 @@ def fit_force(
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     weights = "estimated" if weights is None and sigma is None else weights
     _check(indenter, nu, thickness, substrate, errors, spring_constant)
+    if (
+        model is not None
+        and not (isinstance(model, str) and model.casefold() == "elastic")
+        and model is not jc.Elastic
+    ):
+        for name, value in (("substrate", substrate), ("polynomials", polynomials or None)):
+            if value is not None:
+                raise ValueError(f"{name}: expected none with a viscoelastic model, got {value!r}")
+        bare, dragged, notes = without_drag(data, drag)
+        return fit_history(
+            bare, model, indenter=indenter, nu=nu, thickness=thickness, weights=weights, sigma=sigma, fixed=fixed,
+            bounds=bounds, errors=errors or {}, spring_constant=spring_constant, dragged=dragged,
+            redrawn=data.without_drag, level=level, notes=notes,
+        )  # fmt: skip
+    if fixed:
+        raise ValueError(f"fixed: expected none without a viscoelastic model, got {fixed!r}")
     sought = Sought.of(CLASSICAL[jc.Elastic], None, bounds, nu)
     given, errors = (indenter, sought, thickness, substrate), errors or {}
     bare, dragged, notes = without_drag(data, drag)
