@@ -62,6 +62,8 @@ KINDS = {
             "sensitivity": "sensitivity of the deflection [m/V], where the file does not state it",
             "model": {"default": None, "help": f"viscoelastic material, fitted to approach and retraction:"
                       f" {', '.join(MODELS)}; by default an elastic modulus is fitted to the approach"},
+            "adhesion": {"default": None, "metavar": "auto", "help": "auto: choose Hertz, DMT, Maugis or JKR by the Tabor"
+                         " number of the fit, for a ball on a half-space; by default no adhesion"},
             "polynomials": "also fit the polynomials in common use for thin samples, and print their error",
             "substrate_modulus": "Young's modulus of the base below a sample with a --thickness [Pa], such as 70e9 of glass;"
                                  " rigid by default",

@@ -36,7 +36,7 @@ from jax import Array
 from fitting.data.contact import UNTIMED, baseline, sample_noise, signs, smooth
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
-from fitting.fits.fractional import LAWS, ORDERS, Law, creep_structure, orders, within
+from fitting.fits.fractional import LAWS, Law, creep_structure, orders, within
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
 from fitting.inference.result import Fit, plain
@@ -69,8 +69,8 @@ def modulus_of(
     """Return weights and rates (k,) of the scaled relaxation modulus at the coordinates (m,) of a material.
 
     unit (3,): logarithms of the compliance [1/Pa] and of the duration [s], and the gap between samples over the duration;
-    extra: compliance of the tip. A Kelvin-Voigt element has the instantaneous compliance gap/eta in series, because the
-    force on it alone would contain the rate of the measured depth.
+    extra: compliance of the tip. A Kelvin-Voigt element has the modulus G + eta/gap exp(-t/gap), with an instantaneous
+    compliance, because the force on it alone would contain the rate of the measured depth.
 
     A springpot has G(t) = V t^-alpha/Gamma(1 - alpha) = V sin(pi alpha)/pi int exp(alpha x) exp(-t exp(x)) dx, by the
     trapezoidal rule. The slower terms, a geometric series, become one mode of their mean rate, and the faster ones a
@@ -80,7 +80,10 @@ def modulus_of(
     if model not in LAWS:
         c = spectrum(jnp.append(theta, jnp.zeros(3)), None)
         if model == "KelvinVoigt":
-            c = dataclasses.replace(c, instantaneous=gap * c.amplitudes[0] * c.rates[0])
+            J, r = c.amplitudes, c.rates
+            c = materials.Spectrum(
+                (J * r * gap / (1.0 + r * gap))[0], J / (1.0 + r * gap), r / (1.0 + r * gap), 0.0
+            )
         order = jnp.argsort(c.rates)
         sorted_ = materials.Spectrum(c.instantaneous, c.amplitudes[order], c.rates[order], c.fluidity)
         rates, weights = materials.relaxation_modes(sorted_, extra)
@@ -319,8 +322,8 @@ class Curve(NamedTuple):
         jumps = np.flatnonzero(self.marks[1:] != self.marks[:-1])
         places = np.unique(np.append(jumps, int(np.argmax(self.depth)))[:, None] + np.arange(-TURN, TURN))
         found = []
-        for i in places[(places >= TURN) & (places < self.t.size - TURN - 1)]:
-            sides = slice(i - TURN + 1, i + 1), slice(i + 1, i + TURN + 1)
+        for i in places[(places >= 1) & (places < self.t.size - 2)]:
+            sides = slice(max(i - TURN + 1, 0), i + 1), slice(i + 1, min(i + TURN + 1, self.t.size))
             t, origin = self.t - self.t[i], self.depth[i]
             if np.ptp(t[sides[0]]) <= 0.0 or np.ptp(t[sides[1]]) <= 0.0:
                 continue
@@ -344,6 +347,7 @@ EXPONENTS, SHARES = (
     (0.05, 0.15, 0.3, 0.5, 0.75),
     (0.2, 0.7),
 )  # starts of a fractional law: alpha, and the spring's part
+ALPHA = 0.002, 0.98  # bounds of alpha
 STARTS = 4  # number of starts from which the search is made
 
 
@@ -561,7 +565,7 @@ def _space(
         whole = {
             "G": (size - EDGE, size + EDGE),
             "V": (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0)),
-            "alpha": ORDERS,
+            "alpha": ALPHA,
         }
         law = [within(whole[name], name, limits) for name, limits in sought.table.items()]
         rows, unit = np.concatenate([np.array(law), others]), np.ones(structure.size)
@@ -630,13 +634,15 @@ def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
     def words(trend: float, changes: np.ndarray, rejected: bool) -> str:
         percent = 100.0 * np.expm1(np.max(np.abs(changes)))
         size = (
-            f"the residuals have a trend of {100 * trend:.1f} % of the largest force ({trend * unit * PICO:.3g} pN), and up"
-            f" to half the depth the modulus at {times[0]:.2g} to {times[1]:.2g} s differs by {percent:.3g} %"
+            f"the residuals have a trend of {100 * trend:.1f} % of the largest force ({trend * unit * PICO:.3g} pN), up to"
+            f" half the depth the modulus differs by {percent:.2g} %"
         )
-        meaning = (
-            "another model of the material, a thin sample (thickness), adhesion, or another shape of the tip"
+        if not rejected:
+            return f"{size}: within the intervals"
+        return (
+            f"{size} after {times[0]:.2g} to {times[1]:.2g} s: another model of the material, a thin sample (thickness),"
+            " adhesion, or another shape of the tip"
         )
-        return f"{size}: {meaning}" if rejected else f"{size}, which the intervals include: {meaning}"
 
     size = lambda: max(verdict.trend(deviations[marks == mark]) for mark in np.unique(marks))
     return verdict.judged_by_size(problem, solved, size, refits, moduli, (TREND, CHANGE), words)
@@ -813,8 +819,9 @@ def fit_history(
         said.append("no retraction: the baseline has a drift and no slope in depth, which would be alike")
     if force.model == "KelvinVoigt":
         said.append(
-            f"an instantaneous compliance of {force.history.unit[2] * duration:.3g} s/eta, a sample's time, in series with"
-            " the Kelvin-Voigt element, which would resist a jump of depth without limit; StandardLinearSolid fits it"
+            f"the modulus of the Kelvin-Voigt element is G + eta exp(-t/T)/T with the time of a sample, T ="
+            f" {float(force.history.unit[2]) * duration:.3g} s: without an instantaneous compliance it would resist a jump"
+            " of depth without limit; StandardLinearSolid fits this compliance"
         )
     depth = float(below.max())
     said += paraboloid_note(indenter, depth, thickness=thickness)

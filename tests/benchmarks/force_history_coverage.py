@@ -44,7 +44,7 @@ def clean(model: str, tip: str, turn: float) -> tuple[np.ndarray, np.ndarray, np
     t = np.linspace(0.0, 2.0 * (turn + before), POINTS)
     since = t - before
     depth = DEEP * np.where(since < turn, since / turn, 2.0 - since / turn)
-    return t, depth, ting_curves.force(since, G, DEEP, turn, p, size, NU, power)
+    return t, depth, ting_curves.force(since, G, DEEP, turn, ting_curves.half_space(size, p, NU), power)
 
 
 def row(model: str, tip: str, turn: float, sets: int, seed: int) -> str:

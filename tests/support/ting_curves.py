@@ -1,7 +1,7 @@
 """Force curves of a viscoelastic half-space by quadrature of Ting's integrals, with numpy and scipy alone.
 
-The tip approaches at a constant speed up to the largest depth d1 at the time t1, and goes back as fast. With P = size
-depth^p/(1 - nu) of an elastic half-space of unit modulus,
+The tip approaches at a constant speed up to the largest depth d1 at the time t1, and goes back as fast. With the force P of
+an elastic sample of unit modulus, size depth^p/(1 - nu) on a half-space,
 
     approach     force = int_0^t G(t - s) dP(s)
     retraction   force = int_0^m G(t - s) dP(s),     int_m^t G(t - s) d depth(s) = 0     (force 0 if m < 0)
@@ -40,10 +40,16 @@ def integral(f: Callable, begin: float, end: float, power: float) -> float:
     return float(np.sum(half[:, None] * WEIGHTS * f(end - gap, gap) * size * power * u ** (power - 1.0)))
 
 
+def half_space(size: float, p: float, nu: float) -> Callable[[np.ndarray], np.ndarray]:
+    """dP/d depth of a half-space."""
+    return lambda depth: size / (1.0 - nu) * p * depth ** (p - 1.0)
+
+
 def force(
-    t: np.ndarray, G: Callable, largest: float, turn: float, p: float, size: float, nu: float, power: float
+    t: np.ndarray, G: Callable, largest: float, turn: float, slope: Callable, power: float
 ) -> np.ndarray:
-    """Force (n,) [N] at t (n,) [s] from first contact on, 0 before; power: 1/(1 - alpha) of a law with alpha, else 1."""
+    """Force (n,) [N] at t (n,) [s] from first contact on, 0 before; slope: dP/d depth; power: 1/(1 - alpha) of a law with
+    alpha, else 1."""
     found, speed = np.zeros(t.size), largest / turn
     for i, now in enumerate(t):
         if now <= 0.0:
@@ -61,7 +67,7 @@ def force(
         # s = r^2, for the square root of the depth at first contact
         end, since = np.sqrt(last), now - last
         rate = lambda r, gap, end=end, since=since: (
-            G(since + gap * (end + r)) * p * speed**p * (r * r) ** (p - 1.0) * 2.0 * r
+            G(since + gap * (end + r)) * slope(speed * r * r) * speed * 2.0 * r
         )
         found[i] = integral(rate, 0.0, end, power)
-    return found * size / (1.0 - nu)
+    return found
