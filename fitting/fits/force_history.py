@@ -43,7 +43,7 @@ from fitting.inference.result import Fit, plain
 from fitting.inference.verdict import Deviation, Sample, Solved
 from fitting.models.parameters import Parameters, spectrum
 from fitting.models.structure import Sought
-from fitting.models.thin_layer import ThinLayer
+from fitting.models.thin_layer import Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
 from fitting.views import sheet
@@ -384,6 +384,7 @@ class Problem(NamedTuple):
         indenter: Any,
         sought: Sought,
         thickness: float | None,
+        unbonded: bool,
         weights: str | None,
         sigma: Any,
     ) -> "Problem":
@@ -398,7 +399,7 @@ class Problem(NamedTuple):
         compliance = probe.size * depth**probe.power / (sought.volume.share * load)
         layer = None
         if thickness is not None:
-            layer = ThinLayer.of(indenter, thickness, nu)
+            layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
             layer = layer._replace(scale=layer.scale * depth**layer.power)
         extra = float(indenter.compliance()) / sought.volume.share / compliance
 
@@ -678,8 +679,8 @@ class ViscoelasticForceFit(Fit):
         nuisances: {contact_point [m], baseline [N], drift [N/s], slope [N/m]: (value, low, high)}; the contact point is a
             depth as measured, the baseline is that at the first fitted point above the first tenth of the approach, and it
             changes with time and with the depth.
-        indenter, nu, thickness [m]: given quantities on which the material is conditional; thickness is None for a
-            half-space.
+        indenter, nu, thickness [m], unbonded: given quantities on which the material is conditional; thickness is None for
+            a half-space, and unbonded whether a layer slides on its base.
         segments (n,): "approach", "hold" or "retract" of each point.
         depth, force, model_force (n,): depth below the contact point [m], force without baseline [N], and that of the model.
         modes: weights [Pa] and rates [1/s] of the relaxation modulus as a sum of exponentials.
@@ -689,6 +690,7 @@ class ViscoelasticForceFit(Fit):
     indenter: Any
     nu: float
     thickness: float | None
+    unbonded: bool
     nuisances: dict[str, tuple[float, float, float]]
     segments: np.ndarray
     depth: np.ndarray
@@ -763,7 +765,7 @@ class ViscoelasticForceFit(Fit):
         body = (
             "a half-space"
             if self.thickness is None
-            else f"a layer of {self.thickness:.4g} m bonded to a rigid base"
+            else f"a layer of {self.thickness:.4g} m {'loose on' if self.unbonded else 'bonded to'} a rigid base"
         )
         return [
             f"  the material is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m,"
@@ -772,10 +774,10 @@ class ViscoelasticForceFit(Fit):
 
 
 def fit_history(
-    data: IndentationData, model: Any, *, indenter: Any, nu: float, thickness: float | None, weights: str | None,
-    sigma: Any, fixed: dict[str, float] | None, bounds: dict[str, tuple] | None, errors: dict[str, float],
-    spring_constant: float | None, dragged: Any, redrawn: Callable[[float], IndentationData], level: float,
-    notes: tuple[str, ...],
+    data: IndentationData, model: Any, *, indenter: Any, nu: float, thickness: float | None, unbonded: bool,
+    weights: str | None, sigma: Any, fixed: dict[str, float] | None, bounds: dict[str, tuple] | None,
+    errors: dict[str, float], spring_constant: float | None, dragged: Any, redrawn: Callable[[float], IndentationData],
+    level: float, notes: tuple[str, ...],
 ) -> ViscoelasticForceFit:  # fmt: skip
     """Fit a viscoelastic material to a force curve, for ``fit_force``, whose arguments these are.
 
@@ -789,7 +791,7 @@ def fit_history(
         )
 
     def prepared(curve: Curve) -> Problem:
-        return Problem.of(curve, indenter, sought, thickness, weights, sigma)
+        return Problem.of(curve, indenter, sought, thickness, unbonded, weights, sigma)
 
     # The curve about its contact, which the first comparison of starts finds.
     whole = Curve.of(data)
@@ -893,7 +895,7 @@ def fit_history(
             rows[i] = rows[i, [0, 2, 1]]
     nuisances = {name: tuple(row.tolist()) for name, row in zip(NUISANCES, rows, strict=True)} | nuisances
     return found._replace(fields=fields).fit(
-        ViscoelasticForceFit, indenter=indenter, nu=nu, thickness=thickness, nuisances=nuisances,
+        ViscoelasticForceFit, indenter=indenter, nu=nu, thickness=thickness, unbonded=unbonded, nuisances=nuisances,
         segments=np.array(curve.parts)[marks],
         depth=below, force=force.measured * unit - force_of_baseline(force, theta), model_force=fitted,
         modes=force.modes(theta), contact_time=float(np.ptp(t[inside])) if np.any(inside) else 0.0,
