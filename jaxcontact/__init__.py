@@ -50,6 +50,7 @@ from jaxcontact.bodies.materials import Burgers as Burgers  # noqa: E402
 from jaxcontact.bodies.materials import Elastic as Elastic  # noqa: E402
 from jaxcontact.bodies.materials import FractionalKelvinVoigt as FractionalKelvinVoigt  # noqa: E402
 from jaxcontact.bodies.materials import FractionalMaxwell as FractionalMaxwell  # noqa: E402
+from jaxcontact.bodies.materials import FractionalZener as FractionalZener  # noqa: E402
 from jaxcontact.bodies.materials import KelvinVoigt as KelvinVoigt  # noqa: E402
 from jaxcontact.bodies.materials import Maxwell as Maxwell  # noqa: E402
 from jaxcontact.bodies.materials import Prony as Prony  # noqa: E402
@@ -60,6 +61,7 @@ from jaxcontact.bodies.surfaces import read_surface as read_surface  # noqa: E40
 from jaxcontact.bodies.surfaces import self_affine as self_affine  # noqa: E402
 from jaxcontact.indenters.shapes import Cone as Cone  # noqa: E402
 from jaxcontact.indenters.shapes import Cylinder as Cylinder  # noqa: E402
+from jaxcontact.indenters.shapes import Ellipsoid as Ellipsoid  # noqa: E402
 from jaxcontact.indenters.shapes import FlatPunch as FlatPunch  # noqa: E402
 from jaxcontact.indenters.shapes import HeightField as HeightField  # noqa: E402
 from jaxcontact.indenters.shapes import Sphere as Sphere  # noqa: E402
@@ -120,10 +122,12 @@ __all__ = [
     "Deflection",
     "DugdaleAdhesion",
     "Elastic",
+    "Ellipsoid",
     "ExponentialAdhesion",
     "FlatPunch",
     "FractionalKelvinVoigt",
     "FractionalMaxwell",
+    "FractionalZener",
     "Graded",
     "Grid",
     "HeightField",

@@ -226,8 +226,8 @@ def _mean(body: LayeredHalfSpace, wavenumber: Array, z: Array, lag: Lags) -> Arr
 def of_uniform(body: LayeredHalfSpace, z: Array, changes: Array, lags: Lags | None) -> Array:
     """Return the displacement (x, y, z) at a depth z [m] of layers on a rigid base under uniform tractions, (3,).
 
-    Under these what lies between the depth and the base is sheared, and shortened without widening. changes: of (q_x, q_y, p),
-    (nt, 3), as in ``kernels_at_lags``.
+    Under these the layers between the depth and the base are sheared, and shortened without widening. changes: of (q_x, q_y,
+    p), (nt, 3) [Pa], as in ``kernels_at_lags``.
     """
     bottom = depths_of_interfaces(body)
     below = jnp.maximum(bottom - jnp.maximum(jnp.append(0.0, bottom[:-1]), z), 0.0)

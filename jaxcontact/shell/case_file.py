@@ -334,7 +334,7 @@ def _case(tables: Table, folder: Path) -> Case:
         law, values = _choose("adhesion", tables["adhesion"], "law", sections["adhesion"], LAWS)
         motion["adhesion"] = law(**values)
     options = dict(tables.get("solver", {}))
-    fields = stored_fields(_result(kind, tables))
+    fields = [name for name in stored_fields(_result(kind, tables)) if name != "dent" or "hardness" in motion]
     kept = options.pop("save", None) or kept_unless_said(fields, grid.shape, times.size)
     options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from
     return Case(kind, tables, body, indenter, control, times, grid, motion, options, kept)
@@ -445,9 +445,10 @@ def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
     motion = {name: value for name, value in table.items() if name != "kind"}
     if "velocity" in motion:
         motion["velocity"] = _over_times("experiment.velocity", motion["velocity"], "[x, y]", nt)
-    if isinstance(motion.get("friction"), str):
-        path = folder / motion["friction"]
-        motion["friction"] = _field("experiment.friction", path, "coefficients of friction (nx, ny)")
+    maps = {"friction": "coefficients of friction (nx, ny)", "hardness": "hardnesses (nx, ny) [Pa]"}
+    for name, meaning in maps.items():
+        if isinstance(motion.get(name), str):
+            motion[name] = _field(f"experiment.{name}", folder / motion[name], meaning)
     # what further tables describe; the objects of tables of one argument are added
     found: dict[str, list[Any]] = {}
     parts = KINDS[kind].parts

@@ -27,6 +27,7 @@ from jaxcontact.shell.case_keys import (
     CORRESPONDENCE,
     COUPLED,
     CREEPAGE,
+    HARDNESS,
     ITERATIONS,
     LAWS,
     LOAD_ON,
@@ -216,7 +217,7 @@ KINDS: dict[str, Kind] = {
     "indentation": Kind(
         indent,
         ContactHistory,
-        {},
+        {"hardness": HARDNESS},
         {"load": LOAD_ON, "approach": APPROACH},
         {
             "tolerance": TOLERANCE,
@@ -252,6 +253,7 @@ KINDS: dict[str, Kind] = {
         {
             "velocity": Key(SPEEDS, f"{OVER_THE_BODY}, constant or one for each time", required=True),
             "friction": SLIDE_FRICTION,
+            "hardness": HARDNESS,
         },
         {"load": LOAD_ON, "approach": APPROACH},
         {"tolerance": TOLERANCE, "max_iterations": ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
@@ -270,6 +272,7 @@ KINDS: dict[str, Kind] = {
                 SPEEDS, "velocity of rubbing in place [m/s], constant or one for each time", required=True
             ),
             "friction": SLIDE_FRICTION,
+            "hardness": HARDNESS,
             "wears": Key(
                 choice("film", "indenter"), "whether the laws change the film or the indenter", default="film"
             ),
@@ -308,6 +311,9 @@ KINDS: dict[str, Kind] = {
         {
             "velocity": Key(SPEED, OVER_THE_BODY, required=True),
             "friction": SLIP_FRICTION,
+            "spin": Key(
+                NUMBER, "rotation on the body from x to y over the distance rolled [1/m]", default=0.0
+            ),
             "coupled": COUPLED,
         },
         {"load": STEADY_LOAD, "approach": STEADY_APPROACH} | CREEPAGE,

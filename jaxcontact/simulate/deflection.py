@@ -27,6 +27,7 @@ from jaxcontact.history.memory import Motion, moving_memory
 from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directions, over_times, shifts
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.operators.kernels import Kernels, check_stiffness, compiled_build
+from jaxcontact.operators.operator import Operator
 from jaxcontact.response.normal import limits_of
 from jaxcontact.results.notes import IMAGE_LIMIT, Note, brief
 from jaxcontact.simulate.run import fine_steps, fine_values
@@ -192,6 +193,7 @@ def march(
         (fields, before), (moved, now) = carry, step
         ahead = memory.predict(fields, before, moved)
         fields = memory.update(ahead.fields, now, moved)
+        assert isinstance(ahead.operator, Operator)  # of a pressure alone
         return (fields, now), (ahead.operator(now) + ahead.earlier, fields.truncation_bound)
 
     def over_one(carry: tuple[Any, Array], steps: Any) -> tuple[tuple[Any, Array], Any]:

@@ -55,6 +55,7 @@ GIVEN = [  # what users are given, and do not make
         fitting.JointFit,
         fitting.Minimum,
         fitting.ModulusFit,
+        fitting.PoroelasticFit,
         fitting.Posterior,
         fitting.PronyFit,
         fitting.Propagated,

@@ -50,6 +50,7 @@ OBJECTS = {
     "Springpot": lambda: jc.Springpot(1e9, 0.4),
     "FractionalMaxwell": lambda: jc.FractionalMaxwell(1e9, 1e9, 0.4),
     "FractionalKelvinVoigt": lambda: jc.FractionalKelvinVoigt(1e9, 1e9, 0.4),
+    "FractionalZener": lambda: jc.FractionalZener(1e9, 1e9, 1e9, 0.4),
     "Layer": lambda: jc.Layer(FILM, 1e-9 * (1.0 + RAMP)),
     "Graded": lambda: jc.Graded(lambda depth: jc.Elastic(1e9), 1e-6),
     "LayeredHalfSpace": lambda: BODY,
@@ -58,6 +59,7 @@ OBJECTS = {
     "Cone": lambda: jc.Cone(1.2),
     "Cylinder": lambda: jc.Cylinder(1e-3, 1e-3),
     "FlatPunch": lambda: jc.FlatPunch(1e-3),
+    "Ellipsoid": lambda: jc.Ellipsoid((1e-3, 2e-3)),
     "HeightField": lambda: jc.HeightField(HEIGHTS, STEEL),
     **{name: lambda kind=kind: made_up(kind) for name, kind in storage.result_classes().items()},
     "Deflection": lambda: jc.Deflection(

@@ -22,11 +22,11 @@ kernels load enable_compilation_cache frequency_response normal_response save se
 ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
 ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
-pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt FractionalMaxwell Springpot
+pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt FractionalMaxwell FractionalZener Springpot
 flash_temperature rub RubbingHistory Thermal ThermalFilm Archard ProportionalRemoval StressActivated
 ArrheniusShift WLFShift ThermalBody heat_partition
 AdhesiveHistory AdhesiveSlidingHistory DugdaleAdhesion ExponentialAdhesion
-NumpyFunction deflection Deflection
+NumpyFunction Ellipsoid deflection Deflection
 """
 FITTING = """
 AdhesiveFit BatchFit Comparison CreepData CreepFit Design ForceFit GrowthData GrowthFit GrowthKinetics fit_growth
@@ -38,6 +38,7 @@ read_creep read_force read_growth read_indentation read_oscillation read_relaxat
 thin_layer_factor
 ContactData FieldFit fit_fields RubbedContact
 StiffnessData StiffnessFit fit_stiffness read_stiffness SpectrumFit fit_spectrum
+Poroelastic PoroelasticFit fit_poroelastic
 """
 
 

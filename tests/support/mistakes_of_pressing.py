@@ -41,6 +41,15 @@ PRESSING = {
         lambda: indent(body=varying(), adhesion=jc.DugdaleAdhesion(0.05, 1e6)),
         r"adhesion: expected None with a film whose thickness varies in the plane",
     ),
+    "a hardness with adhesion": (
+        lambda: indent(adhesion=jc.DugdaleAdhesion(0.05, 1e6), hardness=1e9),
+        r"hardness: expected None with adhesion, got a hardness: surfaces that yield are computed without",
+    ),
+    "a hardness of zero": (lambda: indent(hardness=0.0), r"hardness \[Pa\]: expected > 0, got 0"),
+    "a hardness of another grid": (
+        lambda: indent(hardness=np.full((4, 4), 1e9)),
+        r"hardness \[Pa\]: expected a number or shape \(8, 8\), got shape \(4, 4\)",
+    ),
     "an attraction without range": (
         lambda: indent(adhesion=jc.ExponentialAdhesion(0.05, 0.0)),
         r"adhesion: range \[m\]: expected > 0, got 0",
@@ -385,6 +394,14 @@ PRESSING = {
     "heights with a gap": (
         lambda: indent(indenter=jc.HeightField(np.where(np.eye(8) > 0, np.nan, 0.0))),
         r"heights \[m\]: expected finite numbers, got 64 values from 0 to 0, 8 of them not finite",
+    ),
+    "an ellipsoid with one radius": (
+        lambda: indent(indenter=jc.Ellipsoid(1e-2)),
+        r"ellipsoid radii: expected \(Rx, Ry\), got shape \(\)",
+    ),
+    "an ellipsoid that is flat": (
+        lambda: indent(indenter=jc.Ellipsoid((1e-2, 0.0))),
+        r"ellipsoid radii \[m\]: expected > ",
     ),
     "a punch smaller than a cell": (
         lambda: indent(indenter=jc.FlatPunch(1e-9)),
