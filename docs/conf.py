@@ -38,6 +38,18 @@ extensions = [
     "sphinx_copybutton",
     "myst_nb",
 ]
+if tags.has("linked"):  # noqa: F821  # the names of other packages become links; this needs a network
+    extensions.append("sphinx.ext.intersphinx")
+intersphinx_mapping = {
+    "python": ("https://docs.python.org/3/", None),
+    "jax": ("https://docs.jax.dev/en/latest/", None),
+    "numpy": ("https://numpy.org/doc/stable/", None),
+    "matplotlib": ("https://matplotlib.org/stable/", None),
+    "pandas": ("https://pandas.pydata.org/docs/", None),
+    "xarray": ("https://docs.xarray.dev/en/stable/", None),
+}
+linkcheck_anchors = False
+linkcheck_timeout, linkcheck_retries = 20, 2
 exclude_patterns = ["README.md", "paper"]
 html_theme = "furo"
 html_title = f"jaxcontact {release}"
