@@ -60,6 +60,7 @@ from jaxcontact.bodies.surfaces import read_surface as read_surface  # noqa: E40
 from jaxcontact.bodies.surfaces import self_affine as self_affine  # noqa: E402
 from jaxcontact.indenters.shapes import Cone as Cone  # noqa: E402
 from jaxcontact.indenters.shapes import Cylinder as Cylinder  # noqa: E402
+from jaxcontact.indenters.shapes import Ellipsoid as Ellipsoid  # noqa: E402
 from jaxcontact.indenters.shapes import FlatPunch as FlatPunch  # noqa: E402
 from jaxcontact.indenters.shapes import HeightField as HeightField  # noqa: E402
 from jaxcontact.indenters.shapes import Sphere as Sphere  # noqa: E402
@@ -117,6 +118,7 @@ __all__ = [
     "Cylinder",
     "DugdaleAdhesion",
     "Elastic",
+    "Ellipsoid",
     "ExponentialAdhesion",
     "FlatPunch",
     "FractionalKelvinVoigt",

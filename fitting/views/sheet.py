@@ -144,7 +144,8 @@ def draw_models(fits: Sequence[Any], path: Any) -> Any:
         axes.plot(fit.curve[2], deviations(fit, best), ".", markersize=3, color=colour)
         axes.axhline(0.0, color="0.4", linewidth=0.8)
         axes.set_title(known, fontsize="small", loc="left", pad=2.0)
-    top.legend(fontsize="small")
+    # not the best place, which takes long to find among many points
+    top.legend(fontsize="small", loc="upper left" if measured[-1] > measured[0] else "upper right")
     below[-1].set_xlabel("{} [{}]".format(*best.abscissa))
     figure.supylabel("residuals [standard deviations of the best fit]", fontsize="small", y=0.3)
     scale_axes(top, t, measured, name == "J" or moduli)

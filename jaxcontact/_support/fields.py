@@ -90,6 +90,10 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
         "rigid-body slip velocity of the indenter over the body, over the speed",
         shown=True,
     ),
+    "spin": Field(
+        (), "m-1", "rotation of the indenter on the body about the normal, over the distance rolled"
+    ),
+    "moment": Field((), "N m", "moment of the traction about the normal through the indenter's axis"),
     "sticking_share": Field(
         TIME, "m2/m2", "sticking cells over cells in contact", shown=True, from_maps=True
     ),

@@ -24,7 +24,7 @@ class Layer:
             wears uniformly (the assumptions are stated in ``history.memory``), and, for the only layer on an elastic
             substrate, (nx, ny) on the grid or (nt, nx, ny), >= 0, for a film that varies in the plane. Such a film lies on
             a flat base: its surface is higher where it is thicker, and the base is bare where the thickness is 0
-            (``operators.varying``). In ``slide_steady`` it may vary along y, across the track.
+            (``operators.kernels``). In ``slide_steady`` it may vary along y, across the track.
 
     Example:
         >>> film = jc.Layer(jc.Maxwell(G=1e9, eta=1e12), thickness=150e-9)

@@ -4,7 +4,7 @@
 
 with either the sum of the pressures or the approach given. The method is that of I. A. Polonsky and
 L. M. Keer, Wear 231 (1999) 206, with five changes: a circulant preconditioner, on the whole grid of
-residuals continued beyond the contact (``operators.base``); the Polak-Ribiere
+residuals continued beyond the contact (``operators.operator``); the Polak-Ribiere
 direction; cells that overlap enter the search with the others, not by a step of their own; and an iteration costs one
 convolution, also where cells leave contact: a step is tried that is as long as the last good one, what it would pull
 is clipped, and of the way from the old pressure to the clipped one, along which u is linear, the part of least energy
@@ -30,7 +30,7 @@ from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.reductions import largest, total, totals
 from jaxcontact.contact.krylov import cut, paste, place
 from jaxcontact.contact.law import UNILATERAL
-from jaxcontact.operators.base import OnContact, Operator, unchanged
+from jaxcontact.operators.operator import OnContact, Operator, unchanged
 
 PARALLEL = 1e-14  # directions whose squared sine to the pressure is below this count as parallel to it
 LENGTH = 0.5  # length of the first trial step, relative to the preconditioned residual

@@ -53,7 +53,7 @@ from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import ThicknessStep
 from jaxcontact.history.normal_step import PressCarry, PressStepper, contact_outcome, plane_strain, status_of
 from jaxcontact.history.time_loop import Lapse, Outcome, Steps, in_radii
-from jaxcontact.indenters.shapes import Cone, Cylinder, Indenter, Sphere
+from jaxcontact.indenters.shapes import Cone, Cylinder, Ellipsoid, Indenter, Sphere
 from jaxcontact.operators import spectral
 
 # Temperature of a surface that friction heats, and the reduced time in which a body creeps at it.
@@ -163,8 +163,8 @@ class Track:
 def check_path(path: Any, times: Any, indenter: Any, grid: Grid) -> Verdict:
     """Check a path (nt, 2): no jump, on the grid where it ends there, and an indenter whose profile can be moved."""
     checks.require(
-        isinstance(indenter, Sphere | Cone | Cylinder),
-        f"indenter: expected a Sphere, Cone or Cylinder with path, got {type(indenter).__name__}",
+        isinstance(indenter, Sphere | Ellipsoid | Cone | Cylinder),
+        f"indenter: expected a Sphere, Ellipsoid, Cone or Cylinder with path, got {type(indenter).__name__}",
     )
     if not is_concrete(path, times, grid):
         return True

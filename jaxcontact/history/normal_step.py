@@ -22,7 +22,6 @@ from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.time_loop import Lapse, Outcome, StepError, Stepper, Steps, after_step, present
-from jaxcontact.operators.base import InvertibleOperator
 
 # A step of the march with adhesion: the branch that it follows, and the jumps where a branch ends.
 #
@@ -82,7 +81,6 @@ def solve_step(
     # 1. The contact with adhesion, from the state before; a pressure that is extrapolated from a contact that has gone, or
     # over a much longer step, is no start.
     whole, even = problem, problem.operator.even()
-    assert isinstance(even, InvertibleOperator)
     law = replace(problem.law, law=problem.law.law.resolved(even.cell_compliance(problem.gap.shape)))
     problem = replace(problem, law=law)
     apart = ~jnp.any(before.contact)
@@ -192,7 +190,9 @@ class PressStepper(Stepper):
         zero = jnp.zeros_like(self.profile)
         fields = self.memory.start(zero.shape)
         judged = (
-            StepError.none(self.memory.delayed(fields, zero).rates.size) if self.memory.inherits else None
+            StepError.none(self.memory.delayed(fields, zero).rates.size, zero.shape)
+            if self.memory.inherits
+            else None
         )
         return PressCarry(fields, zero, zero, at_rest(self.law, zero), judged)
 
@@ -230,7 +230,7 @@ class PressStepper(Stepper):
         if carry.judged is None:
             return None
         delayed = self.memory.delayed(*jax.lax.stop_gradient((fields, present(carry.pressure, pressure))))
-        return after_step(carry.judged, delayed, carry.pressure, pressure, carry.rate, lapse)
+        return after_step(carry.judged, delayed, carry.pressure, pressure, lapse, self.load_controlled)
 
     def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
         """Return the time in a step; contact_area: scaled."""

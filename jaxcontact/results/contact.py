@@ -146,7 +146,7 @@ class ContactHistory(ContactResult):
     rigid base; 0 without a film). Above 0.2 linear theory is inaccurate.
 
     time_step_error: estimate of the relative error of the pressure due to the time steps, in which the pressure is linear
-    (``history.time_loop``); within a factor of about three of the largest error of approach, load and peak pressure, and
+    (``history.time_loop``): of the largest error at any cell over the largest pressure; mostly one to three times that, and
     zero without creep. Above 1 % there is a note, above 10 % the status is 12, for the times concerned alone.
 
     status: an integer of ``Status``, which documents its meaning.
@@ -373,13 +373,14 @@ class SteadyRolling(SteadyContact):
     velocity (2,) [m/s]; profile and (normal) displacement [m] and pressure [Pa]: (nx, ny); traction (2, nx, ny) [Pa] on
     the body; slip_ratio (2, nx, ny): slip velocity of the body relative to the indenter over |v|, opposite to the
     traction, zero outside contact; stick (nx, ny) bool; tangential_load (2,) [N]; creepage (2,): rigid-body slip velocity
-    of the indenter relative to the body over |v|, prescribed or computed; hysteresis_power [W]: dissipated in the
-    dashpots of a viscoelastic body under the pressure; friction_power [W]: dissipated by the tractions, tangential_load
-    times creepage times |v| and, between unlike solids, where free rolling costs work too, the power that the pressure
-    needs where the tractions move the surface; power [W]: their sum; hysteresis_force [N]: hysteresis_power over |v|, the
-    rolling resistance without friction, positive against the motion. For a roller without torque, the force at the axle is
-    power over |v|. The convention is that of ``history.memory``; approach, load, contact_area, smooth_area,
-    film_strain, error, status: as in ``ShearHistory``; iterations: of the last step.
+    of the indenter relative to the body over |v|, prescribed or computed; spin [1/m]: the same of its rotation from x to y;
+    moment [N m] of the tractions from x to y about the indenter's axis; hysteresis_power [W]: dissipated in the
+    dashpots of a viscoelastic body under the pressure; friction_power [W]: dissipated by the tractions, |v| times
+    (tangential_load times creepage + moment times spin) and, between unlike solids, where free rolling costs work too, the
+    power that the pressure needs where the tractions move the surface; power [W]: their sum; hysteresis_force [N]:
+    hysteresis_power over |v|, the rolling resistance without friction, positive against the motion. For a roller without
+    torque, the force at the axle is power over |v|. The convention is that of ``history.memory``; approach, load,
+    contact_area, smooth_area, film_strain, error, status: as in ``ShearHistory``; iterations: of the last step.
     """
 
     view: ClassVar[str] = "rolling"
@@ -393,6 +394,8 @@ class SteadyRolling(SteadyContact):
     stick: Array
     tangential_load: Array
     creepage: Array
+    spin: Array
+    moment: Array
     hysteresis_force: Array
     power: Array
     hysteresis_power: Array

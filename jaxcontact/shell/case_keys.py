@@ -190,6 +190,7 @@ SHAPE = Accept(
     f"[nx, ny], whole numbers from 4 to {MOST_CELLS}; ny = 1 with periodic = [false, true]",
 )
 SPACING = Accept(lambda v: _pair(v, POSITIVE.test), "[dx, dy], numbers > 0")
+POSITIVE_PAIR = Accept(lambda v: _pair(v, POSITIVE.test), f"[x, y], numbers > 0, {RANGE}")
 VECTOR = Accept(_is_vector, f"[x, y], numbers {RANGE}")
 VECTORS = Accept(
     lambda v: isinstance(v, list) and bool(v) and (_is_vector(v) or all(map(_is_vector, v))),
@@ -241,6 +242,10 @@ RADIUS = Key(POSITIVE, "radius [m]", required=True)
 
 SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
     "sphere": (shapes.Sphere, {"radius": RADIUS}),
+    "ellipsoid": (
+        shapes.Ellipsoid,
+        {"radii": Key(POSITIVE_PAIR, "radii of curvature along x and y [m]", required=True)},
+    ),
     "cylinder": (
         shapes.Cylinder,
         {"radius": RADIUS, "length": Key(POSITIVE, "length along y [m]", required=True)},

@@ -306,6 +306,9 @@ KINDS: dict[str, Kind] = {
         {
             "velocity": Key(SPEED, OVER_THE_BODY, required=True),
             "friction": SLIP_FRICTION,
+            "spin": Key(
+                NUMBER, "rotation on the body from x to y over the distance rolled [1/m]", default=0.0
+            ),
             "coupled": COUPLED,
         },
         {"load": STEADY_LOAD, "approach": STEADY_APPROACH} | CREEPAGE,

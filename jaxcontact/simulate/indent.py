@@ -80,7 +80,7 @@ def indent(
     Args:
         body: a ``LayeredHalfSpace`` in SI units. The thickness of a ``Layer`` may be (nt,), one value for each time,
             which requires new kernels at each step (``history.memory``), or (nx, ny) or (nt, nx, ny) if it varies in the
-            plane (``operators.varying``). With such a layer, ``kernels`` cannot be given.
+            plane (``operators.kernels``). With such a layer, ``kernels`` cannot be given.
         indenter: ``Sphere``, ``Cone``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
         control: ``Load`` [N] or ``Approach`` [m], a number or (nt,). It is applied as a step at times[0] and is linear
             between the times.
@@ -231,7 +231,7 @@ class Indentation(Experiment):
             scale, errors = images.scale, Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
         elif film is not None:
             # a film whose thickness varies in the plane, and in time where it does
-            scale, errors = self.kernels.uniform.scale, self.kernels.errors(self.duration)
+            scale, errors = self.kernels.scale, self.kernels.errors(self.duration)
             if not film.over_times:
                 memory = RecursiveMemory(self.kernels.at(film.values))
             else:

@@ -46,8 +46,13 @@ from jaxcontact.history.time_loop import (
     march_from_rest,
 )
 from jaxcontact.indenters.shapes import HeightField, Indenter, Sphere, checked_indenter
-from jaxcontact.operators.kernels import Errors, check_kernels, check_stiffness, compiled_build
-from jaxcontact.operators.varying import compiled_varying
+from jaxcontact.operators.kernels import (
+    Errors,
+    check_kernels,
+    check_stiffness,
+    compiled_build,
+    compiled_varying,
+)
 from jaxcontact.response.normal import limits_of
 from jaxcontact.response.stack import solids
 from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid

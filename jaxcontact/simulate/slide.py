@@ -36,8 +36,7 @@ from jaxcontact.history.time_loop import Lapse, Outcome, Steps, in_radii
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import Solid, rise_coefficients
-from jaxcontact.operators.kernels import Kernels, joint_errors
-from jaxcontact.operators.rubbing import rub
+from jaxcontact.operators.kernels import Kernels, joint_errors, rub
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined, tabor_numbers

@@ -12,7 +12,7 @@ from jaxcontact.contact import implicit, nonsymmetric, normal
 from jaxcontact.contact.law import ContactLaw
 from jaxcontact.history import time_loop
 from jaxcontact.history.normal_step import PressStepper
-from jaxcontact.operators.convolution import Convolutions
+from jaxcontact.operators.operator import Family
 from jaxcontact.response.coefficients import influence_coefficients
 from jaxcontact.response.images import Images
 
@@ -70,7 +70,7 @@ def problem_of(gap, target, load_controlled, limit):
     """A half-space in units of its cells and of the compliance (1 - nu)/G."""
     grid = jc.Grid(gap.shape, (1.0, 1.0))
     kernel = influence_coefficients(grid, Images(jnp.zeros(0), jnp.ones(1)))
-    operator = Convolutions.of(kernel[None]).combined([1.0])
+    operator = Family.of(kernel[None]).combined([1.0])
     gap, target = jnp.asarray(gap), jnp.asarray(target)
     return normal.Problem(operator, gap, target, jnp.min(gap), load_controlled, Hardness(jnp.asarray(limit)))
 

@@ -58,6 +58,7 @@ OBJECTS = {
     "Cone": lambda: jc.Cone(1.2),
     "Cylinder": lambda: jc.Cylinder(1e-3, 1e-3),
     "FlatPunch": lambda: jc.FlatPunch(1e-3),
+    "Ellipsoid": lambda: jc.Ellipsoid((1e-3, 2e-3)),
     "HeightField": lambda: jc.HeightField(HEIGHTS, STEEL),
     **{name: lambda kind=kind: made_up(kind) for name, kind in storage.result_classes().items()},
     "ContactClusters": lambda: jc.contact_clusters(HISTORY),

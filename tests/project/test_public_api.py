@@ -26,7 +26,7 @@ pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt
 flash_temperature rub RubbingHistory Thermal ThermalFilm Archard ProportionalRemoval StressActivated
 ArrheniusShift WLFShift ThermalBody heat_partition
 AdhesiveHistory AdhesiveSlidingHistory DugdaleAdhesion ExponentialAdhesion
-NumpyFunction
+NumpyFunction Ellipsoid
 """
 FITTING = """
 AdhesiveFit BatchFit Comparison CreepData CreepFit Design ForceFit GrowthData GrowthFit GrowthKinetics fit_growth

@@ -63,7 +63,7 @@ MOTION = {
     ),
     "a rough surface on a path": (
         lambda: rub(velocity=None, path=TRACK, indenter=jc.HeightField(np.zeros((8, 8)))),
-        r"indenter: expected a Sphere, Cone or Cylinder with path, got HeightField",
+        r"indenter: expected a Sphere, Ellipsoid, Cone or Cylinder with path, got HeightField",
     ),
     "a path of an indenter that wears": (
         lambda: rub(velocity=None, path=TRACK, wears="indenter"),
@@ -269,6 +269,12 @@ MOTION = {
         lambda: shear(grid=PERIODIC),
         r"grid: expected a grid not periodic along x, .* in shear, got periodic=\(True, True\)",
     ),
+    "a spin along two axes": (lambda: roll(spin=np.zeros(2)), r"spin: expected one number, got shape \(2,\)"),
+    "spin in plane strain": (
+        lambda: roll(spin=1.0, indenter=ROLLER, grid=LINE),
+        r"spin \[1/m\]: expected 0 in plane strain, got 1.0",
+    ),
+    "spin without end": (lambda: roll(spin=np.inf), r"spin \[1/m\]: expected finite numbers"),
     "rolling on a periodic grid": (lambda: roll(grid=PERIODIC), r"not periodic along x, .* in roll_steady"),
     "rolling on a grid periodic across": (
         lambda: roll(grid=jc.Grid((8, 8), (1e-6, 1e-6), periodic=(False, True))),

@@ -360,6 +360,14 @@ PRESSING = {
         lambda: indent(indenter=jc.HeightField(np.where(np.eye(8) > 0, np.nan, 0.0))),
         r"heights \[m\]: expected finite numbers, got 64 values from 0 to 0, 8 of them not finite",
     ),
+    "an ellipsoid with one radius": (
+        lambda: indent(indenter=jc.Ellipsoid(1e-2)),
+        r"ellipsoid radii: expected \(Rx, Ry\), got shape \(\)",
+    ),
+    "an ellipsoid that is flat": (
+        lambda: indent(indenter=jc.Ellipsoid((1e-2, 0.0))),
+        r"ellipsoid radii \[m\]: expected > ",
+    ),
     "a punch smaller than a cell": (
         lambda: indent(indenter=jc.FlatPunch(1e-9)),
         r"punch radius \[m\]: expected a size that covers a cell's centre \(cells are 7.5e-05 m\), got 1e-09",
