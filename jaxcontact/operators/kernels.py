@@ -235,7 +235,8 @@ class Kernels:
     most bodies; image_errors: relative errors of the
     images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
     at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``; varying: for a film
-    whose thickness varies in the plane, or None; all else is then of one thickness, until ``at``.
+    whose thickness varies in the plane, or None; all else is then of one thickness, until ``at``; rigid_base: whether the
+    displacement of a periodic grid has a mean.
     """
 
     family: Family
@@ -250,6 +251,7 @@ class Kernels:
     grid: Grid
     nodes: int = static()
     varying: VaryingThickness | None = None
+    rigid_base: bool = static(default=False)
 
     def __repr__(self) -> str:
         rates = "none" if self.rates.size == 0 else f"{value_in_words(self.rates)} 1/s"
@@ -272,7 +274,7 @@ class Kernels:
         C_0 and S_m; zero without pressure."""
         circulants, shape = self.family.nearest(pressure), pressure.shape
         periodic = self.grid.periodic
-        if all(periodic):  # the displacement is measured from the mean
+        if all(periodic) and not self.rigid_base:  # the displacement is measured from the mean
             pressure = pressure - jnp.mean(pressure)
         waves = spectral.transform(pressure, (True, True))
         squares = jnp.sum(circulants * (waves.real**2 + waves.imag**2), -1)
@@ -420,7 +422,11 @@ def assembled(
     """The kernels of a body's expansion, with the indenter's compliance, on a grid."""
     limits, (separable, _, errors) = limits_of(body), expansion
     scale = scale_of(limits, indenter, grid)
-    family, coefficients = on_grid(grid, scaled_images(expansion, indenter, scale))
+    mean = None
+    if body.substrate is None:
+        mean = separable.terms[:, 0] * body.height / scale.length
+        mean = mean.at[0].divide(scale.compliance)
+    family, coefficients = on_grid(grid, scaled_images(expansion, indenter, scale), mean)
     mix = separable.mix / scale.compliance
     film = None
     if limits.film is not None:
@@ -429,7 +435,18 @@ def assembled(
     at_zero = separable.terms[1:, 0]
     horizon = jnp.asarray(separable.horizon)
     return Kernels(
-        family, separable.rates, mix, film, scale, separable.error, horizon, errors, at_zero, grid, nodes
+        family,
+        separable.rates,
+        mix,
+        film,
+        scale,
+        separable.error,
+        horizon,
+        errors,
+        at_zero,
+        grid,
+        nodes,
+        rigid_base=mean is not None,
     )
 
 
@@ -456,11 +473,15 @@ compiled_expansion = Program(expansion, ("nodes",))
 _assembled = Program(assembled, ("nodes",))
 
 
-def on_grid(grid: Grid, images: Images) -> tuple[Family, Array]:
-    """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny)."""
+def on_grid(grid: Grid, images: Images, mean: Array | None = None) -> tuple[Family, Array]:
+    """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny).
+
+    mean: displacement under a uniform pressure of one, of bodies on a rigid base, (m,); None: relative to the mean.
+    """
     if all(grid.periodic):
-        family = Family.of_spectra(periodic_response(grid, images))
-        return family, periodic_coefficients(grid, images)
+        response = periodic_response(grid, images, 0.0 if mean is None else mean)
+        family = Family.of_spectra(response)
+        return family, periodic_coefficients(grid, images, mean)
     coefficients = (strip_coefficients if any(grid.periodic) else influence_coefficients)(grid, images)
     return Family.of(coefficients, grid.periodic), coefficients
 

@@ -337,12 +337,12 @@ class Family:
 
     @classmethod
     def of_spectra(cls, spectra: Array) -> Family:
-        """Periodic along both axes, from spectra (M, ny/2 + 1, nx) that are zero at wavenumber zero.
+        """Periodic along both axes, from spectra (M, ny/2 + 1, nx), zero at wavenumber zero but on a rigid base.
 
-        The preconditioner takes the mean for the softest of the waves.
+        Where it is zero the preconditioner takes the mean for the softest of the waves.
         """
-        softest = jnp.max(spectra, (1, 2))
-        circulants = spectra.at[:, 0, 0].set(softest)
+        softest, mean = jnp.max(spectra, (1, 2)), spectra[:, 0, 0]
+        circulants = spectra.at[:, 0, 0].set(jnp.where(mean == 0.0, softest, mean))
         return cls(spectra[:, None], circulants[:, None], periodic=WRAPPED)
 
     @property

@@ -238,6 +238,9 @@ MATERIALS: dict[str, tuple[type, dict[str, Key]]] = {
     ),
 }
 
+# what may lie below all layers
+BASES: dict[str, tuple[type, dict[str, Key]]] = MATERIALS | {"rigid": (materials.Rigid, {})}
+
 RADIUS = Key(POSITIVE, "radius [m]", required=True)
 
 SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
@@ -317,6 +320,15 @@ MATERIAL = Key(
     required=True,
 )
 
+BASE = Key(
+    choice(*BASES),
+    "the material model, whose parameters are keys of the same table, or a rigid base below layers",
+    required=True,
+)
+BONDED = Key(
+    FLAG, "whether it is bonded to what is below it or slides on that without friction", default=True
+)
+
 LOAD_ON = Key(LOAD, "normal load [N], constant or one for each time")
 LOAD_WITH_ADHESION = Key(NUMBERS, "normal load [N], constant or one for each time, negative in tension")
 APPROACH = Key(NUMBERS, "approach from first contact [m], constant or one for each time")
@@ -342,6 +354,11 @@ SLIP_FRICTION = Key(
 )
 SLIDE_FRICTION = Key(
     COEFFICIENT, "coefficient of friction, or a file with one for each cell (nx, ny); none when absent"
+)
+HARDNESS = Key(
+    or_file(POSITIVE),
+    "hardness [Pa] of surfaces that yield, or a file with one for each cell (nx, ny); none when absent",
+    file=True,
 )
 COUPLED = Key(FLAG, "whether tractions cause normal, and pressure tangential, displacement", default=True)
 

@@ -16,7 +16,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.status import Status, most_serious
-from jaxcontact.bodies.body import LayeredHalfSpace
+from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import (
     Control,
     TangentialControl,
@@ -435,6 +435,7 @@ def roll_steady(
     solver = {"tolerance": tolerance, "max_iterations": max_iterations}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, **solver)
     check_free_along_x(grid, "roll_steady")
+    check_bonded(experiment.body, "roll_steady")
 
     # one value of the control, one direction, and a creepage or a tangential load
     shape = np.shape(getattr(control, "value", 0.0))

@@ -58,6 +58,7 @@ def rub(
     save: Save = "all",
     substeps: int | str = 1,
     checkpoint: str = "pressures",
+    hardness: Array | float | None = None,
 ) -> RubbingHistory:
     """Compute the growth and wear of a film, or the wear of an indenter, in a contact that is rubbed.
 
@@ -104,6 +105,8 @@ def rub(
             them until no step has status 12, ``step_error`` is below 1 % of the largest change of the thickness, and
             ``time_step_error`` below 1 %; there is a note if they are not with 64. "auto" cannot be used inside jit, vmap
             and grad.
+        hardness: as in ``indent``, in the frame of the body: with ``path`` the dent is that of the track. With
+            wears="indenter" it is of the body too. A film that wears keeps its dent, which wear deepens.
         indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``.
 
     Returns:
@@ -133,6 +136,7 @@ def rub(
         "max_iterations": max_iterations,
         "save": save,
         "checkpoint": checkpoint,
+        "hardness": hardness,
     }
     make = lambda count: RubExperiment.of(body, indenter, control, times, grid, substeps=count, **given)
     history: RubbingHistory = refined(make, substeps, _noted, _is_short)

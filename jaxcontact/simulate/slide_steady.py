@@ -547,7 +547,7 @@ def slide_steady(
     body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
     solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, film_map=film_map, **solver)
-    valid = valid & check_steady(experiment, velocity) & check_rubbing(friction, grid)
+    valid = valid & check_steady(experiment, velocity) & check_rubbing(friction, grid, experiment.body)
 
     # a film that stays as it is in the frame of the indenter: its thickness varies across the track alone
     if film_map is not None:

@@ -50,6 +50,7 @@ OBJECTS = {
     "Springpot": lambda: jc.Springpot(1e9, 0.4),
     "FractionalMaxwell": lambda: jc.FractionalMaxwell(1e9, 1e9, 0.4),
     "FractionalKelvinVoigt": lambda: jc.FractionalKelvinVoigt(1e9, 1e9, 0.4),
+    "FractionalZener": lambda: jc.FractionalZener(1e9, 1e9, 1e9, 0.4),
     "Layer": lambda: jc.Layer(FILM, 1e-9 * (1.0 + RAMP)),
     "Graded": lambda: jc.Graded(lambda depth: jc.Elastic(1e9), 1e-6),
     "LayeredHalfSpace": lambda: BODY,
