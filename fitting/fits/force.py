@@ -527,7 +527,7 @@ class ForceFit(Fit):
         key = lambda name: f"{name}_{self._unit(name).replace('/', '_per_').replace(' ', '_')}"
         return super().to_dict() | {
             "youngs_modulus_Pa": E, "poisson_ratio": self.nu, "thickness_m": plain(self.thickness),
-            **probe_of(self.indenter).key,
+            **({"unbonded": True} if self.unbonded else {}), **probe_of(self.indenter).key,
             "nuisances": {key(name): [plain(v) for v in row] for name, row in self.nuisances.items()},
             "polynomials": {name: {"youngs_modulus_Pa": E, "deviation": off} for name, (E, off) in self.polynomials.items()},
             "largest_depth_m": float(self.depth.max()),
@@ -595,7 +595,7 @@ def fit_force(
             (``read_indentation``).
         indenter: ``jc.Sphere``, ``jc.Cone`` or ``jc.FlatPunch``; a pyramid is the cone of equal area.
         nu: Poisson's ratio.
-        thickness: of a sample bonded to a base, such as a gel on glass [m]; None: a half-space.
+        thickness: of a sample on a base, such as a gel on glass [m]; None: a half-space.
         substrate: the ``jc.Elastic`` material of the base, which glass needs below samples above about 10 MPa; None: a
             rigid base.
         unbonded: whether the sample slides on the base without friction (and does not lift off) instead of being bonded.
