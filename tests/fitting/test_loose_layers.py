@@ -108,7 +108,7 @@ def test_creep_of_a_loose_gel():
         )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_creep_of_a_loose_film_by_the_contact_solver():
     """``layer=`` with an elastic base: data of ``indent`` on a finer grid."""
     t, nu, base = np.linspace(0.0, 4.0, 9), 0.45, jc.Elastic(G=5e3, nu=0.3)
