@@ -184,6 +184,9 @@ OF_FITS = {
     "SpectrumFit": lambda: fitting.fit_spectrum(oscillation()),
     "StiffnessFit": lambda: fitting.fit_stiffness(stiffness(), indenter=jc.Sphere(5e-6)),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
+    "ViscoelasticForceFit": lambda: fitting.fit_force(
+        microscope_curve(), indenter=jc.Sphere(5e-6), model="Springpot"
+    ),
     "AdhesiveFit": lambda: fitting.fit_indentation(
         force_curve(None),
         "Elastic",
