@@ -556,12 +556,12 @@ class AdhesiveFit(Fit):
                 on = kept & (data.segments == name)
                 if on.any():
                     top.plot(depth[on], load[on], ".", markersize=3, color=colour, label=name)
-                    bottom.plot(depth[on], -self.residuals[on[kept]], ".", markersize=3, color=colour)
+                    bottom.plot(depth[on], sheet.deviations(self)[on[kept]], ".", markersize=3, color=colour)
             order, label = np.argsort(depth[kept]), self.model.__name__
             top.plot(depth[kept][order], 1e9 * self.fitted[order], color="black", linewidth=1.0, label=label)
             top.axhline(-1e9 * self.pull_off[0], color="0.4", linewidth=0.8, linestyle="--", label="pull-off")
             top.set(ylabel="load [nN]")
-            bottom.set(xlabel="depth [nm]", ylabel=f"residual\n({self.weights})")
+            bottom.set(xlabel="depth [nm]", ylabel=sheet.RESIDUAL)
 
         return sheet.draw(self, path, panel)
 
