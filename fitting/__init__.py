@@ -26,6 +26,7 @@ from fitting.fits.fields import FieldFit as FieldFit
 from fitting.fits.fields import fit_fields as fit_fields
 from fitting.fits.force import ForceFit as ForceFit
 from fitting.fits.force import fit_force as fit_force
+from fitting.fits.force_history import ViscoelasticForceFit as ViscoelasticForceFit
 from fitting.fits.growth import GrowthFit as GrowthFit
 from fitting.fits.growth import GrowthKinetics as GrowthKinetics
 from fitting.fits.growth import RubbedContact as RubbedContact
@@ -94,6 +95,7 @@ __all__ = [
     "SpectrumFit",
     "StiffnessData",
     "StiffnessFit",
+    "ViscoelasticForceFit",
     "compare",
     "design",
     "exclude",

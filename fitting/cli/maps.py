@@ -324,7 +324,7 @@ def _rows(axes: list[Any], points: Sequence[Any]) -> None:
 
 MAP_RESULTS = ("map.csv", "map.png", "summary.json")
 STORE = "curves"  # folder of the stored fits
-MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials"))
+MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials", "model", "fixed", "adhesion"))
 LOCAL = ("command", "kind", "directory", "force", "file", "processes")  # options that do not change a fit
 NUMBERS = re.compile(r"\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
 
