@@ -244,6 +244,7 @@ COLOURS = {"accepted": "C0", "rejected": "C1", "failed": "0.6"}
 SIZE = 5.0  # width of a map [inches]
 
 
+@sheet.styled
 def draw(points: Sequence[Any]) -> Any:
     """Return a Figure of a list of ``MapPoint``."""
     from matplotlib.figure import Figure
@@ -282,7 +283,10 @@ def _maps(figure: Any, axes: list[Any], points: Sequence[Any], x: np.ndarray, y:
         axes_.set_title(f"{name}; empty squares: not accepted", fontsize="medium")
     for verdict, colour in COLOURS.items():
         some = np.array([one.verdict == verdict for one in points])
-        axes[2].scatter(x[some], y[some], s=size, marker="s", color=colour, label=f"{verdict}: {some.sum()}")
+        if some.any():
+            axes[2].scatter(
+                x[some], y[some], s=size, marker="s", color=colour, label=f"{verdict}: {some.sum()}"
+            )
     axes[2].legend()
     for one in axes:
         one.set_aspect("equal", adjustable="datalim")
@@ -299,7 +303,7 @@ def _rows(axes: list[Any], points: Sequence[Any]) -> None:
             np.array([getattr(one, name) for one in points])[some] for name in ("E", "low", "high", "contact")
         )
         ends = np.clip(np.where(np.isfinite([low, high]), [E - low, high - E], 0.0), 0.0, None)
-        axes[0].errorbar(number[some], E, ends, fmt=".", color=colour, label=verdict)
+        axes[0].errorbar(number[some], E, ends, fmt=".", color=colour, label=verdict if some.any() else None)
         axes[1].plot(number[some], contact, ".", color=colour)
         axes[2].bar([verdict], [some.sum()], color=colour)
     known = np.array([one.E for one in points if np.isfinite(one.E)])
@@ -320,7 +324,7 @@ def _rows(axes: list[Any], points: Sequence[Any]) -> None:
 
 MAP_RESULTS = ("map.csv", "map.png", "summary.json")
 STORE = "curves"  # folder of the stored fits
-MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials"))
+MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials", "model", "fixed", "adhesion"))
 LOCAL = ("command", "kind", "directory", "force", "file", "processes")  # options that do not change a fit
 NUMBERS = re.compile(r"\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
 

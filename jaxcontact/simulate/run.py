@@ -117,11 +117,12 @@ class Experiment:
         surface = indenter.surface()
         valid = valid & checks.not_decreasing("times [s]", times)
         valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
-        valid = valid & check_hardness(hardness, grid.shape)
-        checks.require(
-            hardness is None or not adhesive,
-            "hardness: expected None with adhesion, got a hardness: surfaces that yield are computed without attraction",
-        )
+        if hardness is not None:
+            valid = valid & check_hardness(hardness, grid.shape)
+            checks.require(
+                not adhesive,
+                "hardness: expected None with adhesion, got a hardness: surfaces that yield are computed without attraction",
+            )
         valid = valid & checks.between("tolerance", tolerance, 0.0, LOOSEST)
         if is_concrete(max_iterations):
             checks.whole("max_iterations", np.asarray(max_iterations).item(), 1, 10**9)
