@@ -151,6 +151,8 @@ class Sphere(Indenter):
 
     Example:
         >>> ball = jc.Sphere(radius=5e-3, material=jc.Elastic.from_young(210e9, nu=0.3))
+        >>> film = jc.Layer(jc.Elastic.from_young(3e9, nu=0.4), thickness=10e-6)
+        >>> coated_ball = jc.Sphere(5e-3, jc.LayeredHalfSpace([film], substrate=ball.material))
     """
 
     radius: Array | float
