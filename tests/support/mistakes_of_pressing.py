@@ -349,9 +349,25 @@ PRESSING = {
         lambda: indent(indenter=jc.FlatPunch(jnp.nan)),
         r"punch radius \[m\]: expected > 0, got nan",
     ),
-    "a creeping ball": (
-        lambda: indent(indenter=jc.Sphere(1.0, FILM)),
-        r"indenter material: expected Elastic or None",
+    "a coated ball that wears": (
+        lambda: rub(indenter=jc.Sphere(1.0, BODY), wears="indenter"),
+        r"indenter material: expected Elastic or None with path=.* coated indenter with .*, got LayeredHalfSpace",
+    ),
+    "one compliance of a creeping ball": (
+        lambda: jc.Sphere(1.0, FILM).compliance(),
+        r"indenter material: expected Elastic or None, got Burgers",
+    ),
+    "a number for a ball's material": (
+        lambda: indent(indenter=jc.Sphere(1.0, 3.0)),
+        r"indenter material: expected a material, a LayeredHalfSpace or None, got float",
+    ),
+    "a creeping ball by superposition": (
+        lambda: indent(indenter=jc.Sphere(1.0, FILM), correspondence="quasi-elastic"),
+        r'correspondence: expected "exact" with an indenter that creeps or is coated, got "quasi-elastic"',
+    ),
+    "kernels of a rigid ball for a creeping one": (
+        lambda: indent(indenter=jc.Sphere(1.0, FILM), kernels=jc.kernels(BODY, BALL, GRID)),
+        r"kernels: expected those of one that creeps or is coated, as the indenter is, got those of one that is elastic",
     ),
     "heights of another grid": (
         lambda: indent(indenter=jc.HeightField(jnp.zeros((4, 4)))),
