@@ -1,12 +1,14 @@
 """Poroelastic fits against the formulas of Hu et al. written out, and the ramp against a numerical solution."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
 
 import fitting
 import jaxcontact as jc
+from jaxcontact.__main__ import main
 from tests.support.poroelastic_contact import BALL, CONE, Drained, Sealed, hu
 
 BEAD = jc.Sphere(50e-6)
@@ -181,3 +183,17 @@ def test_what_has_no_hold_is_refused():
     ):  # fmt: skip
         with pytest.raises(ValueError, match=words):
             call()
+
+
+def test_the_command_reads_a_hold_and_writes_its_parameters(tmp_path, capsys):
+    data = curve(5e-6, noise=0.01)
+    columns = np.column_stack([data.t, data.load, data.depth])
+    path, out = tmp_path / "hold.csv", tmp_path / "out"
+    np.savetxt(path, columns, delimiter=",", header="t [s],load [N],depth [m]", comments="")
+    words = ["fit", "poroelastic", str(path), "-o", str(out), "--radius", "50e-6", "--viscosity", "1e-3"]
+    assert main(words) == 0
+    printed = capsys.readouterr().out
+    summary = json.loads((out / "summary.json").read_text())
+    assert "permeability" in printed and (out / "fit.png").exists() and (out / "curve.csv").exists()
+    low, high = summary["intervals"]["D_m2_per_s"]
+    assert low < D < high and summary["permeability_m2"]["value"] > 0
