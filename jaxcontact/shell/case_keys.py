@@ -402,6 +402,7 @@ UNITS = {  # by the SI unit of a key: the units accepted after a number
     "1/Pa": _prefixed("1/?Pa", -1),
     "1/(Pa s)": _prefixed("1/(?Pa s)", -1),
     "m/s": {f"{length}/{time}": LENGTHS[length] / SECONDS[time] for length in LENGTHS for time in SECONDS},
+    "1/m": _prefixed("1/?m", -1),
     "1/s": {f"1/{unit}": 1 / size for unit, size in SECONDS.items()},
     "J": {"J": Decimal(1), "eV": ELECTRONVOLT, "kJ/mol": Decimal(1000) / AVOGADRO},
     "m3": {"m3": Decimal(1), "nm3": Decimal("1e-27"), "A3": Decimal("1e-30"), "Å3": Decimal("1e-30")},
