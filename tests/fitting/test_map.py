@@ -6,8 +6,6 @@ import json
 import numpy as np
 import pytest
 
-from fitting.cli import maps
-from fitting.cli.maps import MapPoint
 from jaxcontact.__main__ import main
 
 T = np.linspace(0.0, 1.0, 300)
@@ -54,18 +52,3 @@ def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys
     assert ended.value.code not in (0, None) and "not of a map with these options" in capsys.readouterr().err
 
 
-def test_the_figure_of_a_map_shows_places_and_verdicts():
-    points = [
-        MapPoint("a", k, 1e-6 * (k % 3), 1e-6 * (k // 3), 1e3 + k, 900.0, 2e3, 1e-7 * k, 1e-7, verdict)
-        for k, verdict in enumerate(["accepted"] * 5 + ["rejected", "failed"])
-    ]
-    axes = maps.draw(points).axes
-    assert axes[0].get_xlabel() == "x [µm]" and "Young's modulus" in axes[0].get_title()
-    assert [text.get_text() for text in axes[2].get_legend().get_texts()] == [
-        "accepted: 5",
-        "rejected: 1",
-        "failed: 1",
-    ]
-    assert axes[0].collections[1].get_array().size == 5
-    alone = maps.draw([MapPoint("a", 0, np.nan, np.nan, 1e3, 900.0, 2e3, 0.0, 1e-7, "accepted")])
-    assert alone.axes[0].get_xlabel() == "number of the curve"
