@@ -179,6 +179,7 @@ OF_FITS = {
     "SpectrumFit": lambda: fitting.fit_spectrum(oscillation()),
     "StiffnessFit": lambda: fitting.fit_stiffness(stiffness(), indenter=jc.Sphere(5e-6)),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
+    "MapFit": lambda: fitting.fit_map([microscope_curve()], indenter=jc.Sphere(5e-6)),
     "AdhesiveFit": lambda: fitting.fit_indentation(
         force_curve(None),
         "Elastic",
@@ -194,6 +195,7 @@ OF_FITS = {
     ),
 }
 DEAR = {
+    "MapFit",
     "AdhesiveFit",
     "BatchFit",
     "Design",
