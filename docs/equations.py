@@ -66,9 +66,9 @@ EQUATIONS = {
         r"|\mathbf{q}| \le \mu p, \qquad \text{slip} = 0 \; \text{where} \; |\mathbf{q}| < \mu p, \qquad"
         r" \text{slip} = -k \mathbf{q}, \; k \ge 0, \; \text{where} \; |\mathbf{q}| = \mu p"
     ),
-    "slip/distance = -v/|v| . grad u - creepage, |q| <= mu p, slip = -k q, k >= 0, where |q| = mu p": (
+    "slip/distance = -v/|v| . grad u - creepage - spin (-y, x) |q| <= mu p, slip = -k q, k >= 0, where |q| = mu p": (
         r"\frac{\text{slip}}{\text{distance}} = -\frac{\mathbf{v}}{|\mathbf{v}|} \cdot \nabla \mathbf{u}"
-        r" - \text{creepage}, \qquad"
+        r" - \text{creepage} - \text{spin} \, (-y, x), \qquad"
         r" |\mathbf{q}| \le \mu p, \qquad"
         r" \text{slip} = -k \mathbf{q}, \; k \ge 0, \; \text{where} \; |\mathbf{q}| = \mu p"
     ),

@@ -39,6 +39,9 @@ from fitting.fits.master import fit_master as fit_master
 from fitting.fits.modulus import ModulusFit as ModulusFit
 from fitting.fits.modulus import fit_oscillation as fit_oscillation
 from fitting.fits.modulus import fit_relaxation as fit_relaxation
+from fitting.fits.poroelastic import Poroelastic as Poroelastic
+from fitting.fits.poroelastic import PoroelasticFit as PoroelasticFit
+from fitting.fits.poroelastic import fit_poroelastic as fit_poroelastic
 from fitting.fits.prony import MaxwellFit as MaxwellFit
 from fitting.fits.prony import PronyFit as PronyFit
 from fitting.fits.prony import fit_maxwell as fit_maxwell
@@ -84,6 +87,8 @@ __all__ = [
     "Minimum",
     "ModulusFit",
     "OscillationData",
+    "Poroelastic",
+    "PoroelasticFit",
     "Posterior",
     "PronyFit",
     "Propagated",
@@ -105,6 +110,7 @@ __all__ = [
     "fit_master",
     "fit_maxwell",
     "fit_oscillation",
+    "fit_poroelastic",
     "fit_prony",
     "fit_relaxation",
     "fit_spectrum",

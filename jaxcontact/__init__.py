@@ -50,6 +50,7 @@ from jaxcontact.bodies.materials import Burgers as Burgers  # noqa: E402
 from jaxcontact.bodies.materials import Elastic as Elastic  # noqa: E402
 from jaxcontact.bodies.materials import FractionalKelvinVoigt as FractionalKelvinVoigt  # noqa: E402
 from jaxcontact.bodies.materials import FractionalMaxwell as FractionalMaxwell  # noqa: E402
+from jaxcontact.bodies.materials import FractionalZener as FractionalZener  # noqa: E402
 from jaxcontact.bodies.materials import KelvinVoigt as KelvinVoigt  # noqa: E402
 from jaxcontact.bodies.materials import Maxwell as Maxwell  # noqa: E402
 from jaxcontact.bodies.materials import Prony as Prony  # noqa: E402
@@ -60,6 +61,7 @@ from jaxcontact.bodies.surfaces import read_surface as read_surface  # noqa: E40
 from jaxcontact.bodies.surfaces import self_affine as self_affine  # noqa: E402
 from jaxcontact.indenters.shapes import Cone as Cone  # noqa: E402
 from jaxcontact.indenters.shapes import Cylinder as Cylinder  # noqa: E402
+from jaxcontact.indenters.shapes import Ellipsoid as Ellipsoid  # noqa: E402
 from jaxcontact.indenters.shapes import FlatPunch as FlatPunch  # noqa: E402
 from jaxcontact.indenters.shapes import HeightField as HeightField  # noqa: E402
 from jaxcontact.indenters.shapes import Sphere as Sphere  # noqa: E402
@@ -85,6 +87,8 @@ from jaxcontact.results.surface_statistics import contact_clusters as contact_cl
 from jaxcontact.results.surface_statistics import contact_statistics as contact_statistics  # noqa: E402
 from jaxcontact.results.surface_statistics import pressure_histogram as pressure_histogram  # noqa: E402
 from jaxcontact.results.surface_statistics import surface_statistics as surface_statistics  # noqa: E402
+from jaxcontact.simulate.deflection import Deflection as Deflection  # noqa: E402
+from jaxcontact.simulate.deflection import deflection as deflection  # noqa: E402
 from jaxcontact.simulate.indent import indent as indent  # noqa: E402
 from jaxcontact.simulate.roll_steady import roll_steady as roll_steady  # noqa: E402
 from jaxcontact.simulate.rub import rub as rub  # noqa: E402
@@ -115,12 +119,15 @@ __all__ = [
     "ContactHistory",
     "ContactStatistics",
     "Cylinder",
+    "Deflection",
     "DugdaleAdhesion",
     "Elastic",
+    "Ellipsoid",
     "ExponentialAdhesion",
     "FlatPunch",
     "FractionalKelvinVoigt",
     "FractionalMaxwell",
+    "FractionalZener",
     "Graded",
     "Grid",
     "HeightField",
@@ -157,6 +164,7 @@ __all__ = [
     "cite",
     "contact_clusters",
     "contact_statistics",
+    "deflection",
     "enable_compilation_cache",
     "flash_temperature",
     "frequency_response",

@@ -47,7 +47,8 @@ KINDS = {
             "adhesion": "of an adhesive ball: the work of adhesion [J/m2] (0), or fit or jkr to fit it (Elastic,"
                         " --control depth)",
             "layer": "thickness of a film [m]; by default a half-space",
-            "thickness": "thickness of a sample bonded to a rigid base [m], such as a gel in a dish; in place of --layer",
+            "thickness": "thickness of a sample on a rigid base [m], such as a gel in a dish; in place of --layer",
+            "unbonded": "the sample or film slides on its base without friction; by default it is bonded",
         },
         weights="absolute", nu=0.3,
     ),
@@ -63,6 +64,7 @@ KINDS = {
             "substrate_modulus": "Young's modulus of the base below a sample with a --thickness [Pa], such as 70e9 of glass;"
                                  " rigid by default",
             "substrate_nu": {"default": 0.22, "help": "Poisson's ratio of that base"},
+            "unbonded": "the sample slides on its base without friction; by default it is bonded",
         },
     ),
     "stiffness": Kind(
@@ -74,6 +76,7 @@ KINDS = {
             "punch": {"action": "store", "type": float, "metavar": "R", "help": "radius of a flat punch [m]"},
             "substrate_modulus": "Young's modulus of the substrate below the film [Pa]; rigid by default",
             "contact": {"choices": CONTACTS, "metavar": None},
+            "unbonded": "the film slides on the substrate without friction; by default it is bonded",
         },
     ),
     "master": Kind(

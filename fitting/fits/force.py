@@ -204,8 +204,9 @@ class ApproachCurve(NamedTuple):
 class ForceProblem(NamedTuple):
     """A scaled force curve with its search space.
 
-    indenter; sought: the elastic solid; thickness [m] of a bonded layer, None for a half-space; substrate: its elastic base,
-    None for a rigid one; units (load [N], depth [m], duration [s], compliance [1/Pa]); sample: load over depth [m].
+    indenter; sought: the elastic solid; thickness [m] of a layer, None for a half-space; substrate: its elastic base,
+    None for a rigid one; unbonded: whether it slides on its base; units (load [N], depth [m], duration [s], compliance
+    [1/Pa]); sample: load over depth [m].
     """
 
     approach: ApproachCurve
@@ -213,6 +214,7 @@ class ForceProblem(NamedTuple):
     sought: Sought
     thickness: float | None
     substrate: jc.Elastic | None
+    unbonded: bool
     curve: ForceCurve
     units: tuple[float, float, float, float]
     space: Parameters
@@ -221,7 +223,7 @@ class ForceProblem(NamedTuple):
     @classmethod
     def of(
         cls, approach: ApproachCurve, indenter: Any, sought: Sought, thickness: float | None,
-        substrate: jc.Elastic | None, guess: float, weights: str | None, sigma: Any,
+        substrate: jc.Elastic | None, unbonded: bool, guess: float, weights: str | None, sigma: Any,
     ) -> "ForceProblem":  # fmt: skip
         """Return the scaled problem of an approach; ValueError where nothing changes in it.
 
@@ -241,6 +243,7 @@ class ForceProblem(NamedTuple):
         layer, rise, at = ThinLayer(np.zeros(2), 0.0, 1.0), 0.0, 0.0
         if thickness is not None:
             base = RIGID if substrate is None else Base(guess / float(substrate.G), float(substrate.nu))
+            base = base._replace(bonded=not unbonded)
             layer = ThinLayer.of(indenter, thickness, nu, base)
             layer = layer._replace(scale=layer.scale * depth**layer.power)
             if base.ratio:
@@ -273,7 +276,7 @@ class ForceProblem(NamedTuple):
             material=np.arange(5) < 2, nuisances=PARTS, open=open_sides,
         )  # fmt: skip
         units = load, depth, T, compliance
-        return cls(approach, indenter, sought, thickness, substrate, curve, units, space, sample)
+        return cls(approach, indenter, sought, thickness, substrate, unbonded, curve, units, space, sample)
 
     def modulus(self, theta: np.ndarray) -> float:
         """Return the shear modulus [Pa]."""
@@ -501,7 +504,7 @@ class ForceFit(Fit):
             measured, the others belong to the force above the first tenth of the approach. With a correction, also the
             drag [N s/m] on the cantilever.
         indenter, nu, thickness [m], substrate: given quantities on which the modulus is conditional; thickness is None for
-            a half-space, substrate for a rigid base.
+            a half-space, substrate for a rigid base; unbonded: whether the layer slides on it.
         polynomials: {name: (E [Pa], deviation from ``youngs_modulus``)} of fits with the approximations in common use for
             a thin layer, where they were requested.
         depth, force, model (n,): depth below the contact point [m], force without baseline [N], and that of the model.
@@ -511,6 +514,7 @@ class ForceFit(Fit):
     nu: float
     thickness: float | None
     substrate: Any
+    unbonded: bool
     youngs_modulus: tuple[float, float, float]
     nuisances: dict[str, tuple[float, float, float]]
     polynomials: dict[str, tuple[float, float]]
@@ -594,7 +598,7 @@ class ForceFit(Fit):
         body = (
             "a half-space"
             if self.thickness is None
-            else f"a layer of {self.thickness:.4g} m bonded to {self._base()}"
+            else f"a layer of {self.thickness:.4g} m {'loose on' if self.unbonded else 'bonded to'} {self._base()}"
         )
         return [
             f"  the modulus is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m"
@@ -603,7 +607,7 @@ class ForceFit(Fit):
 
 def fit_force(
     data: IndentationData, *, indenter: Any, nu: float = 0.5, thickness: float | None = None,
-    substrate: Any = None, polynomials: bool = False, weights: str | None = None, sigma: Any = None,
+    substrate: Any = None, unbonded: bool = False, polynomials: bool = False, weights: str | None = None, sigma: Any = None,
     bounds: dict[str, tuple] | None = None, errors: dict[str, float] | None = None,
     spring_constant: float | None = None, drag: float | str | None = None, level: float = 0.95,
 ) -> ForceFit:  # fmt: skip
@@ -628,6 +632,7 @@ def fit_force(
         thickness: of a sample bonded to a base, such as a gel on glass [m]; None: a half-space.
         substrate: the ``jc.Elastic`` material of the base, which glass needs below samples above about 10 MPa; None: a
             rigid base.
+        unbonded: whether the sample slides on the base without friction (and does not lift off) instead of being bonded.
         polynomials: whether to fit the approximations in common use too (for a thickness and nu = 0.5).
         weights: "estimated" (the default), or "absolute": one error for all points.
         sigma: in its place, the standard deviation of the load [N], a number.
@@ -661,8 +666,13 @@ def fit_force(
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     weights = "estimated" if weights is None and sigma is None else weights
     check_options(indenter, nu, thickness, substrate, errors, spring_constant)
+    thin_layer.check_unbonded(unbonded, thickness)
+    if unbonded and polynomials:
+        raise ValueError(
+            "polynomials: expected False with unbonded, got True: they are those of a bonded sample"
+        )
     sought = Sought.of(CLASSICAL[jc.Elastic], None, bounds, nu)
-    given, errors = (indenter, sought, thickness, substrate), errors or {}
+    given, errors = (indenter, sought, thickness, substrate, bool(unbonded)), errors or {}
     bare, dragged, notes = without_drag(data, drag)
 
     def taken(curve: IndentationData) -> ApproachCurve:
@@ -737,8 +747,8 @@ def fit_force(
     below = np.asarray(force.curve.depth) - theta[2]
     baseline_load = theta[3] + theta[4] * np.asarray(force.curve.t)
     return found._replace(fields=fields).fit(
-        ForceFit, indenter=indenter, nu=nu, thickness=thickness, substrate=substrate, youngs_modulus=E,
-        nuisances=nuisances, polynomials=_polynomials(force, solved, E[0]) if polynomials else {},
+        ForceFit, indenter=indenter, nu=nu, thickness=thickness, substrate=substrate, unbonded=unbonded,
+        youngs_modulus=E, nuisances=nuisances, polynomials=_polynomials(force, solved, E[0]) if polynomials else {},
         depth=below * deepest, force=(np.asarray(force.curve.load) - baseline_load) * unit,
         model_force=np.asarray(indentation_force(theta, below, force.curve)) * unit,
     )  # fmt: skip

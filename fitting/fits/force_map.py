@@ -51,7 +51,7 @@ from fitting.fits.force import ApproachCurve, fit_force
 from fitting.fits.indentation import fit_indentation
 from fitting.inference import noise, verdict
 from fitting.inference.noise_of_many import is_doubted, noise_of_one, orthonormal
-from fitting.models.thin_layer import LARGEST, ThinLayer
+from fitting.models.thin_layer import LARGEST, Base, ThinLayer, check_unbonded
 from fitting.search import nonlinear
 from fitting.views import output, sheet, text
 from jaxcontact._compile.programs import Program
@@ -382,12 +382,12 @@ def coarse_program(power: float) -> Program:
     return Program(found)
 
 
-def series_of(indenter: Any, thickness: float | None, nu: float, depth: float) -> Any:
+def series_of(indenter: Any, thickness: float | None, unbonded: bool, nu: float, depth: float) -> Any:
     """Return the Chebyshev coefficients of the factor of a thin sample up to a depth [m], and chi there; None for a
     half-space."""
     if thickness is None:
         return None
-    layer = ThinLayer.of(indenter, thickness, nu)
+    layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
     largest = min(float(layer.scale) * depth ** float(layer.power), LARGEST)
     x = np.cos(np.pi * (np.arange(64) + 0.5) / 64.0)
     chi = 0.5 * largest * (x + 1.0)
@@ -437,7 +437,7 @@ def changing(curve: ApproachCurve) -> bool:
 
 
 def searched(
-    curves: Sequence[ApproachCurve], indenter: Any, nu: float, thickness: float | None, level: float,
+    curves: Sequence[ApproachCurve], indenter: Any, nu: float, thickness: float | None, unbonded: bool, level: float,
     threads: int | None = None, done: Callable[[int, dict[str, np.ndarray]], None] | None = None,
 ) -> tuple[dict[str, np.ndarray], Rows]:  # fmt: skip
     """Return the results of ``fit_one`` for approaches, {name: (m, ...)}, and their scaled rows.
@@ -448,7 +448,7 @@ def searched(
     longest = max(one.t.size for one in curves)
     width = nonlinear.length(longest)
     rows = Rows.of(curves, probe, share, width)
-    layer = series_of(indenter, thickness, nu, float(rows.units[:, 1].max()))
+    layer = series_of(indenter, thickness, unbonded, nu, float(rows.units[:, 1].max()))
     chi = chi_of(indenter, thickness, rows.units[:, 1])
     extra = float(indenter.compliance()) / share / rows.units[:, 3]
     quantiles = {int(n): quantiles_of(int(n), level) for n in np.unique(rows.n)}
@@ -611,7 +611,9 @@ def data_of(depth: Any, load: Any, t: Any) -> list[Any]:
     return found
 
 
-def prepared(curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None) -> Prepared:
+def prepared(
+    curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, unbonded: bool
+) -> Prepared:
     """Return the approaches, with at most ``BASE`` largest depths of baseline before the contact, and ``MOST`` points."""
     whole, places, failed = [], [], {}
     for k, data in enumerate(curves):
@@ -637,7 +639,7 @@ def prepared(curves: Sequence[Any], indenter: Any, nu: float, thickness: float |
     few = [one.thinned(COARSE) for one in whole]
     probe = probe_of(indenter)
     rows = Rows.of(few, probe, 1.0 - nu, nonlinear.length(max(one.t.size for one in few)))
-    layer = series_of(indenter, thickness, nu, float(rows.units[:, 1].max()))
+    layer = series_of(indenter, thickness, unbonded, nu, float(rows.units[:, 1].max()))
     chi, run, points = chi_of(indenter, thickness, rows.units[:, 1]), coarse_program(probe.power), []
     for some in rows.batches(BATCH):
         points.append(np.asarray(run(rows.padded(some, BATCH, chi), layer))[: some.stop - some.start])
@@ -903,8 +905,8 @@ class MapFit:
 
 def fit_map(
     depth: Any, load: Any = None, t: Any = None, *, indenter: Any, nu: float = 0.5, shape: tuple[int, int] | None = None,
-    x: Any = None, y: Any = None, thickness: float | None = None, substrate: Any = None, adhesion: str | None = None,
-    weights: str | None = None, sigma: Any = None, bounds: dict[str, tuple] | None = None,
+    x: Any = None, y: Any = None, thickness: float | None = None, substrate: Any = None, unbonded: bool = False,
+    adhesion: str | None = None, weights: str | None = None, sigma: Any = None, bounds: dict[str, tuple] | None = None,
     errors: dict[str, float] | None = None, spring_constant: float | None = None, drag: float | str | None = None,
     level: float = 0.95, names: Sequence[str] | None = None, curve: Any = None, store: Any = None,
     processes: int | None = None, progress: bool = False,
@@ -925,7 +927,7 @@ def fit_map(
             arrays the approach is the part up to the largest depth, of ``IndentationData`` the segment "approach".
         load: loads [N], likewise.
         t: times [s], (n,) for all curves or as the depth; None: samples are counted, and the tilt is per sample.
-        indenter, nu, thickness, substrate, weights, sigma, bounds, errors, spring_constant, drag, level: as in
+        indenter, nu, thickness, substrate, unbonded, weights, sigma, bounds, errors, spring_constant, drag, level: as in
             ``fit_force``.
         shape: (rows, columns) of a scan whose curves are given row by row.
         x, y: places of the curves (m,) [m].
@@ -954,6 +956,7 @@ def fit_map(
          [ 800. 1200.]]
     """
     force.check_options(indenter, nu, thickness, substrate, errors, spring_constant)
+    check_unbonded(unbonded, thickness)
     if adhesion is not None and str(adhesion).upper() != "JKR":
         raise ValueError(f'adhesion: expected "JKR" or None, got {adhesion!r}')
     if not 0.0 < level < 1.0:
@@ -976,16 +979,26 @@ def fit_map(
         "bounds": bounds or None,
         "drag": drag,
     }
-    kept = Store(store, (indenter, nu, thickness, adhesion, level, errors, single))
+    kept = Store(store, (indenter, nu, thickness, bool(unbonded), adhesion, level, errors, single))
     if adhesion is not None or any(v is not None for v in single.values()):
         found = each_alone(curves, {
             "indenter": indenter, "nu": nu, "thickness": thickness, "errors": errors, "level": level,
-            "spring_constant": spring_constant, "adhesion": adhesion, **single,
+            "spring_constant": spring_constant, "adhesion": adhesion, "unbonded": bool(unbonded), **single,
         }, kept, processes, progress)  # fmt: skip
         factors = np.ones(2)
     else:
         found, factors = all_together(
-            curves, indenter, nu, thickness, errors or {}, spring_constant, level, kept, processes, progress
+            curves,
+            indenter,
+            nu,
+            thickness,
+            bool(unbonded),
+            errors or {},
+            spring_constant,
+            level,
+            kept,
+            processes,
+            progress,
         )
     fitted = ("G", "work") if adhesion is not None else ("G",)
     return MapFit(
@@ -1078,11 +1091,11 @@ def empty(m: int) -> dict[str, Any]:
 
 
 def all_together(
-    curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, errors: dict[str, float],
+    curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, unbonded: bool, errors: dict[str, float],
     spring_constant: float | None, level: float, kept: Store, threads: int | None, progress: bool,
 ) -> tuple[dict[str, Any], np.ndarray]:  # fmt: skip
     """Return the arrays of a map that the compiled program fits, and the factors of the calibration."""
-    ready, out = prepared(curves, indenter, nu, thickness), empty(len(curves))
+    ready, out = prepared(curves, indenter, nu, thickness, unbonded), empty(len(curves))
     for k, why in ready.failed.items():
         out["reason"][k] = why
     if not ready.approaches:
@@ -1099,13 +1112,22 @@ def all_together(
             bar.update(count)
 
         if missing:
-            searched([ready.approaches[i] for i in missing], indenter, nu, thickness, level, threads, done)
+            searched(
+                [ready.approaches[i] for i in missing],
+                indenter,
+                nu,
+                thickness,
+                unbonded,
+                level,
+                threads,
+                done,
+            )
     found = kept.gathered(keys)
     width = nonlinear.length(max(one.t.size for one in ready.approaches))
     rows = Rows.of(ready.approaches, probe_of(indenter), 1.0 - nu, width)
     fill(out, found, rows, ready, thickness, indenter, [getattr(one, "notes", ()) for one in curves])
     # half widths with the factors of the calibration, then the change with half the depth, which noise does not include
-    layer = series_of(indenter, thickness, nu, float(rows.units[:, 1].max()))
+    layer = series_of(indenter, thickness, unbonded, nu, float(rows.units[:, 1].max()))
     good = out["verdict"][ready.places] == VERDICTS[0]
     chi = chi_of(indenter, thickness, rows.units[:, 1])
     factors = calibrated(found, rows, good, indenter, layer, chi, level)
@@ -1131,7 +1153,7 @@ def all_together(
                 moved.append(
                     one._replace(load=one.load * (1.0 + change), depth=one.depth - change * (bent - bent[0]))
                 )
-            other, scaled = searched(moved, indenter, nu, thickness, level, threads)
+            other, scaled = searched(moved, indenter, nu, thickness, unbonded, level, threads)
             ends.append(other["log_G"][:, 0] - np.log(scaled.units[:, 3]))
         slope = (ends[0] - ends[1]) / math.log((1.0 + force.STEP) / (1.0 - force.STEP))
     total = np.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
@@ -1270,7 +1292,17 @@ def fitted_alone(data: IndentationData, **given: Any) -> dict[str, Any]:
             rest = [fit.depth.max(), fit.nuisances["baseline"][0], fit.nuisances["tilt"][0]]
             point, work = fit.nuisances["contact_point"], [math.nan] * 3
         else:
-            names = ("indenter", "nu", "thickness", "substrate", "weights", "sigma", "bounds", "level")
+            names = (
+                "indenter",
+                "nu",
+                "thickness",
+                "substrate",
+                "unbonded",
+                "weights",
+                "sigma",
+                "bounds",
+                "level",
+            )
             own = {name: given[name] for name in names if given[name] is not None}
             fit = fit_indentation(
                 data, jc.Elastic, control="depth", adhesion="JKR", contact_point="fit", **own

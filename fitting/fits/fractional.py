@@ -21,7 +21,6 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
-from jax.scipy.special import gammaln
 
 import jaxcontact as jc
 from fitting.data.curves import CreepData
@@ -249,14 +248,7 @@ def _powers(basis: history.History, alpha: Array) -> Array:
 
 # Fractional laws fitted to a modulus over time or frequency, in the coordinates log G, log V and alpha.
 #
-# With the springpot's modulus V (i omega)^alpha, in closed form,
-#
-#     springpot     G* = V (i omega)^alpha               G(t) = V t^-alpha/Gamma(1 - alpha)
-#     Kelvin-Voigt  G* = G + V (i omega)^alpha           G(t) = G + V t^-alpha/Gamma(1 - alpha)
-#     Maxwell       1/G* = 1/G + 1/(V (i omega)^alpha)   G(t) = G E_alpha(-(t/tau)^alpha),  tau = (V/G)^(1/alpha)
-#
-# with the Mittag-Leffler function E_alpha. Source: A. Jaishankar, G. H. McKinley, Proc. R. Soc. A 469 (2013)
-# 20120284.
+# The moduli are those of the materials (``jaxcontact/bodies/materials.py``), in closed form.
 
 
 MODULUS_EDGE = 25.0  # e-folds beyond the range of the data at which log G and log V are bounded
@@ -318,17 +310,10 @@ class Relaxed:
 
 def modulus(model: type, values: dict, x: Array, relaxed: bool) -> Array:
     """Return G(t) (1, n) at times x [s], or G' and G'' (2, n) at angular frequencies x [rad/s]."""
-    V, alpha, G = values["V"], values["alpha"], values.get("G")
+    law = model(**values)
     if relaxed:
-        if model is jc.FractionalMaxwell:
-            strain = jc.FractionalKelvinVoigt(G=1.0, V=V / G, alpha=alpha).creep(x)  # 1 - E_alpha
-            return (G * (1.0 - strain))[None]
-        pot = V * jnp.exp(-alpha * jnp.log(x) - gammaln(1.0 - alpha))
-        return (pot if G is None else G + pot)[None]
-    pot = V * jnp.exp(alpha * jnp.log(x)) * jnp.exp(0.5j * jnp.pi * alpha)
-    if model is jc.FractionalMaxwell:
-        pot = G * pot / (G + pot)
-    found = pot if G is None or model is jc.FractionalMaxwell else G + pot
+        return law.relaxation(x)[None]
+    found = law.complex_modulus(x)
     return jnp.stack([found.real, found.imag])
 
 

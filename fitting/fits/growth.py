@@ -163,7 +163,7 @@ class RubbedContact:
         """Return the ``RubbingHistory`` of a curve at the times 0 and t, with the mean thickness in ``saved``."""
         law, measured = kinetics.law(temperature, stress=self.stress), self.cells()
         t, (film,) = jnp.asarray(t, dtype=float), self.body.sublayers()
-        body = jc.LayeredHalfSpace([jc.Layer(film.material, initial)], self.body.substrate)
+        body = jc.LayeredHalfSpace([jc.Layer(film.material, initial, film.bonded)], self.body.substrate)
 
         def mean_thickness(step: Any) -> Array:
             return jnp.sum(measured * step.thickness)

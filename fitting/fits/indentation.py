@@ -32,7 +32,7 @@ from fitting.models.halfspace import Curve
 from fitting.models.history import merge
 from fitting.models.parameters import NUISANCES
 from fitting.models.structure import Sought, Volume, structure_of
-from fitting.models.thin_layer import ThinLayer
+from fitting.models.thin_layer import Base, ThinLayer
 from fitting.search import layered, nonlinear
 from fitting.search.layered import Coating, FilmTest, Mesh
 from fitting.search.nonlinear import Best, Objective, inverse, minimise, moved
@@ -126,7 +126,8 @@ def search_half_space(press: IndentationProblem) -> Found:
     curve = _curve(press, whole, knots, values)
     moves = functools.partial(_half_space_moves, press, best, curve, kind)
     residual = functools.partial(_residual_at, curve, kind, n)
-    found = Found(press, best, objective, tuple(notes), moves, Medium(thickness), residual)
+    medium = Medium(thickness, unbonded=press.pressing.unbonded)
+    found = Found(press, best, objective, tuple(notes), moves, medium, residual)
     if not adhesive:
         return found
 
@@ -206,7 +207,8 @@ def _half_space_moves(
     held = {"thickness": press.pressing.thickness, "nu": volume.value}
 
     def layer(value: Any) -> ThinLayer:
-        factor = ThinLayer.of(press.pressing.indenter, **(held | {name: value}))
+        base = Base(bonded=not press.pressing.unbonded)
+        factor = ThinLayer.of(press.pressing.indenter, **(held | {name: value}), base=base)
         return factor._replace(scale=factor.scale * units.depth**factor.power)
 
     change = jax.jvp(layer, (held[name],), (1.0,))[1]
@@ -299,7 +301,12 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
     objective.jacobian_runs += int(runs[1])
     named = {press.space.names[i]: float(bias[i]) for i in press.space.free}
     medium = Medium(
-        coating.thickness, coating.substrate, jc.Grid.square(n=mesh.cells, width=mesh.width), left, named
+        coating.thickness,
+        coating.substrate,
+        jc.Grid.square(n=mesh.cells, width=mesh.width),
+        left,
+        named,
+        unbonded=coating.unbonded,
     )
     notes, few = list(press.notes), int(np.sum(fitted & ~press.kept))
     if few:
@@ -470,14 +477,15 @@ class IndentationFit(Fit):
                 spent,
             ]
         if film.thickness is not None and film.grid is None:
-            body = f"a layer of {film.thickness:.4g} m bonded to a rigid base"
+            body = f"a layer of {film.thickness:.4g} m {'loose on' if film.unbonded else 'bonded to'} a rigid base"
             return [f"  the moduli are conditional on {volume} and {body}", spent]
         if film.thickness is None:
             return [f"  the moduli are conditional on {volume} and a half-space", spent]
         bias = ", ".join(f"{name} {value:.2g}" for name, value in film.bias.items())
         n, m = film.grid.shape
+        loose = " of a film that slides on what is below it" if film.unbonded else ""
         return [
-            f"  the moduli are conditional on thickness = {film.thickness:.4g} m and {volume}, "
+            f"  the moduli are conditional on thickness = {film.thickness:.4g} m{loose} and {volume}, "
             "which a wide contact does not determine separately",
             f"  grid {n} x {m}; discretisation bias over standard error, within the intervals: {bias}",
             spent,
@@ -490,7 +498,7 @@ def fit_indentation(
     sigma: Any = None, fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None,
     contact_point: float | str = 0.0, drift: float | str = 0.0, machine_compliance: float | str = 0.0,
     rise: float | None = None, adhesion: Any = 0.0, layer: float | None = None, layers: Sequence[Any] | None = None,
-    substrate: Any = None, grid: Any = None, thickness: float | None = None, level: float = 0.95,
+    substrate: Any = None, grid: Any = None, thickness: float | None = None, unbonded: bool = False, level: float = 0.95,
 ) -> IndentationFit | AdhesiveFit:  # fmt: skip
     """Fit a material to the indentation of a half-space, or of a film on a substrate, by a ball, cone or punch.
 
@@ -551,6 +559,8 @@ def fit_indentation(
             4 cells across are not fitted, and a note gives their number.
         thickness: of a sample bonded to a rigid base [m], in place of ``layer``; the indenter is then rigid and nu is 0 to
             0.5.
+        unbonded: whether the sample of a ``thickness``, or the film of a ``layer``, slides without friction on what is below
+            it, not lifting off, instead of being bonded.
         level: confidence level of the intervals.
 
     Returns:
@@ -569,12 +579,14 @@ def fit_indentation(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     started = time.perf_counter()
+    any_layer = [given for given in (thickness, layer, layers) if given is not None]
+    thin_layer.check_unbonded(unbonded, any_layer[0] if any_layer else None)
     if is_fitted(adhesion):
         film = layer is not None or substrate is not None
         others = {"tau": tau, "rise": rise, "layers": layers, "grid": grid, "thickness": thickness}
         instrument = Instrument(contact_point, drift, machine_compliance)
         choices = AdhesiveChoices(instrument, weights, sigma, fixed, bounds, level)
-        check_none(others | {"bulk_modulus": bulk_modulus})
+        check_none(others | {"bulk_modulus": bulk_modulus, "unbonded": unbonded or None})
         if is_law(adhesion):
             return fit_creeping_film(
                 data, adhesion, (model, control), (indenter, nu, layer, substrate), choices
@@ -597,7 +609,7 @@ def fit_indentation(
         if getattr(indenter, "material", None) is not None:
             raise ValueError("indenter: expected a rigid one on a thin layer, got one with a material")
         thin_layer.check(thickness, sought.volume.value)
-    pressing = Pressing(indenter, control, rise, adhesion, film, thickness)
+    pressing = Pressing(indenter, control, rise, adhesion, film, thickness, bool(unbonded))
     instrument = Instrument(contact_point, drift, machine_compliance)
     press = prepare(data, sought, pressing, instrument, weights, sigma)
     verdict.check(level, _sample(press).least_count, press.space.free.size)
@@ -608,7 +620,7 @@ def fit_indentation(
             raise ValueError(f"rise: expected None with a layer, got {rise!r}")
         if press.pressing.adhesion:
             raise ValueError(f"adhesion: expected none with a layer, got {press.pressing.adhesion:g} J/m2")
-        found = search_layered(press, Coating.of(layer, layers, substrate), grid, _reweighed)
+        found = search_layered(press, Coating.of(layer, layers, substrate, unbonded), grid, _reweighed)
     else:
         sample, unit = _sample(press), _response_unit(press)
 

@@ -19,7 +19,7 @@ from fitting.inference.result import Fit, plain
 from fitting.inference.verdict import Solved
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
-from fitting.models.thin_layer import Base, contact_factors
+from fitting.models.thin_layer import Base, check_unbonded, contact_factors
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
 from fitting.views import sheet
@@ -86,13 +86,15 @@ class Tip:
 class Coated(NamedTuple):
     """The indented body: Poisson's ratio, and the modulus [Pa] and Poisson's ratio of the base of a layer.
 
-    base: None for a half-space, inf for a rigid base; tip: compliance (1 - nu)/G of the tip [1/Pa].
+    base: None for a half-space, inf for a rigid base; tip: compliance (1 - nu)/G of the tip [1/Pa]; bonded: False for a
+    layer that slides on its base.
     """
 
     nu: float
     base: float | None
     base_nu: float
     tip: float
+    bonded: bool = True
 
 
 def log_stiffness(G: float, thickness: float, body: Coated, tip: Tip) -> tuple[np.ndarray, np.ndarray]:
@@ -117,7 +119,8 @@ def _nodes(G: float, thickness: float, body: Coated, tip: Tip) -> tuple[np.ndarr
     own = G * (1.0 + 1j * STEP)
     share = (1.0 - body.nu) / own
     assert body.base is not None
-    base = Base(own / body.base if math.isfinite(body.base) else 0.0, body.base_nu, body.tip / share)
+    ratio = own / body.base if math.isfinite(body.base) else 0.0
+    base = Base(ratio, body.base_nu, body.tip / share, body.bonded)
     ends = np.array([tip.radii.min(), tip.radii.max()]) / thickness * ROOM
     ratios = np.geomspace(ends[0], min(ends[1], WIDEST), NODES)
     found = [contact_factors(ratio, body.nu, base) for ratio in ratios]
@@ -235,6 +238,7 @@ class StiffnessFit(Fit):
     nu: float
     thickness: float | None
     substrate: Any
+    unbonded: bool
     contact: str
     youngs_modulus: tuple[float, float, float]
     radii: np.ndarray
@@ -306,14 +310,15 @@ class StiffnessFit(Fit):
                 if self.substrate is None
                 else f"a base of {float(self.substrate.G):.4g} Pa in shear"
             )
-            body = f"a film of {self.thickness:.4g} m bonded to {base}"
+            body = f"a film of {self.thickness:.4g} m {'loose on' if self.unbonded else 'bonded to'} {base}"
         return [f"  the modulus is conditional on nu = {self.nu:.4g}, {body} and an {self.contact} contact"]
 
 
 def fit_stiffness(
     data: StiffnessData, *, indenter: Any, nu: float = 0.3, thickness: float | str | None = None, substrate: Any = None,
-    contact: str | None = None, area: Sequence[float] | None = None, epsilon: float = 0.75, beta: float = 1.0,
-    weights: str | None = None, sigma: Any = None, bounds: dict[str, tuple] | None = None, level: float = 0.95,
+    unbonded: bool = False, contact: str | None = None, area: Sequence[float] | None = None, epsilon: float = 0.75,
+    beta: float = 1.0, weights: str | None = None, sigma: Any = None, bounds: dict[str, tuple] | None = None,
+    level: float = 0.95,
 ) -> StiffnessFit:  # fmt: skip
     """Fit the modulus of a half-space or of a film, and the thickness of the film, to a contact stiffness over depth.
 
@@ -333,6 +338,7 @@ def fit_stiffness(
         nu: Poisson's ratio of the sample.
         thickness: of a film [m], or "fit" to fit it; None: a half-space.
         substrate: the ``jc.Elastic`` material below the film; None: a rigid base.
+        unbonded: whether the film slides on the base without friction (and does not lift off) instead of being bonded.
         contact: "elastic", the contact radius of an elastic sample at each depth (the default for a ball and a punch), or
             "oliver-pharr", that of the contact depth (the default for a cone, under which most samples yield), or "stated",
             that of the contact area in the data (the default where they have it and no ``area`` is given).
@@ -363,7 +369,9 @@ def fit_stiffness(
         raise ValueError(f"data: expected StiffnessData, got {type(data).__name__}")
     weights = "estimated" if weights is None and sigma is None and data.sigma is None else weights
     sigma = data.sigma if weights is None and sigma is None else sigma
-    body, tip = _body(indenter, nu, thickness, substrate), _tip(data, indenter, contact, area, epsilon, beta)
+    check_unbonded(unbonded, thickness)
+    body = _body(indenter, nu, thickness, substrate)._replace(bonded=not unbonded)
+    tip = _tip(data, indenter, contact, area, epsilon, beta)
     depth, stiffness, widest = data.depth, data.stiffness, float(tip.radii.max())
     weight, label = choose_weights(depth, stiffness, weights, sigma)
     sample = verdict.Sample.of(("stiffness", "N/m", depth, stiffness), weight, label, own_trends=True)
@@ -444,7 +452,7 @@ def fit_stiffness(
     if contact == "stated" or (contact is None and data.area is not None and area is None):
         kind = "Oliver-Pharr (area of the file)"
     return found.fit(
-        StiffnessFit, indenter=indenter, nu=nu, thickness=thickness, substrate=substrate, contact=kind,
+        StiffnessFit, indenter=indenter, nu=nu, thickness=thickness, substrate=substrate, unbonded=unbonded, contact=kind,
         youngs_modulus=tuple(to_E * value for value in (G, *found.fields["intervals"]["G"])), radii=tip.radii,
         apparent=apparent, moduli=moduli,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Elastic indentation of a layer bonded to a rigid base, by a ball, a cone or a flat punch.
+"""Elastic indentation of a layer on a rigid base, bonded to it or loose, by a ball, a cone or a flat punch.
 
 The force on an indenter at a given depth is that on a half-space (``data/indentation.py``) times a factor f(chi, nu), with
 
@@ -33,6 +33,11 @@ import jaxcontact as jc
 #     H = (1 + 4 k x e - l k e^2)/((1 - l e)(1 - k e) - 4 k x^2 e),     e = exp(-2 x),
 #     k = (m - 1)/(m + kappa),     l = 1 - (1 + kappa)/(1 + m kappa_base);     m = 0 is a rigid base.
 #
+# A layer that slides on the base without friction and does not lift off has (``jaxcontact.response.stack``), with
+# q = 1 - e^2 + 4 x e, f = (1 - e)^2 - 4 x^2 e and S = m (1 - nu_base)/(1 - nu),
+#
+#     H = (1 - e)^2/q + (4 e/q^2) (1 - e + x (1 + e))^2 S/(1 + S f/q).
+#
 # The Abel transform g of the pressure satisfies, at t = tau a,
 #
 #     g(tau) + (2/pi) int_0^inf (H(y h/a) - 1) cos(y tau) int_0^1 g(s) cos(y s) ds dy = depth - profile(tau),
@@ -56,20 +61,26 @@ class Base(NamedTuple):
     """The base of a layer and the tip on it.
 
     ratio: shear modulus of the layer over that of the base, 0 for a rigid one; nu: Poisson's ratio of the base; tip:
-    compliance (1 - nu)/G of the tip over that of the layer.
+    compliance (1 - nu)/G of the tip over that of the layer; bonded: False for a layer that slides on it.
     """
 
     ratio: complex = 0.0
     nu: float = 0.3
     tip: complex = 0.0
+    bonded: bool = True
 
 
 RIGID = Base()
 
 
 def compliance(x: np.ndarray, nu: complex, base: Base = RIGID) -> np.ndarray:
-    """Return H(x) - 1 of the bonded layer; x = wavenumber times thickness."""
+    """Return H(x) - 1 of the layer; x = wavenumber times thickness."""
     kappa, e, less = 3.0 - 4.0 * nu, np.exp(-2.0 * x), -np.expm1(-2.0 * x)
+    if not base.bonded:
+        q, soft = less * (1.0 + e) + 4.0 * x * e, base.ratio * (1.0 - base.nu) / (1.0 - nu)
+        below = 4.0 * e * (less + x * (1.0 + e)) ** 2 / q**2 * soft
+        f = np.where(x < 0.05, 4.0 / 3.0 * e * x**4 * (1.0 + 2.0 / 15.0 * x**2), less**2 - 4.0 * x**2 * e)
+        return -2.0 * e * (less + 2.0 * x) / q + below / (1.0 + soft * f / q)
     one_less_k = (1.0 + kappa) / (base.ratio + kappa)
     one_less_l = (1.0 + kappa) / (1.0 + base.ratio * (3.0 - 4.0 * base.nu))
     k, l = 1.0 - one_less_k, 1.0 - one_less_l
@@ -183,17 +194,19 @@ class ThinLayer(NamedTuple):
         return own._replace(series=own.series.at[0].add(-own.log_factor(1.0)))
 
 
-def thin_layer_factor(indenter: Any, depth: Any, thickness: Any, nu: Any) -> Array:
-    """Return the force on an indenter at a given depth in a bonded layer, over that on a half-space of the material.
+def thin_layer_factor(indenter: Any, depth: Any, thickness: Any, nu: Any, *, unbonded: bool = False) -> Array:
+    """Return the force on an indenter at a given depth in a layer, over that on a half-space of the material.
 
-    The layer is bonded to a rigid base, and is elastic and linear; the exact axisymmetric solution is tabulated
-    (``fitting/models/thin_layer.py``) with an error below 1e-6. It is differentiable with respect to every argument.
+    The layer is bonded to a rigid base or slides on it, and is elastic and linear; the exact axisymmetric solution is
+    tabulated (``fitting/models/thin_layer.py``) with an error below 1e-6. It is differentiable with respect to every
+    argument.
 
     Args:
         indenter: a ``jc.Sphere``, ``jc.Cone`` or ``jc.FlatPunch``; its material is taken as rigid.
         depth: [m] >= 0, of any shape.
         thickness: of the layer [m].
         nu: Poisson's ratio, 0 to 0.5.
+        unbonded: whether the layer slides on its base without friction, not lifting off.
 
     Returns:
         The factor, of the shape of ``depth``; nan where sqrt(R depth)/thickness of a ball, depth tan(half-angle)/
@@ -209,7 +222,7 @@ def thin_layer_factor(indenter: Any, depth: Any, thickness: Any, nu: Any) -> Arr
     """
     if not isinstance(thickness, jax.core.Tracer):
         check(float(thickness), _known(nu))
-    return ThinLayer.of(indenter, thickness, nu).factor(depth)
+    return ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded)).factor(depth)
 
 
 def _known(nu: Any) -> float:
@@ -228,6 +241,14 @@ def check(thickness: float, nu: float) -> None:
         raise ValueError(f"thickness: expected > 0 m, got {thickness!r}")
     if not 0.0 <= nu <= 0.5:
         raise ValueError(f"nu: expected 0 to 0.5 for a thin layer, got {nu!r}")
+
+
+def check_unbonded(unbonded: Any, thickness: Any) -> None:
+    """Raise ValueError unless ``unbonded`` is a truth value, and True for a layer alone."""
+    if not isinstance(unbonded, bool | np.bool_):
+        raise ValueError(f"unbonded: expected True or False, got {unbonded!r}")
+    if unbonded and thickness is None:
+        raise ValueError("unbonded: expected False without a layer, got True")
 
 
 @functools.lru_cache(maxsize=64)

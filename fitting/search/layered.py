@@ -28,16 +28,21 @@ class Coating(NamedTuple):
     """The layered body of an indentation fit.
 
     above: known layers above that of the sought material; thickness [m] of that layer; below: known layers below it;
-    substrate.
+    substrate; interface: a layer without material, of whose ``bonded`` that layer has the value.
     """
 
     above: tuple[Any, ...]
     thickness: Any
     below: tuple[Any, ...]
     substrate: Any
+    interface: Any = jc.Layer(None, None)  # type: ignore[arg-type]
+
+    @property
+    def unbonded(self) -> bool:
+        return not self.interface.bonded
 
     @classmethod
-    def of(cls, layer: Any, layers: Sequence[Any] | None, substrate: Any) -> Coating:
+    def of(cls, layer: Any, layers: Sequence[Any] | None, substrate: Any, unbonded: bool = False) -> Coating:
         """Return the coating from the arguments of ``fit_indentation``; ValueError unless the solver supports it."""
         if (layer is None) == (layers is None):
             raise ValueError(
@@ -54,13 +59,17 @@ class Coating(NamedTuple):
             raise ValueError(f"layer: expected a thickness > 0 m, got {thickness!r}")
         if not hasattr(substrate, "creep"):
             raise ValueError(f"substrate: expected a material under a layer, got {type(substrate).__name__}")
-        found = cls(tuple(rows[: sought[0]]), float(thickness), tuple(rows[sought[0] + 1 :]), substrate)
+        interface = jc.Layer(None, None, bonded=not unbonded)  # type: ignore[arg-type]
+        found = cls(
+            tuple(rows[: sought[0]]), float(thickness), tuple(rows[sought[0] + 1 :]), substrate, interface
+        )
         jc.normal_response(found.body(substrate), 1.0)  # raises ValueError for invalid known layers
         return found
 
     def body(self, material: Any) -> Any:
         """Return the layered half-space with this material in the sought layer."""
-        layers = [*self.above, jc.Layer(material, self.thickness), *self.below]
+        own = jc.Layer(material, self.thickness, self.interface.bonded)
+        layers = [*self.above, own, *self.below]
         return jc.LayeredHalfSpace(layers, self.substrate)
 
 

@@ -19,7 +19,7 @@ from fitting.models import adhesive_contact
 from fitting.models.history import columns
 from fitting.models.parameters import Parameters
 from fitting.models.structure import Sought
-from fitting.models.thin_layer import LARGEST, ThinLayer
+from fitting.models.thin_layer import LARGEST, Base, ThinLayer
 from fitting.search import varpro
 from fitting.search.nonlinear import Best, Objective
 from jaxcontact._support.prefixes import told_apart
@@ -63,7 +63,7 @@ class Pressing(NamedTuple):
 
     indenter; control: the prescribed quantity, "load" or "depth"; rise [s]: of a load that replaces the measured one,
     or None; adhesion: work of adhesion [J/m2]; film: whether the body is a film on a substrate; thickness [m] of a
-    layer on a rigid base, or None.
+    layer on a rigid base, or None; unbonded: whether the layer slides on its base.
     """
 
     indenter: Any
@@ -72,6 +72,7 @@ class Pressing(NamedTuple):
     adhesion: float
     film: bool
     thickness: float | None = None
+    unbonded: bool = False
 
     @property
     def stiffened(self) -> bool:
@@ -205,7 +206,8 @@ def _layer(
     """
     if pressing.thickness is None:
         return None, 1.0
-    layer = ThinLayer.of(pressing.indenter, pressing.thickness, sought.volume.value)
+    base = Base(bonded=not pressing.unbonded)
+    layer = ThinLayer.of(pressing.indenter, pressing.thickness, sought.volume.value, base)
     chi = float(layer.chi(depth))
     if chi > LARGEST and instrument == Instrument():
         raise ValueError(
@@ -350,7 +352,7 @@ def _linear_box(space: Parameters) -> np.ndarray:
 
 
 class Medium(NamedTuple):
-    """The indented body: thickness [m], substrate and grid of the solver.
+    """The indented body: thickness [m], substrate, grid of the solver, and whether the layer slides on the substrate.
 
     left (m,): the discretisation bias of the coordinates that remains; bias: {coordinate: that bias over its standard
     error}. For a half-space None, zero and empty.
@@ -361,6 +363,7 @@ class Medium(NamedTuple):
     grid: Any = None
     left: np.ndarray = np.zeros(1)
     bias: dict[str, float] = {}  # noqa: RUF012
+    unbonded: bool = False
 
 
 class Found(NamedTuple):

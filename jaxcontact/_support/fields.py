@@ -62,6 +62,7 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "pressure_line": Field(LINE, "Pa", "pressure at the row of cells nearest to y = 0", from_maps=True),
     "displacement_line": Field(LINE, "m", "displacement of both surfaces at that row", from_maps=True),
     "thickness_line": Field(LINE, "m", "thickness of the film at that row", from_maps=True),
+    "dent_line": Field(LINE, "m", "depth of the dent at that row", from_maps=True),
     "temperature_line": Field(LINE, "K", "temperature of the surface at that row", from_maps=True),
     "approach": Field(TIME, "m", "approach of the indenter from first touch", shown=True),
     "load": Field(TIME, "N", "normal load", shown=True),
@@ -72,6 +73,7 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "contact_area": Field(TIME, "m2", "contact area, that of the cells in contact", shown=True),
     "smooth_area": Field(TIME, "m2", "contact area within an edge resolved below the cell size"),
     "peak_thickness": Field(TIME, "m", "largest thickness of the film", shown=True, from_maps=True),
+    "peak_dent": Field(TIME, "m", "depth of the deepest dent", shown=True, from_maps=True),
     "peak_temperature": Field(TIME, "K", "largest temperature of the surface", shown=True, from_maps=True),
     "film_strain": Field(TIME, "m/m", "shortening of the film over its thickness", shown=True),
     "tangential_force": Field(
@@ -90,6 +92,10 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
         "rigid-body slip velocity of the indenter over the body, over the speed",
         shown=True,
     ),
+    "spin": Field(
+        (), "m-1", "rotation of the indenter on the body about the normal, over the distance rolled"
+    ),
+    "moment": Field((), "N m", "moment of the traction about the normal through the indenter's axis"),
     "sticking_share": Field(
         TIME, "m2/m2", "sticking cells over cells in contact", shown=True, from_maps=True
     ),
@@ -126,6 +132,7 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
         PLANE, "J m-2", "energy dissipated by friction per area from the first time to the last"
     ),
     "thickness": Field(MAP, "m", "thickness of the film, or of the material added to the indenter"),
+    "dent": Field(MAP, "m", "depth by which the surface of the body has yielded"),
     "temperature": Field(MAP, "K", "temperature of the surface"),
     "time_step_error": Field(TIME, "1", "estimated relative error of the pressure due to the time steps"),
     "step_error": Field(TIME, "m", "estimated error of the thickness due to the time steps"),

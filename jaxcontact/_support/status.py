@@ -37,9 +37,10 @@ class Status(IntEnum, metaclass=_WithFormerNames):
     each status and the remedy; ``list(jc.Status)`` lists all of them.
 
     Where several apply to a step, the most serious one is reported, in this order: OUT_OF_RANGE, NOT_STEADY, NOT_RESOLVED,
-    NOT_FINITE, PULLED_OFF, GROSS_SLIP, NOT_CONVERGED, MOVED_TOO_FAR, AT_EDGE, REENTERED_TRACK, STEP_TOO_LONG, TOO_THICK,
-    INHERITED, TOO_COARSE, FINE. The problem itself comes first (its values, its response, whether it has a solution), then
-    whether this solution was found, then the grid and the time steps, and last a contact on few cells.
+    NOT_FINITE, PULLED_OFF, LOAD_ABOVE_HARDNESS, GROSS_SLIP, NOT_CONVERGED, MOVED_TOO_FAR, AT_EDGE, REENTERED_TRACK,
+    STEP_TOO_LONG, TOO_THICK, INHERITED, TOO_COARSE, FINE. The problem itself comes first (its values, its response, whether
+    it has a solution), then whether this solution was found, then the grid and the time steps, and last a contact on few
+    cells.
 
     Example:
         >>> import jaxcontact as jc
@@ -62,6 +63,7 @@ class Status(IntEnum, metaclass=_WithFormerNames):
     STEP_TOO_LONG = 12
     TOO_THICK = 13
     PULLED_OFF = 14
+    LOAD_ABOVE_HARDNESS = 15
 
     @property
     def message(self) -> str:
@@ -86,6 +88,7 @@ MESSAGES = {
     " more than 1 %, or the indenter moves along its path by over a quarter of the half-width of contact: use more substeps",
     Status.TOO_THICK: "the film is thicker than the largest thickness of its kernels: use a larger thickest",
     Status.PULLED_OFF: "the tensile load exceeds the pull-off force: there is no contact from here on",
+    Status.LOAD_ABOVE_HARDNESS: "the load exceeds the hardness times the area of the grid: use a wider grid",
 }
 
 
@@ -95,6 +98,7 @@ PRECEDENCE = (
     Status.NOT_RESOLVED,
     Status.NOT_FINITE,
     Status.PULLED_OFF,
+    Status.LOAD_ABOVE_HARDNESS,
     Status.GROSS_SLIP,
     Status.NOT_CONVERGED,
     Status.MOVED_TOO_FAR,

@@ -1,4 +1,4 @@
-"""A body: perfectly bonded layers on a half-space."""
+"""A body: layers on a half-space or on a rigid base, bonded to what lies below them or sliding on it."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Self
@@ -11,7 +11,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact.bodies.materials import Elastic, Material
+from jaxcontact.bodies.materials import Elastic, Material, Rigid
 
 
 @pytree
@@ -24,7 +24,11 @@ class Layer:
             wears uniformly (the assumptions are stated in ``history.memory``), and, for the only layer on an elastic
             substrate, (nx, ny) on the grid or (nt, nx, ny), >= 0, for a film that varies in the plane. Such a film lies on
             a flat base: its surface is higher where it is thicker, and the base is bare where the thickness is 0
-            (``operators.varying``). In ``slide_steady`` it may vary along y, across the track.
+            (``operators.kernels``). In ``slide_steady`` it may vary along y, across the track.
+        bonded: False, static, for a layer that slides without friction on what is below it and does not lift off: at its
+            lower side the shear traction is zero, and the normal displacement and traction are continuous. Such a layer
+            needs one thickness. A net tangential force moves it as a free membrane, without bound, so that ``shear`` and
+            ``roll_steady`` refuse it.
 
     Example:
         >>> film = jc.Layer(jc.Maxwell(G=1e9, eta=1e12), thickness=150e-9)
@@ -32,6 +36,7 @@ class Layer:
 
     material: Material
     thickness: Array | float
+    bonded: bool = static(default=True)
 
 
 @pytree
@@ -45,6 +50,7 @@ class Graded:
         profile: function from the depth below the layer's top [m] to a material, of the same or another class at each.
         thickness: h [m] > 0, a number.
         layers: number of sublayers, static, 1 to 1000.
+        bonded: as of ``Layer``, at the lower side of the last sublayer.
 
     Example:
         >>> softer_on_top = lambda depth: jc.Elastic(G=1e9 + 4e9 * depth / 150e-9)
@@ -57,11 +63,13 @@ class Graded:
     profile: Callable[[Any], Material] = static()
     thickness: Array | float
     layers: int = static(default=16)
+    bonded: bool = static(default=True)
 
     def cut(self) -> list[Layer]:
         """Return the sublayers, the top one first."""
         each = jnp.asarray(self.thickness, float) / self.layers
-        return [Layer(self.profile((i + 0.5) * each), each) for i in range(self.layers)]
+        below = [True] * (self.layers - 1) + [self.bonded]
+        return [Layer(self.profile((i + 0.5) * each), each, below[i]) for i in range(self.layers)]
 
 
 @pytree
@@ -70,16 +78,35 @@ class LayeredHalfSpace:
 
     Args:
         layers: a list of ``Layer`` and ``Graded``, empty for a half-space.
-        substrate: a material.
+        substrate: a material, or None for a rigid base below at least one layer. On a rigid base displacement has a value
+            of its own, and not one relative to a mean or to a distant point: the response to a uniform pressure is the
+            shortening of the layers, which cannot widen (``response.stack``).
 
     Example:
         >>> steel = jc.Elastic.from_young(210e9, nu=0.3)
         >>> film = jc.Layer(jc.Maxwell(G=1e9, eta=1e12), thickness=150e-9)
         >>> body = jc.LayeredHalfSpace([film], substrate=steel)
+        >>> gel = jc.Layer(jc.Elastic(G=1e3, nu=0.5), thickness=10e-6, bonded=False)
+        >>> on_glass = jc.LayeredHalfSpace([gel], substrate=None)
     """
 
     layers: Sequence[Layer | Graded]
-    substrate: Material
+    substrate: Material | None
+
+    @property
+    def base(self) -> Material:
+        """The material below all layers, ``Rigid`` where the substrate is None."""
+        return Rigid() if self.substrate is None else self.substrate
+
+    @property
+    def loose(self) -> bool:
+        """Whether a layer slides on what is below it."""
+        return not all(layer.bonded for layer in self.layers)
+
+    @property
+    def height(self) -> Array:
+        """The thickness of all layers [m], ()."""
+        return sum((jnp.asarray(layer.thickness, float) for layer in self.layers), jnp.zeros(()))
 
     def sublayers(self) -> tuple[Layer, ...]:
         """Return the layers, the top one first, with each graded layer divided into sublayers."""
@@ -107,13 +134,26 @@ def checked_body(body: LayeredHalfSpace) -> tuple[LayeredHalfSpace, Verdict]:
         isinstance(body.layers, list | tuple),
         f"body.layers: expected a list of Layer, got {type(body.layers).__name__}",
     )
-    valid = check_material("substrate", body.substrate)
+    checks.require(
+        body.substrate is not None or len(body.layers) > 0,
+        "body: expected at least one layer on a rigid base, substrate=None, got none: nothing would deform",
+    )
+    valid = check_material("substrate", body.base)
     for layer in body.layers:
         valid = valid & _check_layer(layer)
     layers = body.sublayers()
     for each in layers:
         valid = valid & check_material("layer", each.material)
     return replace(body, layers=layers), valid
+
+
+def check_bonded(body: LayeredHalfSpace, where: str) -> None:
+    """Raise ValueError for a body with a loose layer, which has no finite response to a net tangential force."""
+    checks.require(
+        not body.loose,
+        f"{where}: expected bonded layers, got one with bonded=False: under a net tangential force a layer that slides on"
+        " what is below it moves as a free membrane, without bound",
+    )
 
 
 def body_at_first(body: LayeredHalfSpace, count: int) -> tuple[LayeredHalfSpace, Array | None, Verdict]:
@@ -184,10 +224,15 @@ def separate_map(
     layers = list(given) if isinstance(given, list | tuple) else []
     if not any(isinstance(layer, Layer) and np.ndim(layer.thickness) > 1 for layer in layers):
         return body, None, True
+    on = "a rigid base" if body.substrate is None else type(body.substrate).__name__
     checks.require(
         len(layers) == 1 and isinstance(body.substrate, Elastic),
         "body: expected one Layer on an Elastic substrate where its thickness varies in the plane, got"
-        f" {len(layers)} on {type(body.substrate).__name__}",
+        f" {len(layers)} on {on}",
+    )
+    checks.require(
+        not body.loose,
+        "body: expected a bonded layer where its thickness varies in the plane, got bonded=False",
     )
     (layer,), expected = layers, (tuple(shape), (count, *shape))
     checks.require(
@@ -233,6 +278,10 @@ def _check_layer(layer: Layer | Graded) -> Verdict:
     checks.require(
         shape == (),
         f"layer thickness [m]: expected a number, got shape {shape}; only a Layer in indent accepts one value per time",
+    )
+    checks.require(
+        isinstance(layer.bonded, bool | np.bool_),
+        f"layer bonded: expected True or False, got {layer.bonded!r}",
     )
     if isinstance(layer, Graded):
         kind = type(layer.profile).__name__

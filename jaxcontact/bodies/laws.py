@@ -24,6 +24,7 @@ import inspect
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from jaxcontact._support import checks
@@ -236,6 +237,18 @@ def temperatures_of(law: Any) -> list[Any]:
 def is_sheared(law: Any) -> bool:
     """Return whether a law contains growth that is driven by the shear stress of friction."""
     return any(isinstance(term, StressActivated) and term.stress == "shear" for term in _terms(law))
+
+
+def check_hardness(hardness: Any, shape: tuple[int, ...]) -> Verdict:
+    """Check a hardness: None, or pressures above zero, a number or of shape ``shape``; raise ValueError otherwise."""
+    if hardness is None:
+        return True
+    given = np.shape(hardness)
+    checks.require(
+        given in ((), tuple(shape)),
+        f"hardness [Pa]: expected a number or shape {tuple(shape)}, got shape {given}",
+    )
+    return checks.positive("hardness [Pa]", hardness)
 
 
 def check_law(law: Any, *, heated: bool) -> Verdict:

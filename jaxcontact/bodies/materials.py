@@ -30,7 +30,9 @@ from jax.scipy.special import gammaln
 
 from jaxcontact._support import checks
 from jaxcontact._support.exponential import mean_decay
+from jaxcontact._support.mittag_leffler import mittag_leffler
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace
+from jaxcontact.bodies import finite_elements
 
 # The canonical form of a material: its creep compliance as a sum of exponentials, and its relaxation modes.
 #
@@ -359,6 +361,89 @@ class Material(abc.ABC):
         """Return the Laplace transform of J(t): J(s) = h(s)/s^2 [s/Pa], s [1/s] real or complex, Re s > 0."""
         return self.spectrum().transform(s) / jnp.asarray(s) ** 2
 
+    def _prony_table(self, long_term: float) -> finite_elements.Table:
+        """Return the relaxation modulus as a table for a finite-element program."""
+        spectrum = self.spectrum()
+        rho, weights = relaxation_modes(spectrum)
+        relaxed: Array | float = 0.0
+        if spectrum.fluidity is None:
+            relaxed = 1.0 / (spectrum.instantaneous + jnp.sum(spectrum.amplitudes))
+        if float(spectrum.instantaneous) == 0.0:
+            weights = jnp.full_like(rho, jnp.inf)  # an impulse at t = 0
+        given = self.nu, self.bulk_modulus
+        return finite_elements.table(type(self).__name__, relaxed, weights, rho, *given, long_term)
+
+    def to_abaqus(
+        self,
+        name: str = "MATERIAL",
+        *,
+        units: str = "m",
+        density: float | None = None,
+        long_term: float = 0.0,
+    ) -> str:
+        """Return the material as keywords of Abaqus, with the convention in comments (``*ELASTIC, MODULI=INSTANTANEOUS`` and
+        ``*VISCOELASTIC, TIME=PRONY`` with g_i = G_i/G0 and k_i = K_i/K0).
+
+        A fluid (Maxwell, Burgers) has sum g_i = 1. Abaqus takes it with the instantaneous moduli used here, but neither with
+        MODULI=LONG TERM nor in a step that uses the long-term modulus; ``long_term`` leaves a small one.
+
+        Args:
+            name: of the material in Abaqus.
+            units: "m" (SI), "mm" (N, tonne, MPa) or "um" (uN, kg, MPa); time is in s.
+            density: [kg/m3], to be written as well.
+            long_term: least ratio of the moduli at long times and at t = 0, 0 to 0.5.
+
+        Raises:
+            ValueError: an infinite modulus at t = 0 (Kelvin-Voigt), or values out of range.
+
+        Example:
+            >>> rubber = jc.StandardLinearSolid(G1=2e6, G2=2e6, eta2=1e6, nu=0.45)
+            >>> print(rubber.to_abaqus("RUBBER", units="mm").split("TIME=PRONY")[1].strip())
+            0.5, 0.5, 0.25
+        """
+        return finite_elements.abaqus(self._prony_table(long_term), name, units, density)
+
+    def to_ansys(
+        self, number: int = 1, *, units: str = "m", density: float | None = None, long_term: float = 0.0
+    ) -> str:
+        """Return the material as commands of ANSYS, with the convention in comments (``MP,EX`` and ``PRXY`` at t = 0, and
+        ``TB,PRONY`` with alpha_i = G_i/G0, for the shear and, with a constant Poisson's ratio, for the bulk modulus).
+
+        A fluid has sum alpha_i = 1; where ANSYS refuses that, ``long_term=1e-6`` leaves a small long-term modulus.
+
+        Args:
+            number: of the material in ANSYS.
+            units, density, long_term: as in ``to_abaqus``.
+
+        Raises:
+            ValueError: as ``to_abaqus``.
+
+        Example:
+            >>> rubber = jc.StandardLinearSolid(G1=2e6, G2=2e6, eta2=1e6, bulk_modulus=1e9)
+            >>> print(rubber.to_ansys(3).splitlines()[-1])
+            TBDATA,1,0.5,0.25
+        """
+        return finite_elements.ansys(self._prony_table(long_term), number, units, density)
+
+    def to_comsol(self, *, density: float | None = None, long_term: float = 0.0) -> str:
+        """Return the branches of COMSOL's generalized Maxwell model as a table (SI), with the elastic part in comments.
+
+        G and K of the elastic material are those of long times. A fluid has G = 0 there, with which COMSOL has no stationary
+        solution; ``long_term`` leaves a small modulus.
+
+        Args:
+            density, long_term: as in ``to_abaqus``.
+
+        Raises:
+            ValueError: as ``to_abaqus``.
+
+        Example:
+            >>> rubber = jc.StandardLinearSolid(G1=2e6, G2=2e6, eta2=1e6, bulk_modulus=1e9)
+            >>> print(rubber.to_comsol().splitlines()[-1])
+            1 1000000.0 0.25
+        """
+        return finite_elements.comsol(self._prony_table(long_term), density)
+
 
 @pytree
 class Elastic(Material):
@@ -386,6 +471,17 @@ class Elastic(Material):
 
     def spectrum(self) -> Spectrum:
         return Spectrum(1.0 / jnp.asarray(self.G, dtype=float), jnp.zeros(0), jnp.zeros(0))
+
+
+@pytree
+class Rigid(Material):
+    """A solid that does not deform, J = 0: the base of a body whose substrate is None."""
+
+    nu: Array | float | None = NU
+    bulk_modulus: Array | float | None = None
+
+    def spectrum(self) -> Spectrum:
+        return Spectrum(jnp.zeros(()), jnp.zeros(0), jnp.zeros(0))
 
 
 @pytree
@@ -559,7 +655,11 @@ class Prony(Material):
 #
 # A springpot of quasi-property V [Pa s^alpha] and order 0 < alpha < 1 lies between a spring and a dashpot:
 #
-#     J(t) = t^alpha/(V Gamma(1 + alpha)).
+#     J(t) = t^alpha/(V Gamma(1 + alpha)),   G(t) = V t^-alpha/Gamma(1 - alpha),   G*(omega) = V (i omega)^alpha.
+#
+# With springs the modulus at a Laplace variable s follows from V s^alpha as with a dashpot, and creep and relaxation from
+# the Mittag-Leffler function E_alpha(-x) (``_support/mittag_leffler.py``): 1/(s (G + V s^alpha)) is the transform of
+# (1 - E_alpha(-(G/V) t^alpha))/G.
 #
 # Its retardation times form a continuous spectrum over the whole time axis. With the rate r = exp(w), the
 # Mittag-Leffler function E_alpha and x = t/tau,
@@ -581,7 +681,6 @@ class Prony(Material):
 
 
 TAIL = 80.0  # range of the logarithm of rates summed beyond the modes kept; a closed form gives the rest
-FINE_STEP = 0.4  # step of the sum for J(t) itself: an error of exp(-pi^2/0.4) = 2e-11
 LARGEST_ORDER = 0.999  # largest alpha whose spectrum can be summed
 USUAL_ORDER = 0.95  # alpha of which the range suffices for all below
 # least 1 - alpha used for the series of a power law; it changes J(t) by as much per decade at most
@@ -589,7 +688,7 @@ NEAR_ONE = 1e-7
 
 
 class Fractional(abc.ABC):
-    """Base class of the fractional laws: J(t), and its approximation by a Prony series."""
+    """Base class of the fractional laws: J(t), G(t) and G*(omega), and their approximation by a Prony series."""
 
     V: Array | float
     alpha: Array | float
@@ -601,6 +700,27 @@ class Fractional(abc.ABC):
     @abc.abstractmethod
     def creep(self, t: Array | float) -> Array:
         """Return the shear creep compliance J(t) [1/Pa], t >= 0 [s] of any shape."""
+
+    @abc.abstractmethod
+    def relaxation(self, t: Array | float) -> Array:
+        """Return the shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape."""
+
+    @abc.abstractmethod
+    def _operational_modulus(self, s: Array) -> Array:
+        """Return s G(s) [Pa] at real or complex s [1/s], with the Laplace transform G(s) of G(t)."""
+
+    def complex_modulus(self, omega: Array | float) -> Array:
+        """Return the complex modulus G*(omega) = i omega G(i omega) [Pa], omega > 0 [rad/s] of any shape."""
+        return self._operational_modulus(1j * jnp.asarray(as_float64(omega)))
+
+    def laplace_compliance(self, s: Array | complex) -> Array:
+        """Return the Laplace transform of J(t) [s/Pa], s [1/s] real or complex, Re s > 0: J(s) = 1/(s^2 G(s))."""
+        s = jnp.asarray(s)
+        return 1.0 / (s * self._operational_modulus(s))
+
+    def _element(self, s: Array) -> Array:
+        """Return V s^alpha [Pa]."""
+        return self.V * jnp.exp(self.alpha * jnp.log(s))
 
     def shifted(self, factor: Array | float) -> Self:
         """Return the material with all its times multiplied by ``factor`` > 0: J(t; factor) = J(t/factor).
@@ -660,6 +780,54 @@ class Fractional(abc.ABC):
         self._check(shortest, longest, tolerance)
         return self._summable()._sum(shortest, longest, tolerance)
 
+    def _prony_table(
+        self, shortest: float, longest: float, tolerance: float, long_term: float
+    ) -> finite_elements.Table:
+        """Return the relaxation modulus of the series between two times as a table, with its error in words."""
+        found = self.prony(shortest, longest, tolerance)._prony_table(long_term)
+        solid = isinstance(self, Retarded)
+        return finite_elements.of_law(
+            found, type(self).__name__, self.relaxation, solid, shortest, longest, tolerance
+        )
+
+    def to_abaqus(
+        self, shortest: float, longest: float, name: str = "MATERIAL", *, tolerance: float = 1e-3, units: str = "m",
+        density: float | None = None, long_term: float = 0.0,
+    ) -> str:  # fmt: skip
+        """Return the law between two times as keywords of Abaqus, by the series of ``prony``, with the error of G(t)
+        in a comment.
+
+        Args:
+            shortest, longest, tolerance: as in ``prony``.
+            name, units, density, long_term: as in ``jc.StandardLinearSolid.to_abaqus``.
+
+        Raises:
+            ValueError: values out of range.
+
+        Example:
+            >>> gel = jc.Springpot(V=1e3, alpha=0.2, nu=0.5)
+            >>> print(gel.to_abaqus(1e-2, 1e2).splitlines()[4].split(" of the law")[0])
+            ** Springpot from 0.01 to 100 s: G(t) of this table is within 0.0045
+        """
+        found = self._prony_table(shortest, longest, tolerance, long_term)
+        return finite_elements.abaqus(found, name, units, density)
+
+    def to_ansys(
+        self, shortest: float, longest: float, number: int = 1, *, tolerance: float = 1e-3, units: str = "m",
+        density: float | None = None, long_term: float = 0.0,
+    ) -> str:  # fmt: skip
+        """Return the law between two times as commands of ANSYS; arguments and errors as ``to_abaqus``, with the
+        number of the material in place of a name."""
+        found = self._prony_table(shortest, longest, tolerance, long_term)
+        return finite_elements.ansys(found, number, units, density)
+
+    def to_comsol(
+        self, shortest: float, longest: float, *, tolerance: float = 1e-3, density: float | None = None,
+        long_term: float = 0.0,
+    ) -> str:  # fmt: skip
+        """Return the law between two times as a table for COMSOL; arguments and errors as ``to_abaqus``."""
+        return finite_elements.comsol(self._prony_table(shortest, longest, tolerance, long_term), density)
+
     def _summable(self) -> "Fractional":
         """Return the law with an order whose spectrum can be summed."""
         return self
@@ -703,7 +871,7 @@ class Fractional(abc.ABC):
             f"longest: expected more than shortest = {shortest:g} s, got {longest:g}",
         )
         checks.between("tolerance", tolerance, 0.999e-8, 0.1)
-        for name in ("G", "V"):
+        for name in ("G", "G1", "G2", "V"):
             if hasattr(self, name):
                 checks.positive(name, getattr(self, name))
         checks.between("alpha", self.alpha, 0.0, self._largest_order)
@@ -752,6 +920,13 @@ class Springpot(PowerLaw):
         """Return J(t) [1/Pa], t >= 0 [s] of any shape."""
         return power(t, self.alpha) / self.V
 
+    def relaxation(self, t: Array | float) -> Array:
+        """Return G(t) = V t^-alpha/Gamma(1 - alpha) [Pa], infinite at t = 0, t >= 0 [s] of any shape."""
+        return self.V * inverse_power(t, self.alpha)
+
+    def _operational_modulus(self, s: Array) -> Array:
+        return self._element(s)
+
 
 @pytree
 class FractionalMaxwell(PowerLaw):
@@ -780,13 +955,73 @@ class FractionalMaxwell(PowerLaw):
         """Return J(t) [1/Pa], t >= 0 [s] of any shape."""
         return 1.0 / self.G + power(t, self.alpha) / self.V
 
+    def relaxation(self, t: Array | float) -> Array:
+        """Return G(t) = G E_alpha(-(G/V) t^alpha) [Pa], t >= 0 [s] of any shape."""
+        return self.G * mittag_leffler(_argument(t, self.alpha, self.G / self.V), self.alpha)[0]
+
+    def _operational_modulus(self, s: Array) -> Array:
+        pot = self._element(s)
+        return self.G * pot / (self.G + pot)
+
     @property
     def _spring(self) -> Array | float:
         return 1.0 / self.G
 
 
+class Retarded(Fractional):
+    """Base class of a spring and a springpot in parallel, alone or with a spring in series.
+
+    With the spring G of the pair, 1 - E_alpha(-(G/V) t^alpha) is the retarded part of the creep times G.
+    """
+
+    @property
+    @abc.abstractmethod
+    def _delayed(self) -> Array | float:
+        """The modulus of the spring beside the springpot [Pa]."""
+
+    def creep(self, t: Array | float) -> Array:
+        """Return J(t) [1/Pa], t >= 0 [s] of any shape."""
+        x = _argument(t, self.alpha, self._delayed / self.V)
+        return self._spring + mittag_leffler(x, self.alpha)[1] / self._delayed
+
+    @property
+    def _extra_range(self) -> float:
+        """As in the base class; far from tau on either side w exceeds the logarithm by log(pi alpha/sin(pi alpha))/alpha.
+
+        It is constant for most orders, which share a compiled program; within jit it suffices for every order.
+        """
+        if not is_concrete(self.alpha):
+            return self._excess(self._largest_order)
+        return self._excess(max(float(self.alpha), USUAL_ORDER))
+
+    @staticmethod
+    def _excess(alpha: float) -> float:
+        return 2.0 / alpha * math.log(math.pi * alpha / math.sin(math.pi * alpha))
+
+    @property
+    def _log_tau(self) -> Array:
+        return jnp.log(jnp.asarray(self.V, dtype=float) / self._delayed) / self.alpha
+
+    def _density(self, w: Array) -> tuple[Array, Array]:
+        angle, log_p, log_q = jnp.pi * self.alpha, -softplus(-self.alpha * w), -softplus(self.alpha * w)
+        log_sine = lambda log_share: jnp.log(jnp.sin(angle * jnp.exp(log_share)))
+        log_rate = (log_sine(log_p) - log_sine(log_q)) / self.alpha - self._log_tau
+        return log_rate, self.alpha / self._delayed * jnp.exp(log_p + log_q)
+
+    def _position(self, log_rate: Array) -> Array:
+        y = jnp.exp(self.alpha * (log_rate + self._log_tau))
+        sine, cosine = jnp.sin(jnp.pi * self.alpha), jnp.cos(jnp.pi * self.alpha)
+        return jnp.log(jnp.arctan2(sine, 1.0 / y + cosine) / jnp.arctan2(sine, y + cosine)) / self.alpha
+
+    def _above(self, w: Array, step: Array | float) -> Array:
+        """Return the integral of the logistic density from half a step below w, with the first term of its error."""
+        width = self.alpha * step
+        q = jnp.exp(-softplus(self.alpha * w - width / 2.0))
+        return (q + width**2 / 24.0 * q * (1.0 - q) * (2.0 * q - 1.0)) / self._delayed
+
+
 @pytree
-class FractionalKelvinVoigt(Fractional):
+class FractionalKelvinVoigt(Retarded):
     """A spring and a springpot in parallel: J(t) = (1 - E_alpha(-(t/tau)^alpha))/G, tau^alpha = V/G.
 
     Args:
@@ -808,53 +1043,81 @@ class FractionalKelvinVoigt(Fractional):
     nu: Array | float | None = NU
     bulk_modulus: Array | float | None = None
 
-    @jax.jit
-    def creep(self, t: Array | float) -> Array:
-        """Return J(t) [1/Pa] to a relative 1e-9, t >= 0 [s] of any shape."""
-        t = as_float64(t)
-        positive = t > 0.0
-        log_t = jnp.log(jnp.where(positive, t, 1.0))[..., None]
-        centre = jax.lax.stop_gradient(self._position(-log_t))
-        w = centre + FINE_STEP * jnp.arange(-TAIL / FINE_STEP, TAIL / FINE_STEP)
-        log_rates, density = self._density(w)
-        delayed = -jnp.expm1(-jnp.exp(log_rates + log_t))
-        J = FINE_STEP * jnp.sum(density * delayed, -1) + self._above(w[..., -1] + FINE_STEP, FINE_STEP)
-        return jnp.where(positive, J, 0.0)
+    @property
+    def _delayed(self) -> Array | float:
+        return self.G
+
+    def relaxation(self, t: Array | float) -> Array:
+        """Return G(t) = G + V t^-alpha/Gamma(1 - alpha) [Pa], infinite at t = 0, t >= 0 [s] of any shape."""
+        return self.G + self.V * inverse_power(t, self.alpha)
+
+    def _operational_modulus(self, s: Array) -> Array:
+        return self.G + self._element(s)
+
+
+@pytree
+class FractionalZener(Retarded):
+    """A fractional standard linear solid, a spring in series with a spring and a springpot in parallel:
+
+        J(t) = 1/G1 + (1 - E_alpha(-(t/tau)^alpha))/G2,     tau^alpha = V/G2.
+
+    Its modulus relaxes from G1 to Ge = G1 G2/(G1 + G2), G(t) = Ge + (G1 - Ge) E_alpha(-(G1 + G2) t^alpha/V) (F. Mainardi,
+    Fractional Calculus and Waves in Linear Viscoelasticity, 2010, sec. 3.4). For alpha = 1 it is ``StandardLinearSolid``.
+
+    Args:
+        G1: instantaneous modulus [Pa] > 0.
+        G2: modulus of the delayed part [Pa] > 0.
+        V: quasi-property of the springpot of the delayed part [Pa s^alpha] > 0.
+        alpha: order of the springpot, 0 < alpha < 1.
+        nu: Poisson's ratio, -1 < nu <= 0.5.
+        bulk_modulus: K [Pa] > 0 of an elastic volume response, in place of nu.
+
+    Example:
+        >>> tissue = jc.FractionalZener(G1=3e3, G2=1.5e3, V=2e3, alpha=0.4, nu=0.5)
+        >>> f"{float(tissue.relaxation(0.0)):.0f} Pa, {float(tissue.relaxation(10.0)):.0f} Pa"
+        '3000 Pa, 1223 Pa'
+    """
+
+    G1: Array | float
+    G2: Array | float
+    V: Array | float
+    alpha: Array | float
+    nu: Array | float | None = NU
+    bulk_modulus: Array | float | None = None
 
     @property
-    def _extra_range(self) -> float:
-        """As in the base class; far from tau on either side w exceeds the logarithm by log(pi alpha/sin(pi alpha))/alpha.
-
-        It is constant for most orders, which share a compiled program; within jit it suffices for every order.
-        """
-        if not is_concrete(self.alpha):
-            return self._excess(self._largest_order)
-        return self._excess(max(float(self.alpha), USUAL_ORDER))
-
-    @staticmethod
-    def _excess(alpha: float) -> float:
-        return 2.0 / alpha * math.log(math.pi * alpha / math.sin(math.pi * alpha))
+    def _delayed(self) -> Array | float:
+        return self.G2
 
     @property
-    def _log_tau(self) -> Array:
-        return jnp.log(jnp.asarray(self.V, dtype=float) / self.G) / self.alpha
+    def _spring(self) -> Array | float:
+        return 1.0 / self.G1
 
-    def _density(self, w: Array) -> tuple[Array, Array]:
-        angle, log_p, log_q = jnp.pi * self.alpha, -softplus(-self.alpha * w), -softplus(self.alpha * w)
-        log_sine = lambda log_share: jnp.log(jnp.sin(angle * jnp.exp(log_share)))
-        log_rate = (log_sine(log_p) - log_sine(log_q)) / self.alpha - self._log_tau
-        return log_rate, self.alpha / self.G * jnp.exp(log_p + log_q)
+    def relaxation(self, t: Array | float) -> Array:
+        """Return G(t) [Pa], t >= 0 [s] of any shape."""
+        whole = self.G1 + self.G2
+        x = _argument(t, self.alpha, whole / self.V)
+        return self.G1 / whole * (self.G2 + self.G1 * mittag_leffler(x, self.alpha)[0])
 
-    def _position(self, log_rate: Array) -> Array:
-        y = jnp.exp(self.alpha * (log_rate + self._log_tau))
-        sine, cosine = jnp.sin(jnp.pi * self.alpha), jnp.cos(jnp.pi * self.alpha)
-        return jnp.log(jnp.arctan2(sine, 1.0 / y + cosine) / jnp.arctan2(sine, y + cosine)) / self.alpha
+    def _operational_modulus(self, s: Array) -> Array:
+        below = self.G2 + self._element(s)
+        return self.G1 * below / (self.G1 + below)
 
-    def _above(self, w: Array, step: Array | float) -> Array:
-        """Return the integral of the logistic density from half a step below w, with the first term of its error."""
-        width = self.alpha * step
-        q = jnp.exp(-softplus(self.alpha * w - width / 2.0))
-        return (q + width**2 / 24.0 * q * (1.0 - q) * (2.0 * q - 1.0)) / self.G
+
+def _argument(t: Array | float, alpha: Array | float, factor: Array | float) -> Array:
+    """Return factor t^alpha, t >= 0 of any shape; its derivatives are finite at t = 0 as well."""
+    t, alpha = as_float64(t), as_float64(alpha)
+    positive = t > 0.0
+    return jnp.where(positive, factor * jnp.exp(alpha * jnp.log(jnp.where(positive, t, 1.0))), 0.0)
+
+
+def inverse_power(t: Array | float, alpha: Array | float) -> Array:
+    """Return t^-alpha/Gamma(1 - alpha), t >= 0 of any shape; infinite at t = 0."""
+    t, alpha = as_float64(t), as_float64(alpha)
+    positive = t > 0.0
+    return jnp.where(
+        positive, jnp.exp(-alpha * jnp.log(jnp.where(positive, t, 1.0)) - gammaln(1.0 - alpha)), jnp.inf
+    )
 
 
 def power(t: Array | float, alpha: Array | float) -> Array:

@@ -58,7 +58,8 @@ from jaxcontact.contact.friction import (
 )
 from jaxcontact.contact.krylov import bicgstab, conjugate_gradients, cut, paste, place
 from jaxcontact.contact.normal import Problem, Solution, masked_mean, projected, solve
-from jaxcontact.operators.base import Linear, OnContact, Operator, TractionOperator, unchanged
+from jaxcontact.operators.coupled import TractionOperator
+from jaxcontact.operators.operator import Linear, OnContact, Operator, unchanged
 
 # Solutions of the linear systems of derivatives.
 #

@@ -12,8 +12,8 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.reductions import total
-from jaxcontact.operators.base import Corner as Corner
-from jaxcontact.operators.base import Linear
+from jaxcontact.operators.operator import Corner as Corner
+from jaxcontact.operators.operator import Linear
 
 
 class Minimum(NamedTuple):

@@ -4,7 +4,7 @@
 
 with either the sum of the pressures or the approach given. The method is that of I. A. Polonsky and
 L. M. Keer, Wear 231 (1999) 206, with five changes: a circulant preconditioner, on the whole grid of
-residuals continued beyond the contact (``operators.base``); the Polak-Ribiere
+residuals continued beyond the contact (``operators.operator``); the Polak-Ribiere
 direction; cells that overlap enter the search with the others, not by a step of their own; and an iteration costs one
 convolution, also where cells leave contact: a step is tried that is as long as the last good one, what it would pull
 is clipped, and of the way from the old pressure to the clipped one, along which u is linear, the part of least energy
@@ -30,7 +30,7 @@ from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.reductions import largest, total, totals
 from jaxcontact.contact.krylov import cut, paste, place
 from jaxcontact.contact.law import UNILATERAL
-from jaxcontact.operators.base import OnContact, Operator, unchanged
+from jaxcontact.operators.operator import OnContact, Operator, unchanged
 
 PARALLEL = 1e-14  # directions whose squared sine to the pressure is below this count as parallel to it
 LENGTH = 0.5  # length of the first trial step, relative to the preconditioned residual
@@ -125,10 +125,13 @@ def approach_of(problem: Problem, pressure: Array, displacement: Array) -> Array
 def _zero_gap(problem: Problem, pressure: Array, displacement: Array, otherwise: Array) -> Array:
     """Return the approach at which the gap of the free cells is zero in the mean, or another value if there are none."""
     surface, free = displacement + problem.gap, problem.law.free(pressure)
-    if problem.law.prescribes:  # all cells in contact may carry a prescribed pressure; their gap is closed
+    if problem.law.prescribes:
+        # All cells in contact may carry a prescribed pressure. Their gap is closed, with the least overlap; where a cell
+        # outside lies lower than one of them, both have to change, and the approach is between the two.
         touching = problem.law.touching(pressure)
-        deepest = jnp.max(jnp.where(touching, surface, -jnp.inf))
-        otherwise = jnp.where(jnp.any(touching), deepest, otherwise)
+        highest = jnp.max(jnp.where(touching, surface, -jnp.inf))
+        lowest = jnp.min(jnp.where(touching, jnp.inf, surface))
+        otherwise = jnp.where(jnp.any(touching), jnp.minimum(highest, (highest + lowest) / 2.0), otherwise)
     return jnp.where(jnp.any(free), masked_mean(surface, free), otherwise)
 
 
@@ -325,7 +328,8 @@ def _search_in_window(
     """The pressure on the whole grid and the iterations taken; ``start`` where it does not fit."""
     corner, fits = place(problem.law.touching(start), shape)
     part, operator = cut(start, corner, shape), problem.operator.restricted(corner)
-    within = replace(problem, operator=operator, gap=cut(problem.gap, corner, shape))
+    law = problem.law.in_window(corner, shape)
+    within = replace(problem, operator=operator, gap=cut(problem.gap, corner, shape), law=law)
     # not continued beyond the contact, which is large in the window: it would gain little
     precondition = unchanged(operator.preconditioner())
     limit = jnp.where(fits, max_iterations, 0)

@@ -63,7 +63,7 @@ class ShearStepper(Stepper):
         zeros = lambda *axes: jnp.zeros((*axes, *shape))
         fields = self.memory.start(shape)
         count = self.memory.delayed(fields, zeros()).rates.size
-        judged = (StepError.none(count), StepError.none(count)) if count else ()
+        judged = (StepError.none(count, shape), StepError.none(count, (2, *shape))) if count else ()
         return ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), judged)
 
     def advance(self, carry: ShearCarry, step: Steps) -> tuple[ShearCarry, Outcome]:
@@ -100,8 +100,15 @@ class ShearStepper(Stepper):
             lapse, along = Lapse(dt), jax.lax.stop_gradient(present(before, p))
             delayed = self.memory.delayed(carry.memory, along)
             judged = (
-                after_step(carry.judged[0], delayed, before, p, carry.rate[2], lapse),
-                after_step(carry.judged[1], delayed, carry.traction[:2], traction[:2], carry.rate[:2], lapse),
+                after_step(carry.judged[0], delayed, before, p, lapse, self.load_controlled),
+                after_step(
+                    carry.judged[1],
+                    delayed,
+                    carry.traction[:2],
+                    traction[:2],
+                    lapse,
+                    self.tangential_load_controlled,
+                ),
             )
 
         moves = jnp.any(p > 0.0) | (not self.tangential_load_controlled)

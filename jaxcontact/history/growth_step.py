@@ -49,11 +49,12 @@ from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.bodies.grid import Grid, MovedGrid
 from jaxcontact.bodies.laws import RubbingState
 from jaxcontact.contact.implicit import solve_contact
+from jaxcontact.contact.law import Hardness
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import ThicknessStep
 from jaxcontact.history.normal_step import PressCarry, PressStepper, contact_outcome, plane_strain, status_of
 from jaxcontact.history.time_loop import Lapse, Outcome, Steps, in_radii
-from jaxcontact.indenters.shapes import Cone, Cylinder, Indenter, Sphere
+from jaxcontact.indenters.shapes import Cone, Cylinder, Ellipsoid, Indenter, Sphere
 from jaxcontact.operators import spectral
 
 # Temperature of a surface that friction heats, and the reduced time in which a body creeps at it.
@@ -163,8 +164,8 @@ class Track:
 def check_path(path: Any, times: Any, indenter: Any, grid: Grid) -> Verdict:
     """Check a path (nt, 2): no jump, on the grid where it ends there, and an indenter whose profile can be moved."""
     checks.require(
-        isinstance(indenter, Sphere | Cone | Cylinder),
-        f"indenter: expected a Sphere, Cone or Cylinder with path, got {type(indenter).__name__}",
+        isinstance(indenter, Sphere | Ellipsoid | Cone | Cylinder),
+        f"indenter: expected a Sphere, Ellipsoid, Cone or Cylinder with path, got {type(indenter).__name__}",
     )
     if not is_concrete(path, times, grid):
         return True
@@ -311,6 +312,8 @@ class RubStepper(PressStepper):
         if self.track is not None:
             profile = profile + self.track.rise(step.more.position)
         lowest, gap = jnp.min(profile), profile + predicted.earlier
+        if contact.dent is not None:
+            gap = gap + contact.dent
         problem = Problem(predicted.operator, gap, step.target, lowest, self.load_controlled, self.law)
 
         # 3. h* = h_n + dt phi_1 r_n with its pressure p*, loosely; then h_(n+1) = h* + dt phi_2 (N* - N_n), N = r + s h.
@@ -355,6 +358,7 @@ class RubStepper(PressStepper):
             pressure=pressure,
             rate=jax.lax.stop_gradient(per_time(pressure - contact.pressure)),
             judged=judged,
+            dent=self._dented(contact.dent, second.problem, solution),
         )
 
         # 7. Where the base is bare: cells in contact that had a film at first and have none.
@@ -395,6 +399,8 @@ class RubStepper(PressStepper):
             "displacement": predicted.earlier - second.raised + solution.displacement,
             "thickness": thickness / self.scale.length,
         }
+        if pressed.dent is not None:
+            shown |= {"displacement": shown["displacement"] + pressed.dent, "dent": pressed.dent}
         if self.track is not None:
             shown["moved_profile"] = profile
         temperature = self._temperature(second.warming, step.more.speed / step.more.share)
@@ -430,6 +436,8 @@ class RubStepper(PressStepper):
         start = jax.lax.stop_gradient(guess)
         solution = solve_contact(problem, start, tolerance, self.max_iterations)
         gap = problem.gap + solution.displacement - solution.approach
+        if isinstance(self.law, Hardness):
+            gap = gap + self.law.dent(solution.pressure, gap)
         si = self.scale.to_si(pressure=solution.pressure, gap=gap)
         friction_stress = self.friction * si["pressure"]
         warming = None if self.heated is None else self.heated.rise(friction_stress)

@@ -26,21 +26,19 @@ from jaxcontact.bodies.grid import Grid
 from jaxcontact.history.time_loop import Delayed
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Operator, TractionOperator
-from jaxcontact.operators.convolution import Moving
-from jaxcontact.operators.coupled import Coupled
+from jaxcontact.operators.coupled import TractionOperator
 from jaxcontact.operators.kernels import (
     Film,
     ImageKernels,
     Kernels,
+    Rubbing,
     TractionKernels,
     VaryingFilm,
     build,
     deepest_strain,
     image_weights,
 )
-from jaxcontact.operators.rubbing import Rubbing
-from jaxcontact.operators.varying import VaryingKernels
+from jaxcontact.operators.operator import Operator
 from jaxcontact.response.normal import limits_of
 
 
@@ -283,12 +281,12 @@ class VaryingMemory(IncrementalMemory):
     What grows raises the surface, and what is worn away lowers it.
     """
 
-    kernels: VaryingKernels
+    kernels: Kernels
     at_first: Array
 
     @property
     def rates(self) -> Array:
-        return self.kernels.uniform.rates
+        return self.kernels.rates
 
     def start(self, shape: tuple[int, int]) -> Grown:
         film = jax.tree.map(jnp.zeros_like, self.kernels.at(self.at_first).film)
@@ -298,7 +296,7 @@ class VaryingMemory(IncrementalMemory):
         return self.kernels.at((step.before + step.after) / 2.0)
 
     def raised(self, step: ThicknessStep) -> Array:
-        return (step.after - self.at_first) / self.kernels.uniform.scale.length
+        return (step.after - self.at_first) / self.kernels.scale.length
 
 
 # Observables of sliding beyond the pressure: horizontal force, pressure centre, energies. All scaled.
@@ -505,11 +503,11 @@ class RecursiveMemory(Memory):
         ``history.memory``, ().
         """
         k = self.kernels
-        members, shape = k.family.members, spectral.padded_shape(pressure.shape, k.family.members.periodic)
+        shape = spectral.padded_shape(pressure.shape, k.family.periodic)
         fields = jnp.concatenate([pressure[None], eta])
-        waves = spectral.transform(fields, members.periodic)
+        waves = spectral.transform(fields, k.family.periodic)
         squares = waves.real**2 + waves.imag**2
-        energies = jax.vmap(lambda s: inner_product(members.spectrum, s, shape))(squares)  # (K + 1, M + 1)
+        energies = jax.vmap(lambda s: inner_product(k.family.spectrum, s, shape))(squares)  # (K + 1, M + 1)
         return 0.5 * energies[0, 0] + 0.5 * jnp.sum(k.rates[:, None] * k.mix.T * energies[1:, 1:])
 
     def delayed(self, eta: Array, pressure: Array) -> Delayed:
@@ -560,7 +558,9 @@ class TractionMemory(Memory):
         operator = k.family.combined(jnp.append(1.0, k.mix @ (dt * new)))
         normal = pressed.earlier + k.family.normal_from_earlier(mixed)
         earlier = jnp.concatenate([k.family.tangential_from_earlier(mixed), normal[None]])
-        return Prediction(Coupled(pressed.operator, operator), earlier, TractionFields(pressed.fields, eta))
+        return Prediction(
+            TractionOperator(pressed.operator, operator), earlier, TractionFields(pressed.fields, eta)
+        )
 
     def update(self, fields: TractionFields, traction: Array, dt: Array) -> TractionFields:
         new = dt * ramps(self.kernels.rates * dt)[2]
@@ -701,7 +701,7 @@ class MovingMemory(Memory):
 
     @property
     def _periodic(self) -> spectral.Periodic:
-        return self.kernels.family.members.periodic
+        return self.kernels.family.periodic
 
     def _padded(self, shape: tuple[int, ...]) -> tuple[int, int]:
         return spectral.padded_shape(shape, self._periodic)
@@ -729,9 +729,8 @@ class MovingMemory(Memory):
         on_grid = step_weights(self.kernels.rates, motion, shape, self.ratio)[2]
         now = lambda parts, weights: parts[0] + jnp.sum(parts[1:] * weights, 0)
         of_pressure, of_traction = self._shares(motion)
-        operator: Operator = Moving(
-            now(self.spectra, new * of_pressure), now(self.circulants, on_grid), self._periodic
-        )
+        spectrum, circulant = now(self.spectra, new * of_pressure), now(self.circulants, on_grid)
+        operator = Operator(spectrum[None], circulant, periodic=self._periodic)
         if self.rubbed is not None and self.rubbing is not None:
             kernel = jnp.tensordot(motion.direction, self.rubbed, 1)
             kernel = kernel + jnp.sum(self.spectra[1:] * (new * of_traction), 0)
@@ -830,7 +829,7 @@ def moving_memory(
     """The memory with one spectrum for each rate; profile: (nx, ny), scaled; rubbing: of friction, on the grid."""
     shape = profile.shape
     own = lambda a: jnp.concatenate([a[:1], jnp.tensordot(kernels.mix.T, a[1:], 1)])
-    spectra, rates = own(kernels.family.members.spectrum), kernels.rates
+    spectra, rates = own(kernels.family.spectrum), kernels.rates
     sources, rubbed = jnp.zeros((rates.size, 3)).at[:, 0].set(1.0), None
     if rubbing is not None:
         all_of_it = rubbing.spectra(shape)
@@ -840,15 +839,15 @@ def moving_memory(
         sources = jnp.concatenate([sources, jnp.repeat(jnp.eye(3)[1:], rubbing.rates.size, 0)])
     return MovingMemory(
         spectra,
-        own(kernels.family.members.circulant),
+        own(kernels.family.circulant),
         rates,
         sources,
         rubbed,
         rubbing,
-        spectral.inverse(spectra[1:], shape, kernels.family.members.periodic)[:, :, 0],
+        spectral.inverse(spectra[1:], shape, kernels.family.periodic)[:, :, 0],
         ratio,
         kernels,
-        Observer.of(profile, ratio, kernels.family.members.periodic),
+        Observer.of(profile, ratio, kernels.family.periodic),
     )
 
 

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -9,6 +10,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import is_concrete, refuse_masked
+from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import check_friction
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.history.memory import Shift
@@ -94,6 +96,38 @@ def shifts(velocity: Array, times: Array, substeps: int) -> Shift:
     return Shift(move[..., 0], None if velocity.ndim == 0 else move[..., 1])
 
 
+def carried_past(field: Array, shift: Shift, ratio: Array, periodic: tuple[bool, bool], beyond: str) -> Array:
+    """Return a field of the body (nx, ny) in the frame of an indenter after its move: f(x + shift), along x and then y.
+
+    By Lagrange's polynomial through four cells, held between the two cells on either side, so that no value arises beyond
+    those of the field, and none is changed by a move of whole cells (R. Bermejo, A. Staniforth, Mon. Weather Rev. 120 (1992)
+    2622). shift [cells along x]; ratio: dy/dx; beyond: what lies beyond a side that is not periodic, "constant" for zero or
+    "edge".
+    """
+    for axis, move in enumerate((shift.x, None if shift.y is None else shift.y / ratio)):
+        n = field.shape[axis]
+        if move is None or n == 1:
+            continue
+        whole = jnp.floor(move)
+        t = move - whole
+        whole = jax.lax.stop_gradient(whole).astype(int)
+        whole = whole % n if periodic[axis] else jnp.clip(whole, -n - 2, n + 2)
+
+        # from the cell before to the second one after the place that comes to each cell
+        pads = [(n + 3, n + 4) if k == axis else (0, 0) for k in range(2)]
+        padded = jnp.pad(field, pads, mode="wrap" if periodic[axis] else beyond)
+        near = jax.lax.dynamic_slice_in_dim(padded, whole + n + 2, n + 3, axis)
+        before, one, other, after = (jax.lax.slice_in_dim(near, k, k + n, axis=axis) for k in range(4))
+        polynomial = (
+            -t * (t - 1.0) * (t - 2.0) / 6.0 * before
+            + (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0 * one
+            - (t + 1.0) * t * (t - 2.0) / 2.0 * other
+            + (t + 1.0) * t * (t - 1.0) / 6.0 * after
+        )
+        field = jnp.clip(polynomial, jnp.minimum(one, other), jnp.maximum(one, other))
+    return field
+
+
 def directions(velocity: Array, times: Array, substeps: int) -> Array:
     """Unit vectors of the velocity at the end of each inner step, zero at rest, (nt, substeps, 2)."""
     _, end = at_fine_times(over_times(velocity, times), substeps)
@@ -101,11 +135,12 @@ def directions(velocity: Array, times: Array, substeps: int) -> Array:
     return end / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
 
 
-def check_rubbing(friction: Any, grid: Grid) -> Verdict:
-    """None, or a coefficient of friction as in ``shear``; tangential responses are those of free space."""
+def check_rubbing(friction: Any, grid: Grid, body: LayeredHalfSpace) -> Verdict:
+    """None, or a coefficient of friction as in ``shear`` and bonded layers; tangential responses are those of free space."""
     if friction is None:
         return True
     checks.require(not any(grid.periodic), "friction: expected None on a periodic grid or in plane strain")
+    check_bonded(body, "friction")
     return check_friction(friction, grid.shape)
 
 

@@ -18,11 +18,10 @@ from jaxcontact._support.status import Status, most_serious
 from jaxcontact.contact.adhesive import Attraction, Start, frozen
 from jaxcontact.contact.edge import contact_cells, memory_factor
 from jaxcontact.contact.implicit import solve_adhesive, solve_adhesive_sliding, solve_contact
-from jaxcontact.contact.law import UNILATERAL
+from jaxcontact.contact.law import UNILATERAL, Hardness
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.time_loop import Lapse, Outcome, StepError, Stepper, Steps, after_step, present
-from jaxcontact.operators.base import InvertibleOperator
 
 # A step of the march with adhesion: the branch that it follows, and the jumps where a branch ends.
 #
@@ -82,7 +81,6 @@ def solve_step(
     # 1. The contact with adhesion, from the state before; a pressure that is extrapolated from a contact that has gone, or
     # over a much longer step, is no start.
     whole, even = problem, problem.operator.even()
-    assert isinstance(even, InvertibleOperator)
     law = replace(problem.law, law=problem.law.law.resolved(even.cell_compliance(problem.gap.shape)))
     problem = replace(problem, law=law)
     apart = ~jnp.any(before.contact)
@@ -162,7 +160,8 @@ LOAD_MET = 1e-6  # largest difference of the sum of pressures from the load, rel
 
 class PressCarry(NamedTuple):
     """The carry: the memory's fields, the last pressure (nx, ny), and its rate of change over the last step; adhering: the
-    last state of a contact with adhesion, None without; judged: the error of the time steps, None without memory.
+    last state of a contact with adhesion, None without; judged: the error of the time steps, None without memory; dent: what
+    surfaces that yield have lost for good at each cell, (nx, ny), None without a hardness.
     """
 
     memory: Any
@@ -170,6 +169,7 @@ class PressCarry(NamedTuple):
     rate: Array
     adhering: Adhering | None
     judged: StepError | None
+    dent: Array | None = None
 
 
 @pytree
@@ -186,20 +186,25 @@ class PressStepper(Stepper):
 
     @property
     def inherits(self) -> bool:
-        return self.memory.inherits
+        return self.memory.inherits or isinstance(self.law, Hardness)
 
     def start(self) -> PressCarry:
         zero = jnp.zeros_like(self.profile)
         fields = self.memory.start(zero.shape)
         judged = (
-            StepError.none(self.memory.delayed(fields, zero).rates.size) if self.memory.inherits else None
+            StepError.none(self.memory.delayed(fields, zero).rates.size, zero.shape)
+            if self.memory.inherits
+            else None
         )
-        return PressCarry(fields, zero, zero, at_rest(self.law, zero), judged)
+        dent = zero if isinstance(self.law, Hardness) else None
+        return PressCarry(fields, zero, zero, at_rest(self.law, zero), judged, dent)
 
     def advance(self, carry: PressCarry, step: Steps) -> tuple[PressCarry, Outcome]:
         # What earlier pressure has left, and the operator of this step; the contact on it; the memory with its pressure.
         operator, earlier, fields, raised = self.memory.predict(carry.memory, carry.pressure, step.more)
         lowest, gap = jnp.min(self.profile), self.profile + earlier - raised
+        if carry.dent is not None:
+            gap = gap + carry.dent
         problem = Problem(operator, gap, step.target, lowest, self.load_controlled, self.law)
         guess = jax.lax.stop_gradient(carry.pressure + carry.rate * step.dt)
         solution, adhering, told = solve_step(
@@ -208,7 +213,7 @@ class PressStepper(Stepper):
         pressure = solution.pressure
         fields = self.memory.update(fields, pressure, step.more)
         rate = jax.lax.stop_gradient(pressure - carry.pressure) / jnp.where(step.dt > 0.0, step.dt, jnp.inf)
-        numbers = contact_outcome(problem, solution, earlier if self.inherits else None) | {
+        numbers = contact_outcome(problem, solution, earlier if self.memory.inherits else None) | {
             "status": status_of(problem, solution, self.tolerance, self.edges)
         }
         if adhering is not None:
@@ -218,19 +223,30 @@ class PressStepper(Stepper):
             "pressure": numbers.pop("pressure"),
             "displacement": earlier - raised + solution.displacement,
         }
+        dent = self._dented(carry.dent, problem, solution)
+        if dent is not None:  # a displacement that stays
+            shown |= {"displacement": shown["displacement"] + dent, "dent": dent}
         lapse = self._lapse(step, numbers["contact_area"])
         if adhering is not None:
             lapse = lapse._replace(touches=numbers["contact_area"] > 0.0)
         judged = self._judged(carry, fields, pressure, lapse)
         numbers["time_step_error"] = jnp.zeros(()) if judged is None else judged.estimate
-        return PressCarry(fields, pressure, rate, adhering, judged), Outcome(shown, numbers)
+        return PressCarry(fields, pressure, rate, adhering, judged, dent), Outcome(shown, numbers)
+
+    def _dented(self, dent: Array | None, problem: Problem, solution: Solution) -> Array | None:
+        """Return the dent after a step whose gap holds the dent before it: deeper where the cells yield."""
+        if dent is None:
+            return None
+        return dent + self.law.dent(
+            solution.pressure, problem.gap + solution.displacement - solution.approach
+        )
 
     def _judged(self, carry: PressCarry, fields: Any, pressure: Array, lapse: Lapse) -> StepError | None:
         """Return the error of the time steps after a step, from the fields after it and its new pressure."""
         if carry.judged is None:
             return None
         delayed = self.memory.delayed(*jax.lax.stop_gradient((fields, present(carry.pressure, pressure))))
-        return after_step(carry.judged, delayed, carry.pressure, pressure, carry.rate, lapse)
+        return after_step(carry.judged, delayed, carry.pressure, pressure, lapse, self.load_controlled)
 
     def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
         """Return the time in a step; contact_area: scaled."""
@@ -301,9 +317,14 @@ def status_of(
     finite = jnp.isfinite(problem.operator.confined_compliance(p.shape)) & (
         jnp.isfinite(moved + size) | separated
     )
+    # surfaces that yield cannot carry any load
+    yielded = []
+    if isinstance(problem.law, Hardness) and problem.load_controlled:
+        yielded = [(~problem.law.carries(problem.target, p.shape), Status.LOAD_ABOVE_HARDNESS)]
     return most_serious(
         (~finite, Status.NOT_FINITE),
         (separated, Status.PULLED_OFF),
+        *yielded,
         (~met, Status.NOT_CONVERGED),
         (edge, Status.AT_EDGE),
         (coarse, Status.TOO_COARSE),

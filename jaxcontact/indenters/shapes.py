@@ -20,6 +20,7 @@ from jaxcontact.bodies.controls import Control
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.bodies.materials import Elastic
 from jaxcontact.indenters.predicted_contact import Outline, predicted
+from jaxcontact.reference import hertz
 from jaxcontact.response.stack import surface_creep
 
 ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that elsewhere
@@ -116,6 +117,43 @@ class Sphere(Indenter):
             return (3.0 * value * R * A / 8.0) ** (1.0 / 3.0) if loaded else math.sqrt(R * value)
 
         return Outline(lambda a: a**2 / (2.0 * R), hertz, float(self.compliance()))
+
+
+@pytree
+class Ellipsoid(Indenter):
+    """A ball with a radius of curvature of its own along each axis, as a railway wheel: profile x^2/(2 Rx) + y^2/(2 Ry).
+
+    On a half-space the contact is an ellipse (``reference.hertz.ellipse``), longer along the axis of the larger radius.
+
+    Args:
+        radii: (Rx, Ry) [m] > 0, of the sections in the planes xz and yz.
+        material: an ``Elastic`` material; None for a rigid indenter.
+
+    Example:
+        >>> wheel = jc.Ellipsoid(radii=(0.46, 0.3), material=jc.Elastic.from_young(210e9, nu=0.3))
+    """
+
+    radii: tuple[Array | float, Array | float] | Array
+    material: Elastic | None = None
+
+    def profile(self, grid: Grid) -> Array:
+        x, y = grid.coordinates()
+        return x**2 / (2.0 * self.radii[0]) + y**2 / (2.0 * self.radii[1])
+
+    def check(self, grid: Grid) -> Verdict:
+        shape = jnp.shape(jnp.asarray(self.radii, float))
+        checks.require(shape == (2,), f"ellipsoid radii: expected (Rx, Ry), got shape {shape}")
+        return checks.positive("ellipsoid radii [m]", jnp.asarray(self.radii, float))
+
+    def outline(self) -> Outline:
+        """Return that of a ball whose radius is the geometric mean of both."""
+        return Sphere(math.sqrt(float(self.radii[0]) * float(self.radii[1])), self.material).outline()
+
+    def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
+        """Return the half-axes of an ellipse with the axes' ratio of Hertz's contact, as large as the ball's circle."""
+        mean, _ = super().half_widths(body, control, times)
+        ratio = hertz.axes_ratio((float(self.radii[0]), float(self.radii[1])))
+        return mean * math.sqrt(ratio), mean / math.sqrt(ratio)
 
 
 @pytree

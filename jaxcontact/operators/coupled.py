@@ -18,8 +18,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Corner, Linear, TractionOperator
-from jaxcontact.operators.convolution import FLOOR, Convolution
+from jaxcontact.operators.operator import FLOOR, Corner, Linear, Operator
 from jaxcontact.response.coefficients import SurfaceKernels
 
 
@@ -27,7 +26,7 @@ from jaxcontact.response.coefficients import SurfaceKernels
 class Tangential:
     """Spectra of tangential kernels: plane (..., 3, my/2 + 1, mx) of xx, yy and xy; coupling (..., 2, my/2 + 1, mx), the
     imaginary parts of x and y, or None; circulant (..., ny/2 + 1, nx) of the mean of xx and yy, window and periodic, as
-    in ``Convolution``."""
+    in ``Operator``."""
 
     plane: Array
     coupling: Array | None
@@ -86,18 +85,24 @@ def spectrum(
 
 
 @pytree
-class Coupled(TractionOperator):
-    """normal: the entry zz; tangential: all others."""
+class TractionOperator:
+    """Traction on the cells -> displacement in three directions, scaled.
 
-    normal: Convolution
+    normal: the entry zz, p -> displacement into the body under it; tangential: all others. q: tangential traction on the
+    body, (2, nx, ny); p: pressure, (nx, ny).
+    """
+
+    normal: Operator
     tangential: Tangential
 
     def tangential_from_tangential(self, q: Array) -> Array:
+        """Tangential displacement under a tangential traction, (2, nx, ny); symmetric and positive."""
         return self.tangential.inverse(
             self._tangential_from_tangential(self.tangential.transform(q)), q.shape[-2:]
         )
 
     def tangential_from_normal(self, p: Array) -> Array:
+        """Tangential displacement under a pressure, (2, nx, ny)."""
         if self.tangential.coupling is None:
             return jnp.zeros((2, *p.shape))
         coupling, pressed = self.tangential.coupling, self.tangential.transform(p)
@@ -106,6 +111,7 @@ class Coupled(TractionOperator):
         )
 
     def normal_from_tangential(self, q: Array) -> Array:
+        """Normal displacement under a tangential traction, (nx, ny): the transpose of ``tangential_from_normal``."""
         if self.tangential.coupling is None:
             return jnp.zeros(q.shape[-2:])
         return self.tangential.inverse(
@@ -113,6 +119,7 @@ class Coupled(TractionOperator):
         )
 
     def displaced(self, q: Array) -> tuple[Array, Array]:
+        """Return ``tangential_from_tangential`` and ``normal_from_tangential`` of a traction."""
         if self.tangential.coupling is None:
             return self.tangential_from_tangential(q), self.normal_from_tangential(q)
         spectra = self.tangential.transform(q)
@@ -136,28 +143,37 @@ class Coupled(TractionOperator):
         return jax.lax.complex(moved(spectra.imag), -moved(spectra.real))
 
     def preconditioner(self, added: Array) -> Linear:
-        """The inverse of the circulant plus a constant, whose small and negative eigenvalues are raised."""
+        """Return a cheap approximate inverse of ``tangential_from_tangential`` plus constants (m,); symmetric, positive.
+
+        Each acts on fields of its own, (m, 2, nx, ny): the inverse of the circulant plus a constant, whose small and
+        negative eigenvalues are raised.
+        """
         raised = jnp.maximum(self.tangential.circulant, FLOOR * self.local())
         inverse = (1.0 / (raised + added[:, None, None]))[:, None]
         return lambda r: spectral.apply_circulant(inverse, r)
 
     def local(self) -> Array:
+        """The mean eigenvalue of ``tangential_from_tangential``, ()."""
         return jnp.mean(jnp.abs(self.tangential.circulant))
 
     def largest(self) -> Array:
+        """Return roughly the largest eigenvalue of ``tangential_from_tangential``, ()."""
         return jnp.max(self.tangential.circulant)
 
     def coupling(self) -> Array:
+        """Return roughly the norm of ``normal_from_tangential`` over that of ``tangential_from_tangential``, ()."""
         if self.tangential.coupling is None:
             return jnp.zeros(())
         return jnp.max(jnp.abs(self.tangential.coupling)) / self.largest()
 
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
+        """Return the shape of a smaller grid for the start of a search within a grid of ``shape``, or None."""
         return None if self.tangential.window is None else self.normal.window_shape(shape)
 
-    def restricted(self, corner: Corner) -> Coupled:
+    def restricted(self, corner: Corner) -> TractionOperator:
+        """Return the same operator on the window of ``window_shape`` at a corner of the grid, without derivative."""
         assert self.tangential.window is not None
-        return Coupled(self.normal.restricted(corner), self.tangential.window)
+        return TractionOperator(self.normal.restricted(corner), self.tangential.window)
 
 
 @pytree

@@ -12,7 +12,7 @@ from jax import Array
 from jaxcontact._compile.programs import Program
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import as_float64, is_concrete, pytree, static, value_in_words
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static, value_in_words
 from jaxcontact._support.reductions import total
 from jaxcontact._support.scale import Scale
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
@@ -20,8 +20,8 @@ from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.bodies.materials import Material
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.operators import spectral
-from jaxcontact.operators.convolution import Convolutions
-from jaxcontact.operators.coupled import CoupledFamily, Tangential
+from jaxcontact.operators.coupled import CoupledFamily, Tangential, spectrum
+from jaxcontact.operators.operator import Family, Operator, series_entries
 from jaxcontact.response.coefficients import (
     SurfaceKernels,
     TangentialImages,
@@ -31,11 +31,12 @@ from jaxcontact.response.coefficients import (
     strip_coefficients,
     tangential_coefficients,
     tangential_lines,
+    wavenumbers,
 )
 from jaxcontact.response.half_space import Response, Separable
 from jaxcontact.response.images import Images, image_errors
 from jaxcontact.response.in_time import DEFAULT_NODES, check_times, products
-from jaxcontact.response.normal import BodyLimits, limits_of, response_of
+from jaxcontact.response.normal import BodyLimits, limits_of, response_of, sideways_compliance
 from jaxcontact.response.tangential import TangentialExpansion, half_space_shares, tangential_expansion
 
 # The shortening of a film at the deepest point of a contact, over its thickness there.
@@ -101,6 +102,116 @@ def _around(coefficients: Array, i: Array, j: Array) -> Array:
     return coefficients[jnp.abs(jnp.arange(nx) - i)][:, jnp.abs(jnp.arange(ny) - j)]
 
 
+# Operators of a film whose thickness h varies in the plane.
+#
+# The body at a point is taken for a uniform one of the thickness there, and the operator is made symmetric. With the
+# kernels as a series in the thickness, K(h) = sum_n T_n(xi(h)) K_n in Chebyshev polynomials,
+#
+#     u = 1/2 sum_n [T_n(xi(h)) K_n p + K_n (T_n(xi(h)) p)].
+#
+# The operator obeys reciprocity, <q, K p> = <p, K q>, and for a uniform thickness it is that of the uniform body. It
+# is exact to first order in the slope of the thickness: a film with a slope of 0.06 is within 0.3 % of a finite
+# element solution, one with 0.16 within 1 %.
+#
+# The variable of the series is xi ~ log(1 + h/c), c the size of a cell: linear in h where the film is thin on the
+# grid, where the kernels are linear in h too, and logarithmic where it is thick, where they vary over lengths of the
+# order of h. The nodes include both ends of the range, so that a bare base is answered as such. A series of n terms
+# costs n convolutions: three or four of them suffice where the film is thin on the grid.
+#
+# On a grid that is periodic along both axes the operator is that of the pressures and displacements of zero mean. A
+# mean pressure p0 moves the surface by w(x) p0: without its mean, the film's compliance in uniaxial strain times its
+# thickness less what the film, which presses sideways, lifts the surface where it is thick
+# (``response.body.sideways_compliance``). By reciprocity, displacement is then from the mean of the surface but for
+# mean(w p).
+#
+# The response of one layer depends on alpha h alone, with rates and a mix that are those of every thickness. Its
+# images are therefore made once: for another thickness their depths change in proportion, and their heights stay.
+
+
+FINENESS = 256.0  # the range of log(1 + h/c) is rounded outwards to multiples of one over this
+DEFAULT_TERMS = 6  # where the thickness is not known yet, within jit and grad
+FEWER, MOST_TERMS = (3, 4, 5, 6), 8  # the first of these whose error is below ENOUGH, or the last
+ENOUGH = 1e-5
+THINNEST = 1e-9  # cells: stands for a film of no thickness
+SHORTEST_WAVE = 8.0  # cells: shorter waves carry little of a pressure that the grid resolves
+WAVES, THICKNESSES = 24, 17  # at which the error of the series is measured
+
+
+@pytree
+class ThicknessSeries:
+    """The variable xi of the series in the thickness, and its nodes.
+
+    length: c [m]; low, high: the range of log(1 + h/c) in which the series is made, (); count: its terms, static.
+    """
+
+    length: Array
+    low: Array
+    high: Array
+    count: int = static()
+
+    @classmethod
+    def of(cls, thickness: Array, length: Array | float, count: int) -> ThicknessSeries:
+        """Return the series for all values of a thickness.
+
+        The range is rounded outwards, so that it does not follow small changes of the thickness, and carries no derivative.
+        The length carries one, on which results do not depend but for the error of the series.
+        """
+        held = jax.lax.stop_gradient(jnp.log1p(jnp.asarray(thickness) / length))
+        low, high = jnp.floor(FINENESS * jnp.min(held)), jnp.floor(FINENESS * jnp.max(held)) + 1.0
+        return cls(jnp.asarray(length, float), low / FINENESS, high / FINENESS, count)
+
+    def nodes(self) -> Array:
+        """Return the thicknesses at which the kernels are to be known [m], (n,), all above zero."""
+        return self._thickness(self._points())
+
+    def spread(self, count: int) -> Array:
+        """Return thicknesses over the whole range, ends included [m], (count,)."""
+        return self._thickness(jnp.linspace(-1.0, 1.0, count))
+
+    def shares(self, thickness: Array) -> Array:
+        """Return T_0 to T_(n-1) of a thickness (...), (n, ...)."""
+        middle, half = (self.low + self.high) / 2.0, (self.high - self.low) / 2.0
+        return _polynomials((jnp.log1p(thickness / self.length) - middle) / half, self.count)
+
+    def coefficients(self, values: Array) -> Array:
+        """Return the coefficients of the series through values at the nodes, both (n, ...)."""
+        ends = jnp.ones(self.count).at[jnp.array([0, -1])].set(0.5)
+        matrix = 2.0 / (self.count - 1) * ends[:, None] * ends * _polynomials(self._points(), self.count)
+        return jnp.tensordot(matrix, values, 1)
+
+    def _points(self) -> Array:
+        return jnp.cos(jnp.pi * jnp.arange(self.count) / (self.count - 1))
+
+    def _thickness(self, xi: Array) -> Array:
+        middle, half = (self.low + self.high) / 2.0, (self.high - self.low) / 2.0
+        return self.length * jnp.expm1(middle + half * xi)
+
+
+def _polynomials(xi: Array, count: int) -> Array:
+    """Return the first Chebyshev polynomials of xi (...), (count, ...)."""
+    values = [jnp.ones_like(xi), xi]
+    for _ in range(count - 2):
+        values.append(2.0 * xi * values[-1] - values[-2])
+    return jnp.stack(values[:count])
+
+
+@pytree
+class VaryingThickness:
+    """What the kernels of a film are made of for all values of its thickness.
+
+    body: with a film of one thickness; series: in the thickness; family: the operators of the terms of the series, without
+    its weights and lifts; film_series (n, nx, ny): as in ``VaryingFilm``; slopes (M + 1,): of the displacement under a mean
+    pressure over the thickness; error: the largest relative error of the series, ().
+    """
+
+    body: LayeredHalfSpace
+    series: ThicknessSeries
+    family: Family
+    film_series: Array
+    slopes: Array
+    error: Array
+
+
 SAME = 1e-9  # relative difference within which two cell sizes are equal
 MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
 
@@ -123,10 +234,12 @@ class Kernels:
     separation_error: relative error of sharing the rates between wavenumbers, at times up to ``horizon`` [s], (), inf for
     most bodies; image_errors: relative errors of the
     images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
-    at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``.
+    at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``; varying: for a film
+    whose thickness varies in the plane, or None; all else is then of one thickness, until ``at``; rigid_base: whether the
+    displacement of a periodic grid has a mean.
     """
 
-    family: Convolutions
+    family: Family
     rates: Array
     mix: Array
     film: Film | None
@@ -137,6 +250,8 @@ class Kernels:
     at_zero: Array
     grid: Grid
     nodes: int = static()
+    varying: VaryingThickness | None = None
+    rigid_base: bool = static(default=False)
 
     def __repr__(self) -> str:
         rates = "none" if self.rates.size == 0 else f"{value_in_words(self.rates)} 1/s"
@@ -157,9 +272,9 @@ class Kernels:
     def delayed_shares(self, pressure: Array) -> Array:
         """Return <p, lambda_k C_k p>/<p, C_0 p> [1/s] of a pressure (nx, ny), (K,), from the periodic operators nearest to
         C_0 and S_m; zero without pressure."""
-        circulants, shape = self.family.circulants(pressure), pressure.shape
+        circulants, shape = self.family.nearest(pressure), pressure.shape
         periodic = self.grid.periodic
-        if all(periodic):  # the displacement is measured from the mean
+        if all(periodic) and not self.rigid_base:  # the displacement is measured from the mean
             pressure = pressure - jnp.mean(pressure)
         waves = spectral.transform(pressure, (True, True))
         squares = jnp.sum(circulants * (waves.real**2 + waves.imag**2), -1)
@@ -171,7 +286,24 @@ class Kernels:
     def errors(self, duration: Array | float = jnp.inf) -> Errors:
         """Return the errors reported for a run of a duration [s]."""
         images = largest_until(self.image_errors, jnp.minimum(duration, self.horizon))
-        return Errors(self.separation_error, images, self.horizon)
+        thickness = 0.0 if self.varying is None else self.varying.error
+        return Errors(self.separation_error, images, self.horizon, thickness)
+
+    def at(self, thickness: Array) -> Kernels:
+        """Return the kernels for a thickness (nx, ny) [m] of a film that varies in the plane."""
+        varying, lifts = self.varying, None
+        assert varying is not None and self.film is not None
+        shares = varying.series.shares(thickness)
+        if all(self.grid.periodic):
+            # displacement by a mean pressure of one, less its mean, (M + 1, nx, ny)
+            mean = jnp.mean(thickness)
+            excess = (thickness - mean) / self.scale.length
+            raised = sideways_compliance(varying.body, mean, wavenumbers(self.grid)) / self.scale.compliance
+            lifts = varying.slopes[:, None, None] * excess
+            lifts = lifts.at[0].add(-spectral.apply_circulant(raised, excess))
+        family = replace(varying.family, weights=shares[1:], lifts=lifts)
+        film = VaryingFilm(varying.film_series, shares, thickness > 0.0, self.film.weights)
+        return replace(self, family=family, film=film, varying=None)
 
 
 def largest_until(errors: Array, last: Array) -> Array:
@@ -185,7 +317,7 @@ class ImageKernels:
     """Step by step, for kernels at any lag: the operators of all steps of the staircase; film_coefficients: as in
     ``Film``; image_error: as in ``Kernels``."""
 
-    family: Convolutions
+    family: Family
     film_coefficients: Array | None
     scale: Scale
     image_error: Array
@@ -290,7 +422,11 @@ def assembled(
     """The kernels of a body's expansion, with the indenter's compliance, on a grid."""
     limits, (separable, _, errors) = limits_of(body), expansion
     scale = scale_of(limits, indenter, grid)
-    family, coefficients = on_grid(grid, scaled_images(expansion, indenter, scale))
+    mean = None
+    if body.substrate is None:
+        mean = separable.terms[:, 0] * body.height / scale.length
+        mean = mean.at[0].divide(scale.compliance)
+    family, coefficients = on_grid(grid, scaled_images(expansion, indenter, scale), mean)
     mix = separable.mix / scale.compliance
     film = None
     if limits.film is not None:
@@ -299,7 +435,18 @@ def assembled(
     at_zero = separable.terms[1:, 0]
     horizon = jnp.asarray(separable.horizon)
     return Kernels(
-        family, separable.rates, mix, film, scale, separable.error, horizon, errors, at_zero, grid, nodes
+        family,
+        separable.rates,
+        mix,
+        film,
+        scale,
+        separable.error,
+        horizon,
+        errors,
+        at_zero,
+        grid,
+        nodes,
+        rigid_base=mean is not None,
     )
 
 
@@ -326,13 +473,17 @@ compiled_expansion = Program(expansion, ("nodes",))
 _assembled = Program(assembled, ("nodes",))
 
 
-def on_grid(grid: Grid, images: Images) -> tuple[Convolutions, Array]:
-    """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny)."""
+def on_grid(grid: Grid, images: Images, mean: Array | None = None) -> tuple[Family, Array]:
+    """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny).
+
+    mean: displacement under a uniform pressure of one, of bodies on a rigid base, (m,); None: relative to the mean.
+    """
     if all(grid.periodic):
-        family = Convolutions.of_spectra(periodic_response(grid, images))
-        return family, periodic_coefficients(grid, images)
+        response = periodic_response(grid, images, 0.0 if mean is None else mean)
+        family = Family.of_spectra(response)
+        return family, periodic_coefficients(grid, images, mean)
     coefficients = (strip_coefficients if any(grid.periodic) else influence_coefficients)(grid, images)
-    return Convolutions.of(coefficients, grid.periodic), coefficients
+    return Family.of(coefficients, grid.periodic), coefficients
 
 
 def _images(response: Response, separable: Separable) -> Images:
@@ -455,3 +606,197 @@ def _of_indenter(indenter: Indenter) -> Array:
         return jnp.zeros(3)
     shares = half_space_shares(indenter.material) * jnp.array([1.0, 1.0, -1.0])
     return shares * indenter.material.spectrum().instantaneous
+
+
+# The normal displacement under the tractions of sliding friction, which come with the pressure.
+#
+# Where all of a contact slides along the unit vector e, the traction on the body is q = mu p e (C. A. Coulomb), and sinks
+# the surface by K_zx * mu p e_x + K_zy * mu p e_y, kernels that are odd in the offset along the traction. They vanish for
+# two similar solids, and are then no concern of the pressure.
+
+
+@pytree
+class Rubbing:
+    """The kernels of friction, and its coefficient.
+
+    coefficient: mu, () or (nx, ny); along: K_zx and K_zy of C_0 and of the S_m at offsets (i, j) >= 0, (M + 1, 2, nx, ny);
+    rates lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; expansion: the tangential response
+    that they come from.
+    """
+
+    coefficient: Array
+    along: Array
+    rates: Array
+    mix: Array
+    expansion: TangentialExpansion
+
+    @property
+    def scale(self) -> Array:
+        """The factor of the kernels, (): mu where it is one number, and the kernels then act on the pressure itself."""
+        return self.coefficient if self.coefficient.ndim == 0 else jnp.ones(())
+
+    @property
+    def weights(self) -> Array | None:
+        """The factor of the pressure before the kernels act on it, (nx, ny): mu where it varies, otherwise None."""
+        return self.coefficient if self.coefficient.ndim else None
+
+    def sheared(self, pressure: Array) -> Array:
+        """Return the field on which the kernels act, (nx, ny)."""
+        return pressure if self.weights is None else self.weights * pressure
+
+    def coulomb_force(self, pressure: Array) -> Array:
+        """Return the sum of mu p, ()."""
+        return jnp.sum(self.coefficient * pressure)
+
+    def added_to(self, operator: Operator, kernel: Array) -> Operator:
+        """Return the operator of pressure and traction, from that of the pressure and the spectrum of the kernel.
+
+        kernel: (my/2 + 1, mx), along the direction of sliding. The preconditioner stays that of the pressure.
+        """
+        if self.weights is None:
+            return replace(operator, spectra=operator.spectra + kernel)
+        spectra = jnp.concatenate([operator.spectra, kernel[None]])
+        return replace(operator, spectra=spectra, weights=self.weights[None], entries=((0, 0, 0), (0, 1, 1)))
+
+    def spectra(self, shape: tuple[int, int]) -> Array:
+        """Return the spectra of ``scale`` K on the first cells, (M + 1, 2, my/2 + 1, mx)."""
+        x, y = jnp.moveaxis(self.along[..., : shape[0], : shape[1]], 1, 0)
+        return self.scale * jnp.stack([spectrum(x, -1, 1), spectrum(y, 1, -1)], 1)
+
+    def lasting(self, spectra: Array) -> Array:
+        """Return those of ``scale`` lambda_k C_k, (K, 2, my/2 + 1, mx)."""
+        return jnp.tensordot(self.mix.T, spectra[1:], 1)
+
+    def point_strength(self) -> Array:
+        """Return ``scale`` lambda_k C_k a length of one ahead of a unit force, times 2 pi, (K,)."""
+        return self.scale * (self.expansion.separable.terms[2, 1:, 0] @ self.mix)
+
+
+def rub(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array) -> Rubbing:
+    """For use inside jit."""
+    expansion = tangential_expansion(body)
+    kernels = scaled_coefficients(expansion, indenter, grid, scale)
+    along = -jnp.stack([kernels.x, kernels.y], 1)
+    mix = expansion.separable.mix / scale.compliance
+    return Rubbing(coefficient, along, expansion.separable.rates, mix, expansion)
+
+
+# Kernels of a film whose thickness varies in the plane.
+
+
+def compiled_varying(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    grid: Grid,
+    thickness: Array,
+    nodes: int = DEFAULT_NODES,
+    terms: int | None = None,
+) -> Kernels:
+    """Build the kernels for all values of a thickness [m]; body: with a film of any one thickness.
+
+    terms: of the series in the thickness; by default as many as its error requires, if the thickness is known.
+    """
+    expansion = compiled_expansion(body, nodes=nodes)
+    if terms is None:
+        terms = _terms_for(body, grid, expansion, thickness)
+    return _assembled_varying(body, indenter, grid, expansion, thickness, nodes=nodes, terms=terms)
+
+
+def assembled_varying(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    grid: Grid,
+    expansion: Expansion,
+    thickness: Array,
+    nodes: int,
+    terms: int,
+) -> Kernels:
+    """Return the kernels from the expansion of a film of one thickness."""
+    uniform = assembled(body, indenter, grid, expansion, nodes)
+    scaled = scaled_images(expansion, indenter, uniform.scale)
+    film = limits_of(body).film
+    assert film is not None and uniform.film is not None
+    reference = jnp.asarray(film.thickness, float)
+    cell = cell_of(grid)
+    series = ThicknessSeries.of(thickness, cell, terms)
+
+    def node(h: Array) -> tuple[Family, Array]:
+        family, coefficients = on_grid(grid, Images(scaled.depths * (h / reference), scaled.heights))
+        strains = coefficients[1] * uniform.scale.length / jnp.maximum(h, THINNEST * cell)
+        return replace(family, wide=None), strains
+
+    nodes_of = jax.lax.map(node, jnp.maximum(series.nodes(), THINNEST * cell))
+    family, strains = jax.tree.map(series.coefficients, nodes_of)
+    family = _as_one(family, terms)
+    bed = _bed(scaled) / reference * uniform.scale.length
+    slopes = jnp.zeros(len(family.spectra)).at[0].set(uniform.film.weights[0] * bed).at[1].set(bed)
+    error = jax.lax.stop_gradient(_series_error(series, expansion, body, grid))
+    return replace(uniform, varying=VaryingThickness(body, series, family, strains, slopes, error))
+
+
+def _as_one(terms: Family, count: int) -> Family:
+    """Return the operators of all terms from operators of one kernel for each, whose leaves have a first axis (n, ...)."""
+    halves = jnp.full(count, 0.5).at[0].set(1.0)[:, None, None]
+    together = lambda a: jnp.swapaxes(a[:, :, 0], 0, 1)
+    window = None if terms.window is None else _as_one(terms.window, count)
+    return replace(
+        terms,
+        spectra=halves * together(terms.spectra),
+        circulants=together(terms.circulants),
+        window=window,
+        entries=series_entries(count),
+    )
+
+
+_assembled_varying = Program(assembled_varying, ("nodes", "terms"))
+
+
+def _terms_for(body: LayeredHalfSpace, grid: Grid, expansion: Expansion, thickness: Array) -> int:
+    """Return how many terms the series for a thickness needs."""
+    if not is_concrete(body, grid, expansion, thickness):
+        return DEFAULT_TERMS
+    ends = jnp.stack([jnp.min(thickness), jnp.max(thickness)])
+    errors = np.asarray(_series_errors(body, grid, expansion, ends))
+    return next((n for n, error in zip(FEWER, errors, strict=True) if error <= ENOUGH), MOST_TERMS)
+
+
+def series_errors(body: LayeredHalfSpace, grid: Grid, expansion: Expansion, thickness: Array) -> Array:
+    """Return the errors of the series of ``FEWER`` terms, (4,)."""
+    cell = cell_of(grid)
+    error = lambda n: _series_error(ThicknessSeries.of(thickness, cell, n), expansion, body, grid)
+    return jnp.stack([error(n) for n in FEWER])
+
+
+_series_errors = Program(series_errors)
+
+
+def cell_of(grid: Grid) -> Array:
+    """Return the shorter side of a cell that the fields vary along [m]."""
+    return jnp.asarray(grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing))
+
+
+def _bed(images: Images) -> Array:
+    """Return the displacement of a film on a rigid base under a uniform pressure, over the response of its creep, ()."""
+    heights = images.heights[1]
+    return (heights[:-1] - heights[-1]) @ jnp.diff(images.depths, prepend=0.0)
+
+
+def _series_error(series: ThicknessSeries, expansion: Expansion, body: LayeredHalfSpace, grid: Grid) -> Array:
+    """Return the largest error of the series relative to the response, over waves that the grid resolves, times and
+    thicknesses in the range of the series."""
+    width = grid.width[0] if grid.plane_strain else jnp.maximum(*grid.width)
+    longest, shortest = jnp.log(width), jnp.log(SHORTEST_WAVE * cell_of(grid))
+    alpha = 2.0 * jnp.pi / jnp.exp(jnp.linspace(shortest, longest, WAVES))
+    times = check_times(expansion.separable.rates)[:, None]
+    images, film = expansion.images, limits_of(body).film
+    assert film is not None
+    reference = jnp.asarray(film.thickness, float)
+
+    def response(h: Array) -> Array:
+        at = Images(images.depths * (h / reference), images.heights).at(alpha)
+        return products(expansion.separable, at, times)
+
+    checked = series.spread(THICKNESSES)
+    exact, nodes = jax.vmap(response)(checked), jax.vmap(response)(series.nodes())
+    found = jnp.tensordot(series.shares(checked).T, series.coefficients(nodes), 1)
+    return jnp.max(jnp.abs(found / exact - 1.0))

@@ -135,7 +135,7 @@ def strip_coefficients(grid: Grid, images: Images) -> Array:
 # at the wavenumbers of the discrete Fourier transform of the grid, the highest included. There is no factor for the
 # shape of a cell: pressure is the trigonometric polynomial through its values, whose waves have the response of the
 # solid itself. For a body N(0) is infinite, and is set to zero: displacement is relative to the mean
-# (H. M. Stanley, T. Kato, J. Tribol. 119 (1997) 481).
+# (H. M. Stanley, T. Kato, J. Tribol. 119 (1997) 481). On a rigid base it is the shortening under a uniform pressure.
 
 
 def wavenumbers(grid: Grid) -> Array:
@@ -146,8 +146,8 @@ def wavenumbers(grid: Grid) -> Array:
     return 2.0 * jnp.pi * jnp.sqrt(square).at[0, 0].set(0.0)
 
 
-def periodic_response(grid: Grid, images: Images) -> Array:
-    """Return N(k) [m/Pa] for heights (..., J + 1), zero at k = 0, (..., ny/2 + 1, nx)."""
+def periodic_response(grid: Grid, images: Images, mean: Array | float = 0.0) -> Array:
+    """Return N(k) [m/Pa] for heights (..., J + 1), (..., ny/2 + 1, nx); mean: at k = 0, (...)."""
     k = wavenumbers(grid)
     safe = k.at[0, 0].set(1.0)
 
@@ -160,18 +160,19 @@ def periodic_response(grid: Grid, images: Images) -> Array:
     top = jnp.zeros((*heights.shape[1:], *k.shape)), jnp.ones_like(k)
     (total, deepest), _ = jax.lax.scan(descend, top, (heights[:-1], _thicknesses(images)))
     total = total + heights[-1][..., None, None] * deepest
-    return (total / safe).at[..., 0, 0].set(0.0)
+    return (total / safe).at[..., 0, 0].set(mean)
 
 
-def periodic_coefficients(grid: Grid, images: Images) -> Array:
+def periodic_coefficients(grid: Grid, images: Images, mean: Array | None = None) -> Array:
     """Return the displacement [m/Pa] at offsets (i, j) >= 0 under a unit pressure on one cell in each period, (..., nx,
     ny).
 
-    This holds for a film on a rigid base, whose last height is zero: N(0) is its shortening under a uniform pressure.
+    This holds for a film on a rigid base, whose last height is zero: N(0) is its shortening under a uniform pressure,
+    ``mean``, or by default the limit of the images.
     """
     nx, ny = grid.shape
     spectrum = jnp.swapaxes(periodic_response(grid, images), -1, -2)
-    mean = images.heights[..., :-1] @ _thicknesses(images)
+    mean = images.heights[..., :-1] @ _thicknesses(images) if mean is None else mean
     return jnp.fft.irfft2(spectrum.at[..., 0, 0].set(mean), s=(nx, ny))
 
 

@@ -54,7 +54,8 @@ class Response(abc.ABC):
     def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
         """Return the mean of alpha N over start <= t <= end; arguments broadcast; wavenumber >= 0 [rad/m].
 
-        At wavenumber zero it is that of the substrate alone, with zero derivative with respect to the wavenumber.
+        At wavenumber zero it is that of the substrate alone, with zero derivative with respect to the wavenumber. On a
+        rigid base it is there the displacement under a uniform pressure over that and over the thickness of all layers.
         """
 
     @abc.abstractmethod

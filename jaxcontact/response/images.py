@@ -78,6 +78,9 @@ NODES = 501
 LONGEST, SHORTEST = 1e-10, 40.0  # range of alpha h in which a response is fitted
 BEYOND = 1e5  # alpha h at which every image has decayed
 SPARSE = 4.0  # factor of the logarithmic spacing of depths beyond the longest bending wave
+FAINT = (
+    1e-6  # response relative to that to shorter waves, below which it is not what its error is relative to
+)
 DAMPING = 1e-13  # of the heights, relative to the expected response
 
 
@@ -153,12 +156,19 @@ def fit_images(values: Array, ladder: Ladder) -> Images:
     return Images(ladder.depths, heights)
 
 
+def expected_sizes(values: Array) -> Array:
+    """Return responses (..., n) at growing wavenumbers, at least ``FAINT`` of those to shorter waves."""
+    return jnp.maximum(values, FAINT * jax.lax.cummax(values, axis=values.ndim - 1, reverse=True))
+
+
 def image_errors(fitted: Array, values: Array) -> Array:
     """Return the largest relative errors at the wavenumbers that were not fitted, (...); zero if there are none.
 
-    fitted and values: (..., n) at the wavenumbers of a ladder.
+    fitted and values: (..., n) at the wavenumbers of a ladder. Errors are relative to the values, and where these are less
+    than ``FAINT`` of those to shorter waves, as for a layer on a rigid base, to that.
     """
-    error = fitted[..., 2:-1:2] / values[..., 2:-1:2] - 1.0
+    sizes = expected_sizes(values)
+    error = (fitted[..., 2:-1:2] - values[..., 2:-1:2]) / sizes[..., 2:-1:2]
     return jnp.max(jnp.abs(error), -1, initial=0.0)
 
 

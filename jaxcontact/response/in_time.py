@@ -56,7 +56,7 @@ from jax import Array
 from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import replace
 from jaxcontact.bodies.body import LayeredHalfSpace
-from jaxcontact.bodies.materials import Material, Spectrum
+from jaxcontact.bodies.materials import Material, Rigid, Spectrum
 from jaxcontact.response.half_space import Separable, own_creep
 from jaxcontact.response.images import Images, Ladder, decomposed, fit_images, fit_wavenumbers, image_depths
 from jaxcontact.response.stack import (
@@ -66,12 +66,14 @@ from jaxcontact.response.stack import (
     film_compliance,
     film_creep,
     film_shape,
+    loose_layers,
     nu_at_first,
     scaled_response,
     solids,
     spectra,
     step,
     surface_compliance,
+    uniaxial,
 )
 
 # The band of decay rates of a body, and the body with rounded parameters by which it and other choices are made.
@@ -117,7 +119,7 @@ def rounded(body: LayeredHalfSpace) -> LayeredHalfSpace:
         replace(layer, material=_rounded_material(layer.material), thickness=_power(layer.thickness))
         for layer in body.sublayers()
     ]
-    return LayeredHalfSpace(tuple(layers), _rounded_material(body.substrate))
+    return replace(body, layers=tuple(layers), substrate=body.substrate and _rounded_material(body.substrate))
 
 
 def _rounded_material(material: Material) -> Material:
@@ -179,6 +181,8 @@ def band(body: LayeredHalfSpace) -> tuple[Array, Array]:
     held by the springs around it, and by that of its volume.
     """
     each = spectra(body)
+    if body.substrate is None:  # a rigid base has no rate and holds nothing back
+        each = jax.tree.map(lambda a: a[:-1], each)
     first, total = each.instantaneous, each.instantaneous + jnp.sum(each.amplitudes, -1)
     volume = [1.0 / solid.bulk_modulus for solid in solids(body) if solid.bulk_modulus is not None]
     softest = jnp.max(jnp.concatenate([total, jnp.asarray(volume, float)]))
@@ -213,13 +217,16 @@ STEPS, LARGEST = (
 
 
 class Solids(NamedTuple):
-    """The solids from the top to the half-space: compliances at first and in the end [1/Pa], Poisson's ratios,
-    (layers + 1,); thicknesses [m], (layers,). In the end is at the ``horizon`` or, without one, at first."""
+    """The solids from the top to the half-space: compliances at first and in the end [1/Pa], Poisson's ratios, and whether
+    each is rigid, (layers + 1,); thicknesses [m], (layers,), and whether layers are loose, likewise or None. In the end is
+    at the ``horizon`` or, without one, at first."""
 
     compliances: Array
     final: Array
     poissons: Array
     thicknesses: Array
+    rigid: Array
+    loose: Array | None
 
 
 def solids_of(body: LayeredHalfSpace) -> Solids:
@@ -233,7 +240,8 @@ def solids_of(body: LayeredHalfSpace) -> Solids:
         last = horizon(body)
         late = jnp.stack([solid.creep(jnp.where(jnp.isfinite(last), last, 0.0)) for solid in each])
         final = jnp.where(jnp.isfinite(last), late, first)
-    return jax.lax.stop_gradient(Solids(first, final, poissons, thicknesses))
+    rigid = jnp.array([isinstance(solid, Rigid) for solid in each])
+    return jax.lax.stop_gradient(Solids(first, final, poissons, thicknesses, rigid, loose_layers(body)))
 
 
 @jax.jit  # of every check, where each operation would be a program of its own
@@ -265,7 +273,7 @@ def _wavenumbers(solids: Solids) -> Array:
 def expand(body: LayeredHalfSpace, values: Array) -> Images:
     """Images of responses at ``wavenumbers``, (..., n), relative to the body's response at first."""
     solids = solids_of(body)
-    return fit_images(values, *_ladders(solids, _normal_sizes([_unrelaxed(solids)])))
+    return fit_images(long_waves_kept(body, values), *_ladders(solids, _normal_sizes([_unrelaxed(solids)])))
 
 
 def expand_shapes(body: LayeredHalfSpace, shapes: Array) -> Images:
@@ -275,6 +283,7 @@ def expand_shapes(body: LayeredHalfSpace, shapes: Array) -> Images:
     first = _unrelaxed(solids)
     film = first._replace(compliances=jnp.zeros_like(first.compliances).at[0].set(1.0))
     ladders = _ladders(solids, _normal_sizes([film, first, _relaxed(solids)]))
+    shapes = long_waves_kept(body, shapes)
     return _joined([shapes[:1], shapes[1:2], shapes[2:]], ladders)
 
 
@@ -291,9 +300,16 @@ def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
         return jnp.concatenate([jnp.stack([L, T, jnp.sqrt(L * N)]) for L, _, N, T in each])
 
     ladders = _ladders(solids, sizes, densely=True)
+    values = long_waves_kept(body, values)
     pairs = zip(values, ladders[:3], ladders[3:], strict=True)
     fitted = [_joined([entry[:1], entry[1:]], [first, last]) for entry, first, last in pairs]
     return Images(fitted[0].depths, jnp.stack([images.heights for images in fitted]))
+
+
+def long_waves_kept(body: LayeredHalfSpace, values: Array) -> Array:
+    """Return responses (..., n) with, on a rigid base, their limit for long waves at wavenumber zero in place of that under
+    a uniform traction (``response.stack.scaled_responses``)."""
+    return values if body.substrate is not None else values.at[..., 0].set(0.0)
 
 
 def _joined(values: list[Array], ladders: list[Ladder]) -> Images:
@@ -317,7 +333,10 @@ def _rounded_solids(solids: Solids, compliances: Array) -> Solids:
     rounded = lambda a: a[0] * jnp.exp2(jnp.round(jnp.log2(a / a[0])))
     poissons = jnp.minimum(jnp.round(STEPS * solids.poissons) / STEPS, LARGEST)
     soft = rounded(jnp.maximum(compliances, jnp.max(compliances) / STIFFEST))
-    return Solids(soft, soft, poissons, rounded(solids.thicknesses))
+    soft = jnp.where(solids.rigid, 0.0, soft)
+    return solids._replace(
+        compliances=soft, final=soft, poissons=poissons, thicknesses=rounded(solids.thicknesses)
+    )
 
 
 def _reach(solids: Solids) -> tuple[Array, Array]:
@@ -335,7 +354,7 @@ def _reach(solids: Solids) -> tuple[Array, Array]:
 
 
 def _responses(rough: Solids, wavenumber: Array) -> SurfaceCompliance:
-    return surface_compliance(rough.compliances, rough.poissons, rough.thicknesses, wavenumber)
+    return surface_compliance(rough.compliances, rough.poissons, rough.thicknesses, wavenumber, rough.loose)
 
 
 def _normal_sizes(bodies: list[Solids]) -> Callable[[Array], Array]:
@@ -428,7 +447,12 @@ def separate_bands(
 def separation_error(separable: Separable, exact: Callable[[Array], Array]) -> Array:
     """Largest relative deviation from the exact response at times spread around every rate."""
     times = check_times(separable.rates)[:, None]
-    return jnp.max(jnp.abs(products(separable, separable.terms, times) / exact(times) - 1.0))
+    return jnp.max(relative_errors(products(separable, separable.terms, times), exact(times)))
+
+
+def relative_errors(found: Array, exact: Array) -> Array:
+    """Return |found - exact|/exact, zero where both are zero, as of a body that cannot be compressed on a rigid base."""
+    return jnp.abs(found - exact) / jnp.where(exact == 0.0, 1.0, exact)
 
 
 def check_times(rates: Array) -> Array:
@@ -465,10 +489,7 @@ def separate(
     """
     top = body.sublayers()[0]
     wavenumber = jnp.asarray(wavenumber, float)
-    own, at_once = (
-        film_shape(top.material, wavenumber * top.thickness),
-        film_creep(top.material).instantaneous,
-    )
+    own, at_once = film_shapes(body, wavenumber), film_creep(top).instantaneous
     if not any(creeps(solid) for solid in solids(body)):
         start = scaled_response(body, wavenumber, spectra(body).instantaneous)
         return Separable(
@@ -494,7 +515,8 @@ def separate(
     # the largest relative deviation from the exact response at some of the wavenumbers, without derivative
     body, held, times = *jax.lax.stop_gradient((body, result)), chosen.times[:, None]
     summed = products(held, held.terms[:, ::STRIDE], times)
-    return replace(result, error=jnp.max(jnp.abs(summed / step(body, wavenumber[::STRIDE], times) - 1.0)))
+    exact = step(body, wavenumber[::STRIDE], times)
+    return replace(result, error=jnp.max(relative_errors(summed, exact)))
 
 
 def fitted(
@@ -549,9 +571,21 @@ def _sampled(body: LayeredHalfSpace, wavenumber: Array, period: Array) -> Sample
     """Compute both bodies at the frequencies s = 1/period, (s,)."""
     j = sampled_compliances(spectra(body), period)
     response = scaled_response(body, wavenumber, j[..., None])
-    top = body.sublayers()[0]
-    own, film = film_shape(top.material, wavenumber * top.thickness), film_compliance(top.material, j[0])
+    own, film = film_shapes(body, wavenumber), film_compliance(body.sublayers()[0], j[0])
     return samples_of(response, own * (film[1:] - film[0])[:, None])
+
+
+def film_shapes(body: LayeredHalfSpace, wavenumber: Array) -> Array:
+    """Return ``film_shape`` of the top layer at wavenumbers (n,) [rad/m], of a body on a rigid base at wavenumber zero its
+    shortening under a uniform pressure over that, its creep and the thickness of all layers."""
+    top = body.sublayers()[0]
+    shape = film_shape(top, wavenumber)
+    if body.substrate is not None:
+        return shape
+    nu = nu_at_first(top.material)
+    creep = film_creep(top).instantaneous
+    alone = uniaxial(nu) * top.material.spectrum().instantaneous * top.thickness / (creep * body.height)
+    return jnp.where(wavenumber == 0.0, alone, shape)
 
 
 def sampled_compliances(spectra: Spectra, period: Array) -> Array:
@@ -580,7 +614,8 @@ def samples_of(responses: Array, known: Array | float = 0.0) -> Samples:
 def weights_of(sizes: Array) -> Array:
     """Return weights that make the rows of ``Samples.rest`` relative to sizes at the frequencies, (s, n), without
     derivative, (r, n)."""
-    relative = 1.0 / jnp.abs(jax.lax.stop_gradient(sizes))
+    sizes = jnp.abs(jax.lax.stop_gradient(sizes))
+    relative = jnp.where(sizes > 0.0, 1.0 / jnp.where(sizes > 0.0, sizes, 1.0), 0.0)
     second = SHARE * relative[::2]
     return jnp.concatenate([relative, relative, second, second])
 
@@ -659,7 +694,7 @@ def least_squares(matrix: Array, target: Array) -> Array:
 
 def common_rates(body: LayeredHalfSpace, grid: Array) -> tuple[Array, Array]:
     """The top layer's rates, the grid and zero for a flow [1/s], and the top layer's fluidities, (K,) each."""
-    top = film_creep(solids(body)[0])
+    top = film_creep(body.sublayers()[0])
     rates = jnp.concatenate([top.rates, grid])
     fluidities = jnp.concatenate([top.rates * top.amplitudes, jnp.zeros_like(grid)])
     if not any(has_fluidity(solid) for solid in solids(body)):

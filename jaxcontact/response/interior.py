@@ -28,12 +28,13 @@ from jaxcontact.response.stack import (
     TwoPort,
     compliances_on_contour,
     covered,
+    loose_layers,
     mean_in_time,
     nu_at_first,
+    port_of,
     solids,
     spectra,
     surface_compliance,
-    two_port,
 )
 
 Entries = tuple[Array, Array, Array, Array, Array]  # rr, rz, zr, zz, ss
@@ -72,7 +73,9 @@ def poisson_at(body: LayeredHalfSpace, z: Array) -> Array:
 
 
 def _solid_at(body: LayeredHalfSpace, z: Array) -> Array:
-    return jnp.sum(depths_of_interfaces(body) <= z)
+    """Return the number of the solid at a depth, of that below at an interface, but never a rigid base's."""
+    depths = depths_of_interfaces(body)
+    return jnp.sum((depths if body.substrate is not None else depths[:-1]) <= z)
 
 
 def _poissons(body: LayeredHalfSpace) -> Array:
@@ -95,13 +98,20 @@ def transfer(body: LayeredHalfSpace, wavenumber: Array, z: Array, compliances: A
     above = jnp.where(count < here, whole, jnp.where(count == here, z - top, 0.0))
     per_solid = lambda a: jnp.reshape(a, (-1, *[1] * (j.ndim - 1)))
     nu, below = per_solid(_poissons(body)), per_solid(jnp.diff(top) - above[:-1])
-    ports = [two_port(alpha * above[i], nu[i]) for i in range(len(j))]
-    compliance = [surface_compliance(j, nu, below, alpha)]  # of the solids below the plane
-    for port, own in zip(ports[::-1], j[::-1], strict=True):  # of the solids below each layer above the plane
+    # a loose layer slides at its lower side: whole above the plane or in its part below it
+    loose, slides = loose_layers(body), [not layer.bonded for layer in body.layers] + [False]
+    over = j if body.substrate is not None else j[:-1]  # no plane is in a rigid base
+    whole_above = [count[i] < here if slides[i] else False for i in range(len(over))]
+    ports = [port_of(alpha * above[i], nu[i], whole_above[i]) for i in range(len(over))]
+    loose = None if loose is None else loose & (count[:-1] >= here)
+    compliance = [surface_compliance(j, nu, below, alpha, loose)]  # of the solids below the plane
+    for port, own in zip(
+        ports[::-1], over[::-1], strict=True
+    ):  # of the solids below each layer above the plane
         compliance.insert(0, covered(compliance[0], own, port))
     one, zero = jnp.ones_like(compliance[0].normal), jnp.zeros_like(compliance[0].normal)
     t: Entries = (one, zero, zero, one, one)
-    for port, own, foundation in zip(ports, j, compliance[1:], strict=True):
+    for port, own, foundation in zip(ports, over, compliance[1:], strict=True):
         t = _transmitted(port, own, foundation, t)
     L, K, N, T = compliance[-1]
     rr, rz, zr, zz, ss = t

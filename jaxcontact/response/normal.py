@@ -10,7 +10,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.exponential import mean_decay
 from jaxcontact._support.pytree import pytree
 from jaxcontact.bodies.body import Layer, LayeredHalfSpace, checked_body
-from jaxcontact.bodies.materials import Elastic, KelvinVoigt, Material, Spectrum, parallel_creep
+from jaxcontact.bodies.materials import Elastic, KelvinVoigt, Material, Rigid, Spectrum, parallel_creep
 from jaxcontact.response import in_time
 from jaxcontact.response.half_space import (
     QUADRATURE_NODES,
@@ -54,13 +54,18 @@ from jaxcontact.response.stack import (
 #     1/(s (g(s) + c))  ->  J_c(t) = 1/(g0 + c) + sum_k a_k (1 - exp(-rho_k t))
 #
 # (``spectrum.parallel_creep``), again with positive terms only.
+#
+# A layer that slides on the substrate has one such term, B1 = 4 theta (1 - nu_c) (1 - theta + x (1 + theta))^2/(q f4),
+# c1 = Gs (1 - nu_c) q/((1 - nu_s) f4), q = 1 - theta^2 + 4 x theta, f4 of ``response.stack``, and B0 = (1 - nu_c)
+# (1 - theta)^2/q: by its two-port there. On a rigid base B0/g is all.
 
 
 @pytree
 class Modes:
     """The partial fractions alpha N = film/g + sum_j amplitude_j/(g + stiffness_j).
 
-    film: B0, (...); amplitude: B_j, (..., 2), both dimensionless; stiffness: c_j [Pa], (..., 2).
+    film: B0, (...); amplitude: B_j, (..., 2), both dimensionless; stiffness: c_j [Pa], (..., 2); one mode for a loose layer,
+    none on a rigid base.
     """
 
     film: Array
@@ -90,10 +95,10 @@ class Elements(NamedTuple):
 
 @pytree
 class OneLayer(Response):
-    """A layer of constant Poisson's ratio on an elastic substrate, in closed form."""
+    """A layer of constant Poisson's ratio on an elastic substrate or a rigid base, in closed form."""
 
     layer: Layer
-    substrate: Material
+    substrate: Material | None
 
     @property
     def body(self) -> LayeredHalfSpace:
@@ -101,6 +106,9 @@ class OneLayer(Response):
 
     def modes(self, wavenumber: Array) -> Modes:
         """Return the partial fractions of alpha N, wavenumber > 0 [rad/m]."""
+        if self.substrate is None:  # any wavenumber
+            none = jnp.zeros((*wavenumber.shape, 0))
+            return Modes(in_time.film_shapes(self.body, wavenumber), none, none)
         nu_c, nu_s = nu_at_first(self.layer.material), nu_at_first(self.substrate)
         kc, ks = 3.0 - 4.0 * nu_c, 3.0 - 4.0 * nu_s
 
@@ -109,6 +117,12 @@ class OneLayer(Response):
         theta, E1, E2 = jnp.exp(-2.0 * x), -jnp.expm1(-2.0 * x), -jnp.expm1(-4.0 * x)
         f3, f4 = differences(x)
         xt = 4.0 * x * theta
+        Gs = 1.0 / self.substrate.spectrum().instantaneous
+        if not self.layer.bonded:
+            q = E2 + xt
+            B1 = 4.0 * theta * (1.0 - nu_c) * (E1 + x * (1.0 + theta)) ** 2 / (q * f4)
+            c1 = Gs * (1.0 - nu_c) * q / ((1.0 - nu_s) * f4)
+            return Modes((1.0 - nu_c) * E1**2 / q, B1[..., None], c1[..., None])
         D0 = kc * (1.0 + theta**2) + (kc**2 + 1.0) * theta + x * xt
         D1 = E1 * ((1.0 + kc * ks) + (kc + ks) * theta) + (ks - 1.0) * x * xt
         D2 = ks * f4
@@ -123,13 +137,14 @@ class OneLayer(Response):
         lead = (1.0 - nu_c) * N2 / (D2 * (r2 - r1))
         B1 = lead * (r1 - z1) * (z2 - r1) / r1
         B2 = lead * (r2 - z1) * (r2 - z2) / r2
-        Gs = 1.0 / self.substrate.spectrum().instantaneous
         return Modes((1.0 - nu_c) * N0 / D0, jnp.stack([B1, B2], -1), jnp.stack([r1, r2], -1) * Gs)
 
     def _modes_and_zero(self, wavenumber: Array) -> tuple[Modes, Array]:
         """Return the modes at wavenumbers >= 0, and a mask of zero wavenumbers, where the modes are those of another
-        wavenumber.
+        wavenumber; on a rigid base they are those of wavenumber zero (``Response.step``) as well.
         """
+        if self.substrate is None:
+            return self.modes(wavenumber), jnp.zeros(wavenumber.shape, bool)
         zero = wavenumber == 0.0
         return self.modes(jnp.where(zero, 1.0 / self.layer.thickness, wavenumber)), zero
 
@@ -142,6 +157,9 @@ class OneLayer(Response):
 
     def _elements(self, wavenumber: Array) -> Elements:
         modes, zero = self._modes_and_zero(wavenumber)
+        if self.substrate is None:
+            none = jnp.zeros((*wavenumber.shape, 0, 0))
+            return Elements(modes, zero, modes.amplitude, none, none)
         return Elements(modes, zero, *parallel_creep(self.layer.material.spectrum(), modes.stiffness))
 
     def _total(self, elements: Elements, decay: Array, creep: Array) -> Array:
@@ -149,7 +167,7 @@ class OneLayer(Response):
         modes, zero, first, amplitude, _ = elements
         parallel = first + jnp.sum(amplitude * (1.0 - decay), -1)
         total = modes.film * creep + jnp.sum(modes.amplitude * parallel, -1)
-        return jnp.where(zero, surface_creep(self.substrate).instantaneous, total)
+        return jnp.where(zero, surface_creep(self.body.base).instantaneous, total)
 
     def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
         """Return the response with the paper's substitution of phi(t) for 1/(2G), a mean by five-point Gauss quadrature.
@@ -165,7 +183,7 @@ class OneLayer(Response):
         parallel = J[..., None] / (1.0 + modes.stiffness[..., None, :] * J[..., None])
         values = modes.film[..., None] * J + jnp.sum(modes.amplitude[..., None, :] * parallel, -1)
         mean = jnp.sum(values * QUADRATURE_WEIGHTS, -1) / 2.0
-        return jnp.where(zero, surface_creep(self.substrate).instantaneous, mean)
+        return jnp.where(zero, surface_creep(self.body.base).instantaneous, mean)
 
     def wavenumbers(self) -> Array:
         return in_time.wavenumbers(self.body)
@@ -201,10 +219,10 @@ RATES_A_NODE, SHAPES_A_NODE = 12, 4  # ``response.in_time`` gives the accuracy o
 
 @pytree
 class Stack(Response):
-    """One or more layers on a substrate; layers: the top one first."""
+    """One or more layers on a substrate or a rigid base; layers: the top one first."""
 
     layers: tuple[Layer, ...]
-    substrate: Material
+    substrate: Material | None
 
     @property
     def body(self) -> LayeredHalfSpace:
@@ -238,9 +256,9 @@ class Stack(Response):
 def response_of(body: LayeredHalfSpace) -> Response:
     """Return the response of a body that has passed ``checked_body``."""
     if not body.layers:
-        return HalfSpace(body.substrate)
+        return HalfSpace(body.base)
     layers = body.sublayers()
-    if len(layers) == 1 and isinstance(body.substrate, Elastic):
+    if len(layers) == 1 and isinstance(body.substrate, Elastic | None):
         film = layers[0].material
         # the closed form needs a Poisson's ratio that is independent of time: prescribed, or that of an elastic solid
         if film.bulk_modulus is None or isinstance(film, Elastic):
@@ -257,7 +275,7 @@ def sideways_compliance(body: LayeredHalfSpace, thickness: Array, wavenumber: Ar
     film of the mean thickness responds: by s alpha K(alpha) p h', K the coupling of ``response.stack``, at first. It is
     exact to first order in h'.
     """
-    (film,), base = body.sublayers(), body.substrate
+    (film,), base = body.sublayers(), body.base
     solids = film.material, base
     compliances = jnp.stack([solid.spectrum().instantaneous for solid in solids])
     poissons = jnp.stack([nu_at_first(solid) for solid in solids])
@@ -271,9 +289,11 @@ def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) ->
     """Return N(k, t): normal surface displacement per amplitude of a pressure wave applied as a step at t = 0.
 
     At k = 0 the response of a half-space is infinite, and ``inf`` is returned, with zero derivative;
-    k N stays finite. Source: Wang et al., Tribology Letters 2025,
-    doi 10.1007/s11249-025-01990-5, Appendix A (u_z under p), with the correspondence principle of section 2.3 applied
-    exactly.
+    k N stays finite. On a rigid base (substrate None) it is the displacement under a uniform pressure over that, the sum
+    of h J (1 - 2 nu)/(2 (1 - nu)) of the layers, which cannot widen. It is the limit for long waves if all layers are
+    bonded; along a long wave a loose layer can widen, and N tends to h J (1 - nu)/2 (one layer). Source:
+    Wang et al., Tribology Letters 2025, doi 10.1007/s11249-025-01990-5, Appendix A (u_z under p), with the correspondence
+    principle of section 2.3 applied exactly.
 
     Args:
         body: a ``LayeredHalfSpace``.
@@ -294,9 +314,13 @@ def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) ->
     body, valid = checked_body(body)
     valid = valid & checks.non_negative("k [rad/m]", k) & checks.non_negative("t [s]", t)
     k, t = jnp.asarray(k, float), jnp.asarray(t, float)
-    safe = jnp.where(k == 0.0, 1.0, k)
-    response = jnp.where(k == 0.0, jnp.inf, response_of(body).step(safe, t, t) / safe)
-    return jnp.where(valid, response, jnp.nan)
+    safe, response = jnp.where(k == 0.0, 1.0, k), response_of(body)
+    if body.substrate is None:
+        scaled = response.step(*jnp.broadcast_arrays(k, t, t))
+        found = scaled * jnp.where(k == 0.0, body.height, 1.0 / safe)
+    else:
+        found = jnp.where(k == 0.0, jnp.inf, response.step(safe, t, t) / safe)
+    return jnp.where(valid, found, jnp.nan)
 
 
 # Properties of a body that follow from its materials, independent of the formula of its response.
@@ -308,15 +332,16 @@ def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) ->
 
 @pytree
 class BodyLimits:
-    """Facts about layers, the top one first, on a substrate; made by ``limits_of``."""
+    """Facts about layers, the top one first, on a substrate or a rigid base; made by ``limits_of``."""
 
     layers: tuple[Layer, ...]
-    substrate: Material
+    substrate: Material | None
 
     @property
     def solids(self) -> list[Material]:
-        """The materials from the top to the substrate."""
-        return [*(layer.material for layer in self.layers), self.substrate]
+        """The materials from the top to the substrate, without a rigid base."""
+        below = [] if self.substrate is None else [self.substrate]
+        return [*(layer.material for layer in self.layers), *below]
 
     @property
     def film(self) -> Layer | None:
@@ -331,30 +356,33 @@ class BodyLimits:
     @property
     def creeps_far(self) -> bool:
         """True if creep may have an effect at any distance from a load: that of a half-space or of a substrate."""
-        return not self.layers or not isinstance(self.substrate, Elastic)
+        return not self.layers or not isinstance(self.substrate, Elastic | None)
 
     def film_creep(self) -> Spectrum:
         """The creep of the film on a rigid base, which multiplies ``film_shape``; of a body with a film."""
         assert self.film is not None
-        return film_creep(self.film.material)
+        return film_creep(self.film)
 
     def film_shape(self, wavenumber: Array) -> Array:
         """alpha N of the film on a rigid base over its creep, at wavenumbers [rad/m]; zero without a film."""
         if self.film is None:
             return jnp.zeros_like(wavenumber)
-        return film_shape(self.film.material, wavenumber * self.film.thickness)
+        return film_shape(self.film, wavenumber)
 
     def long_wave_compliance(self, t: Array | float) -> Array:
-        """Return the compliance [1/Pa] at a time t [s] of the substrate, for contacts much wider than the layers."""
-        return surface_creep(self.substrate).creep(t)
+        """Return the compliance [1/Pa] at a time t [s] of the substrate, for contacts much wider than the layers; zero on
+        a rigid base."""
+        base = Rigid() if self.substrate is None else self.substrate
+        return surface_creep(base).creep(t)
 
     def short_wave_compliance(self, t: Array | float) -> Array:
         """Return the compliance [1/Pa] at a time t [s] of the top layer, for contacts much narrower than it."""
         return surface_creep(self.surface).creep(t)
 
     def relaxed_compliance(self) -> Array:
-        """Return the relaxed compliance of the substrate without its steady-state flow [1/Pa], which is never zero."""
-        creep = surface_creep(self.substrate)
+        """Return the relaxed compliance of the substrate, or of the top layer on a rigid base, without its steady-state flow
+        [1/Pa], which is never zero."""
+        creep = surface_creep(self.surface if self.substrate is None else self.substrate)
         return creep.instantaneous + jnp.sum(jnp.where(creep.rates > 0.0, creep.amplitudes, 0.0))
 
     def is_fluid(self) -> Array:

@@ -1,4 +1,4 @@
-"""The surface response of any stack of bonded layers on a half-space, elastic or viscoelastic.
+"""The surface response of any stack of layers on a half-space or a rigid base, elastic or viscoelastic.
 
 At a wavevector of length alpha the displacement of the surface is (r along the wavevector, s transverse, z into the body)
 
@@ -12,9 +12,10 @@ A layer (A, B, C of ``two_port``) changes the compliance S = alpha [[L, K], [K, 
 
     S' = j A + B X B^T,      X = (S^-1 + C/j)^-1 = (j^2 S + j det S adj C)/(j^2 + j tr(C S) + det C det S),
 
-for elastic solids a sum of positive definite terms: nothing overflows and nothing cancels, whatever the
-thickness. Compared with 60-digit arithmetic, for random stacks of up to three layers, stiffness ratios up
-to 1e16 and alpha h from 1e-8 to 1e3, the error is 2e-15 (for K relative to the square root of L N).
+for elastic solids a sum of positive definite terms: nothing overflows and nothing cancels, whatever the thickness. A
+rigid base is S = 0. A layer that slides on its foundation without friction has another two-port (``loose_port``), of the
+same form. Compared with 60-digit arithmetic, for random stacks of up to three layers, stiffness ratios up to 1e16 and
+alpha h from 1e-8 to 1e3, the error is 2e-15 (for K relative to the square root of L N).
 
 In time the correspondence principle replaces j by s J(s), with J(s) the Laplace transform of the creep compliance,
 and makes the nu of a solid with a bulk modulus a function of s. The response to a pressure step
@@ -32,7 +33,7 @@ import numpy as np
 from jax import Array
 
 from jaxcontact._support.exponential import phi1
-from jaxcontact.bodies.body import LayeredHalfSpace
+from jaxcontact.bodies.body import Layer, LayeredHalfSpace
 from jaxcontact.bodies.materials import Material, Spectrum, parallel_creep
 
 # A single layer as a two-port between its two surfaces, for each wavenumber.
@@ -110,6 +111,44 @@ def two_port(x: Array, nu: Array | float) -> TwoPort:
     )
 
 
+# A layer whose lower side is free of shear (``Layer.bonded`` False) has the same form with, for q = 1 - theta^2 + 4 x theta,
+#
+#     q A = [[(1 - nu) (1 + theta)^2, (1/2 - nu) q - 4 (1 - nu) x theta], [ . , (1 - nu) (1 - theta)^2]]
+#     q e^x B / 2 = [[0, x (1 - theta)], [0, (1 - theta) + x (1 + theta)]],      (1 - nu) q C = [[0, 0], [0, f4]]
+#
+# and in the transverse direction A = 1/tanh x, B = C = 0: from the entries above with t_b,r = 0 as the condition for u_b,r,
+# and simplified; derived here. At x = 0 the layer is a free membrane, of infinite compliance along the surface.
+
+
+LEAST_X = 1e-40  # alpha h that stands for zero in a loose layer, whose compliance along the surface is as 1/x
+
+
+def loose_port(x: Array, nu: Array | float) -> TwoPort:
+    """Return A, B and C of a layer with a lower side free of shear, x = alpha h >= 0; in the transverse direction ``tanh``
+    is A, and B and C are zero."""
+    x = jnp.where(x > LEAST_X, x, LEAST_X)
+    theta = jnp.exp(-2.0 * x)
+    E, both, xt = -jnp.expm1(-2.0 * x), 1.0 + theta, 4.0 * x * theta
+    q = -jnp.expm1(-4.0 * x) + xt
+    decay, zero, nu_left = 2.0 * jnp.exp(-x) / q, jnp.zeros_like(x * nu), 1.0 - nu
+    return TwoPort(
+        A=(nu_left * both**2 / q, (0.5 - nu) - nu_left * xt / q, nu_left * E**2 / q),
+        B=(zero, decay * x * E + zero, zero, decay * (E + x * both) + zero),
+        C=(zero, zero, differences(x)[1] / (nu_left * q)),
+        det_C=zero,
+        tanh=both / E + zero,
+        sech=zero,
+    )
+
+
+def port_of(x: Array, nu: Array | float, loose: Array | bool) -> TwoPort:
+    """Return ``loose_port`` where ``loose`` and else ``two_port``."""
+    if isinstance(loose, bool):
+        return loose_port(x, nu) if loose else two_port(x, nu)
+    free, held = loose_port(x, nu), two_port(jnp.where(loose, 1.0, x), nu)
+    return jax.tree.map(lambda a, b: jnp.where(loose, a, b), free, held)
+
+
 def uniaxial(nu: Array | float) -> Array | float:
     """Return a layer's compliance in uniaxial strain over J h: (1 - 2 nu)/(2 (1 - nu))."""
     return (1.0 - 2.0 * nu) / (2.0 * (1.0 - nu))
@@ -156,13 +195,14 @@ class SurfaceCompliance(NamedTuple):
 
 
 def surface_compliance(
-    compliances: Array, poissons: Array, thicknesses: Array, wavenumber: Array
+    compliances: Array, poissons: Array, thicknesses: Array, wavenumber: Array, loose: Array | None = None
 ) -> SurfaceCompliance:
     """Return alpha (L, K, N, T) [1/Pa] of a stack, the top layer first and the half-space last.
 
     compliances: j = 1/G [1/Pa], real or complex, zero for a rigid layer, (layers + 1, ...); poissons:
     (layers + 1, ...); thicknesses: (layers, ...) [m]; wavenumber: alpha >= 0 [rad/m], (...): all broadcast
-    behind the first axis. At alpha = 0 the result is that of the half-space.
+    behind the first axis; loose: whether each layer slides on what is below it, (layers,), None if none does. At
+    alpha = 0 the result is that of the half-space.
     """
     compliances, poissons, thicknesses = map(jnp.asarray, (compliances, poissons, thicknesses))
     wavenumber = jnp.asarray(wavenumber, float)
@@ -173,10 +213,11 @@ def surface_compliance(
 
     @jax.checkpoint
     def cover(below: SurfaceCompliance, layer: tuple[Array, ...]) -> tuple[SurfaceCompliance, None]:
-        j, nu, thickness = layer
-        return covered(below, j, two_port(wavenumber * thickness, nu)), None
+        j, nu, thickness, *slides = layer
+        return covered(below, j, port_of(wavenumber * thickness, nu, slides[0] if slides else False)), None
 
-    return jax.lax.scan(cover, base, (compliances[:-1], poissons[:-1], thicknesses), reverse=True)[0]
+    layers = compliances[:-1], poissons[:-1], thicknesses, *(() if loose is None else (loose,))
+    return jax.lax.scan(cover, base, layers, reverse=True)[0]
 
 
 def covered(below: SurfaceCompliance, j: Array, port: TwoPort) -> SurfaceCompliance:
@@ -204,7 +245,12 @@ def covered(below: SurfaceCompliance, j: Array, port: TwoPort) -> SurfaceComplia
 
 def solids(body: LayeredHalfSpace) -> list[Material]:
     """Return the materials of the layers, the top one first, and of the substrate."""
-    return [*(layer.material for layer in body.sublayers()), body.substrate]
+    return [*(layer.material for layer in body.sublayers()), body.base]
+
+
+def loose_layers(body: LayeredHalfSpace) -> Array | None:
+    """Return whether each layer slides on what is below it, (layers,) bool, or None if none does."""
+    return jnp.array([not layer.bonded for layer in body.sublayers()]) if body.loose else None
 
 
 class Spectra(NamedTuple):
@@ -247,11 +293,32 @@ def compliances(spectra: Spectra, period: Array) -> Array:
 
 
 def scaled_responses(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> SurfaceCompliance:
-    """Return alpha (L, K, N, T) [1/Pa] of the body's geometry with the given shear compliances, (layers + 1, ...)."""
+    """Return alpha (L, K, N, T) [1/Pa] of the body's geometry with the given shear compliances, (layers + 1, ...).
+
+    At alpha = 0 it is that of the half-space. On a rigid base, where it would be zero, it is there the displacement under
+    a uniform traction over that and over the thickness of all layers: of the sum of their h j along the surface and of
+    (1 - 2 nu)/(2 (1 - nu)) h j under a pressure, under which no layer widens, be it bonded or not.
+    """
     each = [solid.nu_at(j) for solid, j in zip(solids(body), compliances, strict=True)]
     poissons = jnp.stack(jnp.broadcast_arrays(*each))  # (layers + 1,) if none depends on its compliance
     thicknesses = jnp.asarray([layer.thickness for layer in body.layers], float)
-    return surface_compliance(compliances, poissons, thicknesses, wavenumber)
+    found = surface_compliance(compliances, poissons, thicknesses, wavenumber, loose_layers(body))
+    if body.substrate is not None:
+        return found
+    shares = thicknesses / jnp.sum(thicknesses)
+    of_uniform = [share * j for share, j in zip(shares, compliances[:-1], strict=True)]
+    along = sum(of_uniform)
+    across = sum(uniaxial(nu) * each for nu, each in zip(poissons[:-1], of_uniform, strict=True))
+    uniform = SurfaceCompliance(along, jnp.zeros_like(along), across, along)
+    return SurfaceCompliance(
+        *(jnp.where(wavenumber == 0.0, a, b) for a, b in zip(uniform, found, strict=True))
+    )
+
+
+@jax.jit  # of every check
+def uniform_compliance(body: LayeredHalfSpace) -> Array:
+    """Return the compliance of layers on a rigid base under a uniform pressure at first, over their thickness [1/Pa], ()."""
+    return scaled_response(body, jnp.zeros(()), spectra(body).instantaneous)
 
 
 def scaled_response(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> Array:
@@ -348,27 +415,33 @@ def uniaxial_strain_creep(material: Material) -> Spectrum:
     return _with_springs(material.spectrum(), 0.0, 0.75, 0.75 * material.bulk_modulus)
 
 
-def film_creep(material: Material) -> Spectrum:
+def film_creep(layer: Layer) -> Spectrum:
     """Return the creep that belongs to ``film_shape``."""
-    return material.spectrum() if material.bulk_modulus is None else uniaxial_strain_creep(material)
+    if layer.material.bulk_modulus is None:
+        return layer.material.spectrum()
+    return uniaxial_strain_creep(layer.material) if layer.bonded else surface_creep(layer.material)
 
 
-def film_shape(material: Material, x: Array) -> Array:
-    """Return alpha N of a layer on a rigid base over its ``film_creep``, at x = alpha h.
+def film_shape(layer: Layer, wavenumber: Array) -> Array:
+    """Return alpha N of a layer on a rigid base over its ``film_creep``, at wavenumbers [rad/m].
 
-    The product of the two is exact for a constant nu. With a bulk modulus, it is exact at t = 0 and in the limit of waves
-    much longer than the layer's thickness.
+    The product of the two is exact for a constant nu and for a loose layer, whose response is 1 - nu times a function of the
+    wavenumber. With a bulk modulus, that of a bonded one is exact at t = 0 and in the limit of waves much longer than its
+    thickness.
     """
-    nu = nu_at_first(material)
-    own = two_port(x, nu).A[2]
-    return own if material.bulk_modulus is None else own / uniaxial(nu)
+    nu, x = nu_at_first(layer.material), wavenumber * layer.thickness
+    own = port_of(x, nu, not layer.bonded).A[2]
+    if layer.material.bulk_modulus is None:
+        return own
+    return own / (uniaxial(nu) if layer.bonded else 1.0 - nu)
 
 
-def film_compliance(material: Material, j: Array) -> Array:
+def film_compliance(layer: Layer, j: Array) -> Array:
     """Return ``film_creep`` at the frequency at which the shear compliance is j [1/Pa]."""
-    if material.bulk_modulus is None:
+    bulk = layer.material.bulk_modulus
+    if bulk is None:
         return j
-    return 3.0 * j / (3.0 * material.bulk_modulus * j + 4.0)
+    return 3.0 * j / (3.0 * bulk * j + 4.0) if layer.bonded else j / 2.0 + 1.5 * j / (1.0 + 3.0 * bulk * j)
 
 
 def _scaled(spectrum: Spectrum, factor: Array | float) -> Spectrum:

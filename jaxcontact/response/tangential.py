@@ -26,12 +26,13 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.exponential import phi1
-from jaxcontact._support.pytree import as_float64, pytree
-from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree
+from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
 from jaxcontact.bodies.materials import Material
 from jaxcontact.response import in_time
 from jaxcontact.response.coefficients import TangentialImages
 from jaxcontact.response.half_space import own_creep
+from jaxcontact.response.images import expected_sizes
 from jaxcontact.response.in_time import (
     MORE_RATES,
     STRIDE,
@@ -134,7 +135,7 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
     if not body.layers:
         # One shape times the creep; with a bulk modulus one for the shear and one for the creep S of the surface
         # (``response.stack.surface_creep``), since then (1 - nu) j = S and (1/2 - nu) j = S - j/2.
-        material = body.substrate
+        material = body.base
         if material.bulk_modulus is None:
             parts = [(half_space_shares(material), material.spectrum())]
         else:
@@ -199,6 +200,7 @@ def _errors(
     exact = all_steps(body, wavenumber[some], times)
     entries, sizes = _entries(exact), _sizes(exact)
     growth = times * phi1(times * separable.rates)
+    sizes = expected_sizes(sizes.reshape(len(sizes), 3, -1)).reshape(sizes.shape)
 
     def off(terms: Array) -> Array:
         summed = terms[:, 0] + jnp.einsum("tk,mk,cmn->tcn", growth, separable.mix, terms[:, 1:])
@@ -239,7 +241,9 @@ def frequency_response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array | 
     thin ones; this function uses the recursion of ``response.stack``, whose relative error is 4e-14 at all times.
 
     At the wavevector zero the displacement of a half-space is unbounded, and the direction is undefined. The diagonal
-    entries are then ``inf``, and the others 0, which is their mean over all directions; the derivatives are zero.
+    entries are then ``inf``, and the others 0, which is their mean over all directions; the derivatives are zero. On a
+    rigid base the diagonal entries are those under uniform tractions, h J summed over the layers, and that of
+    ``normal_response``; a layer that is not bonded has none along the surface, and the wavevector zero is refused.
 
     Args:
         body: a ``LayeredHalfSpace``.
@@ -260,6 +264,10 @@ def frequency_response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array | 
     """
     body, valid = checked_body(body)
     valid = valid & checks.finite("kx [rad/m]", kx) & checks.finite("ky [rad/m]", ky)
+    if body.loose:
+        somewhere = (jnp.asarray(kx) == 0.0) & (jnp.asarray(ky) == 0.0)
+        if is_concrete(somewhere) and bool(jnp.any(somewhere)):
+            check_bonded(body, "wavevector zero")
     valid = valid & checks.non_negative("t [s]", t)
     body, kx, ky, t = as_float64((body, kx, ky, t))
     return jnp.where(valid, _response(body, *jnp.broadcast_arrays(kx, ky, t)), jnp.nan)
@@ -278,5 +286,9 @@ def _response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array) -> Array:
     ]
     matrix = jnp.stack([jnp.stack([entry + 0j for entry in row], -1) for row in rows], -2)
     response = matrix / alpha[..., None, None]
-    unbounded = jnp.where(jnp.eye(3, dtype=bool), jnp.inf, 0.0)
-    return jnp.where(at_zero[..., None, None], unbounded, response)
+    uniform = jnp.where(jnp.eye(3, dtype=bool), jnp.inf, 0.0)
+    if body.substrate is None:
+        along, _, normal, across = all_steps(body, jnp.zeros_like(alpha), t)
+        own = jnp.stack([along, across, normal], -1) * body.height
+        uniform = own[..., None] * jnp.eye(3)
+    return jnp.where(at_zero[..., None, None], uniform, response)

@@ -28,8 +28,9 @@ CLOSED = (
 class ContactStep:
     """A step as passed to a ``save`` function, in SI units, with the field names of ``ContactHistory``.
 
-    pressure, displacement and gap are maps (nx, ny); the other fields are scalars. status is that of the solver: that the
-    response of the body is not accurate enough (``Status.NOT_RESOLVED``) is found for the whole run, in its result.
+    pressure, displacement, gap and dent (None without ``hardness``) are maps (nx, ny); the other fields are scalars. status
+    is that of the solver: that the response of the body is not accurate enough (``Status.NOT_RESOLVED``) is found for the
+    whole run, in its result.
     """
 
     pressure: Array
@@ -43,6 +44,7 @@ class ContactStep:
     iterations: Array
     error: Array
     status: Array
+    dent: Array | None = field(kw_only=True, default=None)
 
 
 @pytree
@@ -146,8 +148,12 @@ class ContactHistory(ContactResult):
     rigid base; 0 without a film). Above 0.2 linear theory is inaccurate.
 
     time_step_error: estimate of the relative error of the pressure due to the time steps, in which the pressure is linear
-    (``history.time_loop``); within a factor of about three of the largest error of approach, load and peak pressure, and
+    (``history.time_loop``): of the largest error at any cell over the largest pressure; mostly one to three times that, and
     zero without creep. Above 1 % there is a note, above 10 % the status is 12, for the times concerned alone.
+
+    dent (nt, nx, ny) [m], None without ``hardness``: the depth by which the surface of the body has yielded since the first
+    time; (nx, ny) at the last time where ``pressure`` is. displacement includes it: displacement - dent is elastic and
+    viscous.
 
     status: an integer of ``Status``, which documents its meaning.
     """
@@ -167,6 +173,7 @@ class ContactHistory(ContactResult):
     error: Array
     status: Array
     time_step_error: Array | None = dataclasses.field(kw_only=True, default=None)
+    dent: Array | None = dataclasses.field(kw_only=True, default=None)
 
     @property
     def gap(self) -> Array:
@@ -185,6 +192,12 @@ class ContactHistory(ContactResult):
                 ' pressure.max(); keep all maps (save="all"), or the peaks: save=lambda step: step.pressure.max()'
             )
         return jnp.max(self.pressure, (-2, -1))
+
+    @property
+    def peak_dent(self) -> Array:
+        """The depth of the deepest dent at each time [m], (nt,). It is not available without ``hardness``, or if only the
+        last map was kept."""
+        return largest_over_time(self, "dent", "the verb", "hardness")
 
     @property
     def _has_maps_over_time(self) -> bool:
@@ -282,13 +295,14 @@ def closed(result: Any) -> Array:
     return result.gap <= CLOSED * height
 
 
-def largest_over_time(history: ContactHistory, name: str, verb: str) -> Array:
-    """Return the largest value of a map at each time, (nt,); AttributeError where there is none over time."""
+def largest_over_time(history: ContactHistory, name: str, verb: str, option: str = "thermal") -> Array:
+    """Return the largest value of a map at each time, (nt,); AttributeError where there is none over time, for want of an
+    option."""
     values = getattr(history, name)
     if values is None or not history._has_maps_over_time:
         raise AttributeError(
             f"peak_{name}: expected a {name} at all times, got"
-            f" {f'none: {verb} was called without thermal=' if values is None else 'the last map only'}"
+            f" {f'none: {verb} was called without {option}=' if values is None else 'the last map only'}"
         )
     return jnp.max(values, (-2, -1))
 
@@ -373,13 +387,14 @@ class SteadyRolling(SteadyContact):
     velocity (2,) [m/s]; profile and (normal) displacement [m] and pressure [Pa]: (nx, ny); traction (2, nx, ny) [Pa] on
     the body; slip_ratio (2, nx, ny): slip velocity of the body relative to the indenter over |v|, opposite to the
     traction, zero outside contact; stick (nx, ny) bool; tangential_load (2,) [N]; creepage (2,): rigid-body slip velocity
-    of the indenter relative to the body over |v|, prescribed or computed; hysteresis_power [W]: dissipated in the
-    dashpots of a viscoelastic body under the pressure; friction_power [W]: dissipated by the tractions, tangential_load
-    times creepage times |v| and, between unlike solids, where free rolling costs work too, the power that the pressure
-    needs where the tractions move the surface; power [W]: their sum; hysteresis_force [N]: hysteresis_power over |v|, the
-    rolling resistance without friction, positive against the motion. For a roller without torque, the force at the axle is
-    power over |v|. The convention is that of ``history.memory``; approach, load, contact_area, smooth_area,
-    film_strain, error, status: as in ``ShearHistory``; iterations: of the last step.
+    of the indenter relative to the body over |v|, prescribed or computed; spin [1/m]: the same of its rotation from x to y;
+    moment [N m] of the tractions from x to y about the indenter's axis; hysteresis_power [W]: dissipated in the
+    dashpots of a viscoelastic body under the pressure; friction_power [W]: dissipated by the tractions, |v| times
+    (tangential_load times creepage + moment times spin) and, between unlike solids, where free rolling costs work too, the
+    power that the pressure needs where the tractions move the surface; power [W]: their sum; hysteresis_force [N]:
+    hysteresis_power over |v|, the rolling resistance without friction, positive against the motion. For a roller without
+    torque, the force at the axle is power over |v|. The convention is that of ``history.memory``; approach, load,
+    contact_area, smooth_area, film_strain, error, status: as in ``ShearHistory``; iterations: of the last step.
     """
 
     view: ClassVar[str] = "rolling"
@@ -393,6 +408,8 @@ class SteadyRolling(SteadyContact):
     stick: Array
     tangential_load: Array
     creepage: Array
+    spin: Array
+    moment: Array
     hysteresis_force: Array
     power: Array
     hysteresis_power: Array

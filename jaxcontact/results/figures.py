@@ -180,7 +180,8 @@ def contact_section(ax: Axes, result: Any, body: LayeredHalfSpace | None = None,
     """Draw indenter and deformed surface along x at y = 0 and the last time, with load, approach and width of contact.
 
     Lengths along x are to scale, heights are enlarged, and layers, named where ``body`` is given, are not to scale. The
-    displacement of both surfaces is drawn on the body, so that the indenter keeps its shape. single: the contact is one
+    displacement of both surfaces is drawn on the body, so that the indenter keeps its shape; a dashed line is the dent that
+    would be left without load. single: the contact is one
     patch around x = 0, whose approach and width are drawn as arrows.
     """
     x, outline, surface = _lines(result)
@@ -193,6 +194,10 @@ def contact_section(ax: Axes, result: Any, body: LayeredHalfSpace | None = None,
     ax.plot(x, outline, color="black", ls="-", lw=1.0)
     ax.plot(x, surface, color="black", ls="-", lw=1.0)
     ax.plot(x[[0, -1]], [0.0, 0.0], color="black", ls=":", lw=0.8)
+    if getattr(result, "dent", None) is not None:
+        here = np.isin(np.asarray(result.grid.axes()[0]), x)
+        dent = last_map(result.dent)[here, result.grid.shape[1] // 2]
+        ax.plot(x, -dent, color="black", ls="--", lw=0.9)
     sizes = (float(x[-1]), low, high, span)
     _draw_load(ax, result, sizes)
     _draw_motion(ax, result, sizes)
@@ -243,11 +248,14 @@ def _names(body: LayeredHalfSpace | None) -> list[str]:
     if body is None:
         return [""]
     layers = body.sublayers()
-    names = [f"{_material(layer.material)}, {_thickness(layer.thickness)}" for layer in layers]
+    names = [
+        f"{_material(layer.material)}, {_thickness(layer.thickness)}{'' if layer.bonded else ', loose'}"
+        for layer in layers
+    ]
     if len(names) > MOST_LAYERS:
         total = float(sum(np.max(layer.thickness) for layer in layers))
         names = [f"{len(names)} layers, {prefixed(total, 'm')}"]
-    return [*names, _material(body.substrate)]
+    return [*names, "rigid base" if body.substrate is None else _material(body.substrate)]
 
 
 def _thickness(thickness: Any) -> str:

@@ -30,9 +30,11 @@ from jaxcontact.bodies.grid import Grid
 from jaxcontact.indenters import shapes
 from jaxcontact.results.labels import stored_fields
 from jaxcontact.shell.case_keys import (
+    BASES,
     LARGEST,
     LAST,
     LAWS,
+    MATERIAL,
     MATERIALS,
     SHAPES,
     TABLE,
@@ -312,8 +314,13 @@ def _case(tables: Table, folder: Path) -> Case:
             thickness = _field(f"{where}.thickness", folder / thickness, "thicknesses (nx, ny) [m]")
         else:
             thickness = float(thickness)
-        layers.append(Layer(material, thickness))
-    body = LayeredHalfSpace(layers, _material("substrate", tables["substrate"], sections["substrate"]))
+        layers.append(Layer(material, thickness, table.get("bonded", True)))
+    base = _material("substrate", tables["substrate"], sections["substrate"])
+    if isinstance(base, materials.Rigid) and not layers:
+        raise CaseError(
+            'substrate.material: found "rigid" without a [layer]; accepted: a rigid base below layers'
+        )
+    body = LayeredHalfSpace(layers, None if isinstance(base, materials.Rigid) else base)
     indenter = _indenter(tables["indenter"], sections["indenter"], folder)
     times = _times(tables["times"], sections["times"]) if "times" in sections else np.zeros(1)
     name = _one_of(tables["control"], "load", "approach")
@@ -327,7 +334,7 @@ def _case(tables: Table, folder: Path) -> Case:
         law, values = _choose("adhesion", tables["adhesion"], "law", sections["adhesion"], LAWS)
         motion["adhesion"] = law(**values)
     options = dict(tables.get("solver", {}))
-    fields = stored_fields(_result(kind, tables))
+    fields = [name for name in stored_fields(_result(kind, tables)) if name != "dent" or "hardness" in motion]
     kept = options.pop("save", None) or kept_unless_said(fields, grid.shape, times.size)
     options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from
     return Case(kind, tables, body, indenter, control, times, grid, motion, options, kept)
@@ -356,7 +363,7 @@ def _as_float(value: Any) -> Any:
 
 
 def _material(where: str, table: Table, own: dict[str, Key]) -> Any:
-    chosen, values = _choose(where, table, "material", own, MATERIALS)
+    chosen, values = _choose(where, table, "material", own, BASES if where == "substrate" else MATERIALS)
     if "nu" in values and "bulk_modulus" in values:
         raise CaseError(f"{where}.nu: found both nu and bulk_modulus; accepted: one of them")
     if chosen is not materials.Elastic:
@@ -438,9 +445,10 @@ def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
     motion = {name: value for name, value in table.items() if name != "kind"}
     if "velocity" in motion:
         motion["velocity"] = _over_times("experiment.velocity", motion["velocity"], "[x, y]", nt)
-    if isinstance(motion.get("friction"), str):
-        path = folder / motion["friction"]
-        motion["friction"] = _field("experiment.friction", path, "coefficients of friction (nx, ny)")
+    maps = {"friction": "coefficients of friction (nx, ny)", "hardness": "hardnesses (nx, ny) [Pa]"}
+    for name, meaning in maps.items():
+        if isinstance(motion.get(name), str):
+            motion[name] = _field(f"experiment.{name}", folder / motion[name], meaning)
     # what further tables describe; the objects of tables of one argument are added
     found: dict[str, list[Any]] = {}
     parts = KINDS[kind].parts
@@ -547,7 +555,7 @@ def blocks_of(case: Case) -> list[Section]:
         rigid = Section("# no [indenter.material]: the indenter is rigid")
         return [*first, *solids, *others, rigid]
     own = {"material": "elastic"} | case.tables["indenter"]["material"]
-    elastic = sections["substrate"] | MATERIALS["elastic"][1]
+    elastic = {"material": MATERIAL} | MATERIALS["elastic"][1]
     return [*first, *solids, Section("[indenter.material]", *_filled(own, elastic)), *others]
 
 
@@ -579,7 +587,7 @@ def _section(name: str, keys: Keys, case: Case) -> tuple[Table, Keys]:
 
 def _solid(table: Table, keys: Keys) -> tuple[Table, Keys]:
     """Return the values and keys of a layer or the substrate."""
-    own = MATERIALS[table["material"]][1] | keys
+    own = BASES[table["material"]][1] | keys
     return _filled(
         table, {name: key for name, key in own.items() if name != "nu" or "bulk_modulus" not in table}
     )
@@ -618,7 +626,7 @@ def _meaning(name: str, value: Any, key: Key) -> str:
     if name == "kind":
         return (KINDS[value].verb.__doc__ or "").split("\n")[0].rstrip(".")
     if isinstance(value, str) and name in ("material", "shape", "law"):  # the shape of a grid is two numbers
-        return ((MATERIALS | SHAPES | LAWS)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
+        return ((BASES | SHAPES | LAWS)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
     choices = f"; {key.accept.words}" if " | " in key.accept.words else ""
     return key.meaning.split("; absent: ")[0] + choices
 
@@ -670,7 +678,7 @@ def template(kind: str, cases: Path, name: str) -> str:
         )
     # the materials, the shapes and, with adhesion, its laws, each with its keys
     laws = [("law of [adhesion]", LAWS)] if "adhesion" in sections_of(kind) else []
-    for what, choices in [("material of a layer or the substrate", MATERIALS), ("shape", SHAPES), *laws]:
+    for what, choices in [("material of a layer or the substrate", BASES), ("shape", SHAPES), *laws]:
         rows = [f'#   "{one}": {", ".join(keys)}' for one, (_, keys) in choices.items()]
         blocks.append("\n".join([f"# {what}, and its keys", *rows]) + "\n")
     title = path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
@@ -694,7 +702,7 @@ def caption_of(case: Case) -> str:
     indenter = tables["indenter"]
     radius = f" of {_amount(indenter['radius'], 'm')}" if "radius" in indenter else ""
     layers = [
-        f"{table['material']}, {_amount(table['thickness'], 'm')}"
+        f"{table['material']}, {_amount(table['thickness'], 'm')}{'' if table.get('bonded', True) else ', loose'}"
         for _, table in tables_named("layer", tables)
     ]
     body = ", on ".join([*layers, tables["substrate"]["material"]])

@@ -188,6 +188,7 @@ SHAPE = Accept(
     f"[nx, ny], whole numbers from 4 to {MOST_CELLS}; ny = 1 with periodic = [false, true]",
 )
 SPACING = Accept(lambda v: _pair(v, POSITIVE.test), "[dx, dy], numbers > 0")
+POSITIVE_PAIR = Accept(lambda v: _pair(v, POSITIVE.test), f"[x, y], numbers > 0, {RANGE}")
 VECTOR = Accept(_is_vector, f"[x, y], numbers {RANGE}")
 VECTORS = Accept(
     lambda v: isinstance(v, list) and bool(v) and (_is_vector(v) or all(map(_is_vector, v))),
@@ -235,10 +236,17 @@ MATERIALS: dict[str, tuple[type, dict[str, Key]]] = {
     ),
 }
 
+# what may lie below all layers
+BASES: dict[str, tuple[type, dict[str, Key]]] = MATERIALS | {"rigid": (materials.Rigid, {})}
+
 RADIUS = Key(POSITIVE, "radius [m]", required=True)
 
 SHAPES: dict[str, tuple[type, dict[str, Key]]] = {
     "sphere": (shapes.Sphere, {"radius": RADIUS}),
+    "ellipsoid": (
+        shapes.Ellipsoid,
+        {"radii": Key(POSITIVE_PAIR, "radii of curvature along x and y [m]", required=True)},
+    ),
     "cylinder": (
         shapes.Cylinder,
         {"radius": RADIUS, "length": Key(POSITIVE, "length along y [m]", required=True)},
@@ -275,6 +283,15 @@ MATERIAL = Key(
     choice(*MATERIALS), "the material model, whose parameters are keys of the same table", required=True
 )
 
+BASE = Key(
+    choice(*BASES),
+    "the material model, whose parameters are keys of the same table, or a rigid base below layers",
+    required=True,
+)
+BONDED = Key(
+    FLAG, "whether it is bonded to what is below it or slides on that without friction", default=True
+)
+
 LOAD_ON = Key(LOAD, "normal load [N], constant or one for each time")
 LOAD_WITH_ADHESION = Key(NUMBERS, "normal load [N], constant or one for each time, negative in tension")
 APPROACH = Key(NUMBERS, "approach from first contact [m], constant or one for each time")
@@ -300,6 +317,11 @@ SLIP_FRICTION = Key(
 )
 SLIDE_FRICTION = Key(
     COEFFICIENT, "coefficient of friction, or a file with one for each cell (nx, ny); none when absent"
+)
+HARDNESS = Key(
+    or_file(POSITIVE),
+    "hardness [Pa] of surfaces that yield, or a file with one for each cell (nx, ny); none when absent",
+    file=True,
 )
 COUPLED = Key(FLAG, "whether tractions cause normal, and pressure tangential, displacement", default=True)
 

@@ -22,9 +22,12 @@ from jaxcontact.results.contact import (
 )
 from jaxcontact.shell.case_keys import (
     APPROACH,
+    BASE,
+    BONDED,
     CORRESPONDENCE,
     COUPLED,
     CREEPAGE,
+    HARDNESS,
     ITERATIONS,
     LAWS,
     LOAD_ON,
@@ -214,7 +217,7 @@ KINDS: dict[str, Kind] = {
     "indentation": Kind(
         indent,
         ContactHistory,
-        {},
+        {"hardness": HARDNESS},
         {"load": LOAD_ON, "approach": APPROACH},
         {
             "tolerance": TOLERANCE,
@@ -250,6 +253,7 @@ KINDS: dict[str, Kind] = {
         {
             "velocity": Key(SPEEDS, f"{OVER_THE_BODY}, constant or one for each time", required=True),
             "friction": SLIDE_FRICTION,
+            "hardness": HARDNESS,
         },
         {"load": LOAD_ON, "approach": APPROACH},
         {"tolerance": TOLERANCE, "max_iterations": ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
@@ -268,6 +272,7 @@ KINDS: dict[str, Kind] = {
                 SPEEDS, "velocity of rubbing in place [m/s], constant or one for each time", required=True
             ),
             "friction": SLIDE_FRICTION,
+            "hardness": HARDNESS,
             "wears": Key(
                 choice("film", "indenter"), "whether the laws change the film or the indenter", default="film"
             ),
@@ -306,6 +311,9 @@ KINDS: dict[str, Kind] = {
         {
             "velocity": Key(SPEED, OVER_THE_BODY, required=True),
             "friction": SLIP_FRICTION,
+            "spin": Key(
+                NUMBER, "rotation on the body from x to y over the distance rolled [1/m]", default=0.0
+            ),
             "coupled": COUPLED,
         },
         {"load": STEADY_LOAD, "approach": STEADY_APPROACH} | CREEPAGE,
@@ -335,8 +343,8 @@ def sections_of(kind: str, *, adhesive: bool = False) -> dict[str, Keys]:
     )
     return {
         "experiment": {"kind": KIND} | own.beside,
-        "layer": {"material": MATERIAL, "thickness": own.thickness},
-        "substrate": {"material": MATERIAL},
+        "layer": {"material": MATERIAL, "thickness": own.thickness, "bonded": BONDED},
+        "substrate": {"material": BASE},
         "indenter": {
             "shape": Key(
                 choice(*SHAPES), "the shape, whose dimensions are keys of the same table", required=True

@@ -142,6 +142,7 @@ KEYS = {  # of the case file, which to change after a step that ended with that 
     Status.STEP_TOO_LONG: "solver.substeps",
     Status.TOO_THICK: "solver.thickest",
     Status.PULLED_OFF: "control.load",
+    Status.LOAD_ABOVE_HARDNESS: "grid.width",
 }
 
 

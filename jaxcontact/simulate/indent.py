@@ -17,7 +17,6 @@ from jaxcontact.bodies.controls import Control
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.bodies.laws import Adhesion, check_adhesion
 from jaxcontact.contact.adhesive import Attraction
-from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.history.memory import (
     DirectMemory,
     GrowingMemory,
@@ -64,6 +63,7 @@ def indent(
     kernels: Kernels | None = None,
     checkpoint: str = "pressures",
     adhesion: Adhesion | None = None,
+    hardness: Array | float | None = None,
 ) -> ContactHistory:
     """Compute the contact of an indenter with a body under a prescribed load or approach over time.
 
@@ -80,7 +80,7 @@ def indent(
     Args:
         body: a ``LayeredHalfSpace`` in SI units. The thickness of a ``Layer`` may be (nt,), one value for each time,
             which requires new kernels at each step (``history.memory``), or (nx, ny) or (nt, nx, ny) if it varies in the
-            plane (``operators.varying``). With such a layer, ``kernels`` cannot be given.
+            plane (``operators.kernels``). With such a layer, ``kernels`` cannot be given.
         indenter: ``Sphere``, ``Cone``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
         control: ``Load`` [N] or ``Approach`` [m], a number or (nt,). It is applied as a step at times[0] and is linear
             between the times.
@@ -110,6 +110,10 @@ def indent(
             its gap is zero. The solution follows the branch of equilibria of the previous step, and jumps where this branch
             ends (``contact.adhesive``). The stopping error is then the largest displacement under the traction that is
             not balanced, over the mean displacement.
+        hardness: H [Pa], a number or (nx, ny), of surfaces that yield: cells are elastic and perfectly plastic, 0 <= p <= H,
+            and what the elastic surfaces cannot close at p = H stays as the ``dent`` of the body, from which unloading and
+            later loading start (A. Almqvist et al., Tribology International 40 (2007) 574). A load above H times the area
+            of the grid has status 15. None for surfaces that do not yield; it is None with adhesion.
 
     Returns:
         A ``ContactHistory``, with adhesion an ``AdhesiveHistory``. Failures are reported in ``status`` and ``converged``,
@@ -136,6 +140,7 @@ def indent(
         "correspondence": correspondence,
         "checkpoint": checkpoint,
         "adhesion": adhesion,
+        "hardness": hardness,
     }
 
     def solved(grid: Any) -> Any:
@@ -231,7 +236,7 @@ class Indentation(Experiment):
             scale, errors = images.scale, Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
         elif film is not None:
             # a film whose thickness varies in the plane, and in time where it does
-            scale, errors = self.kernels.uniform.scale, self.kernels.errors(self.duration)
+            scale, errors = self.kernels.scale, self.kernels.errors(self.duration)
             if not film.over_times:
                 memory = RecursiveMemory(self.kernels.at(film.values))
             else:
@@ -252,9 +257,11 @@ class Indentation(Experiment):
                 more = GrowthStep(dt, middle.reshape(fine.shape))
 
         course, makes = {"times": self.times}, ContactHistory if self.adhesion is None else AdhesiveHistory
-        law: Any = UNILATERAL
+        contact = self.contact(scale)
         if self.adhesion is not None:
-            law = Attraction(self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic)
+            contact["law"] = Attraction(
+                self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic
+            )
             course["tabor_number"] = tabor_numbers(self.adhesion, self)
-        stepper = PressStepper(memory, **self.contact(scale), law=law)
+        stepper = PressStepper(memory, **contact)
         return Plan(stepper, self.steps(scale, more), scale, errors, course, {"grid": self.grid}, makes)

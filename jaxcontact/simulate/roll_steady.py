@@ -16,7 +16,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
 from jaxcontact._support.status import Status, most_serious
-from jaxcontact.bodies.body import LayeredHalfSpace
+from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import (
     Control,
     TangentialControl,
@@ -33,9 +33,9 @@ from jaxcontact.history.memory import Observer, RecursiveMemory
 from jaxcontact.history.motion import check_along_x
 from jaxcontact.history.normal_step import contact_outcome, solved, status_of
 from jaxcontact.indenters.shapes import Indenter
-from jaxcontact.operators.base import Operator
-from jaxcontact.operators.coupled import Coupled, Tangential
+from jaxcontact.operators.coupled import Tangential, TractionOperator
 from jaxcontact.operators.kernels import Errors, TractionKernels, compiled_traction, scaled_coefficients
+from jaxcontact.operators.operator import Operator
 from jaxcontact.results.contact import SteadyRolling
 from jaxcontact.simulate.run import Experiment, reported
 from jaxcontact.simulate.slide_steady import (
@@ -75,7 +75,7 @@ class RolledSurface:
     normal: Operator
     plane: Array
     coupling: Array | None
-    relaxed: Coupled
+    relaxed: TractionOperator
 
     def moved(self, q: Array, p: Array) -> Array:
         """Tangential displacement, (2, nx, ny)."""
@@ -99,7 +99,7 @@ def elastic_surface(kernels: TractionKernels, normal: Operator) -> RolledSurface
     """Return the surface with its instantaneous response alone."""
     tangential = kernels.family.combined(jnp.zeros(1 + len(kernels.mix)).at[0].set(1.0))
     coupling = None if tangential.coupling is None else 1j * tangential.coupling
-    return RolledSurface(normal, tangential.plane, coupling, Coupled(normal, tangential))
+    return RolledSurface(normal, tangential.plane, coupling, TractionOperator(normal, tangential))
 
 
 def creeping_surface(
@@ -114,7 +114,7 @@ def creeping_surface(
     track = _Track(wake, kernels.rates, kernels.mix, lasting)
     time = wake.crossing_time
     stood = jnp.append(1.0, kernels.mix @ (time * phi1(kernels.rates * time)))
-    relaxed = Coupled(normal, kernels.family.combined(stood))
+    relaxed = TractionOperator(normal, kernels.family.combined(stood))
     plane, coupling = at_once.plane + track.spectra(shapes.plane, track.far_plane()), None
     if at_once.coupling is not None and shapes.coupling is not None:
         coupling = at_once.coupling + track.spectra(1j * shapes.coupling, track.far_coupling())
@@ -188,11 +188,13 @@ def _square(x: Array, y: Array) -> Array:
 # With u the tangential displacement under tractions that are steady (``simulate.roll_steady``), S the shift by the way
 # of a step, to the material that is one step behind, the slip in a step is
 #
-#     s = (1 - S) u(q, p) - shift,      |q| <= mu p,      s = -k q, k >= 0, where |q| = mu p.
+#     s = (1 - S) u(q, p) - turn - shift,      |q| <= mu p,      s = -k q, k >= 0, where |q| = mu p,
+#
+# with the turn by the spin and the shift by the creepage in a step.
 #
 # It is solved in steps: with M the operator of tractions that have stood for as long as the grid takes to pass,
 #
-#     s = M q_new + (1 - S) u(q_old, p) - M q_old - shift
+#     s = M q_new + (1 - S) u(q_old, p) - M q_old - turn - shift
 #
 # is a problem of ``contact.friction``, and its limit the steady state. On an elastic body M q - S M q_old is the slip
 # itself after one more cell, as in J. J. Kalker's transient contact. On any other a step brings the tractions closer
@@ -230,14 +232,16 @@ class Rolled(NamedTuple):
 class RollingContact:
     """Inputs of a rolling contact that are constant from step to step, all of order one.
 
-    surface; profile and coefficient of friction (nx, ny); way of a step, along each axis in its cells, (2,); target and
-    tangential_target of ``contact.friction``.
+    surface; profile and coefficient of friction (nx, ny); way of a step, along each axis in its cells, (2,); turn
+    (2, nx, ny): displacement of the indenter in a step due to its spin; target and tangential_target of
+    ``contact.friction``.
     """
 
     surface: RolledSurface
     profile: Array
     coefficient: Array
     way: Array
+    turn: Array
     target: Array
     tangential_target: Array
     tolerance: Array
@@ -255,7 +259,7 @@ class RollingContact:
         """Return the tangential problem of the next step, after a traction, and the relaxed displacement under that."""
         moved, relaxed = self.surface.moved(traction, pressure), self.surface.relaxed
         displacement = relaxed.tangential_from_tangential(traction)
-        drift = moved - ahead(moved, self.way) - displacement
+        drift = moved - ahead(moved, self.way) - displacement - self.turn
         bound, target = self.coefficient * pressure, self.tangential_target
         problem = TangentialProblem(relaxed, bound, drift, target, self.tangential_load_controlled)
         return problem, displacement
@@ -342,7 +346,7 @@ class _Held:
     def slip(self, traction: Array, shift: Array, pressure: Array) -> Array:
         """Return the slip in a step, (2, nx, ny), under this traction and pressure."""
         moved = self.contact.surface.moved(traction, pressure)
-        return moved - ahead(moved, self.contact.way) - shift[:, None, None]
+        return moved - ahead(moved, self.contact.way) - self.contact.turn - shift[:, None, None]
 
 
 def _law(held: _Held, state: tuple[Array, Array]) -> tuple[Array, Array]:
@@ -381,13 +385,15 @@ def roll_steady(
     creepage: Array | TangentialLoad,
     friction: Array | float,
     grid: Grid,
+    spin: Array | float = 0.0,
     coupled: bool = True,
     tolerance: Array | float = 1e-8,
     max_iterations: Array | int = 2000,
 ) -> SteadyRolling:
-    """Compute the steady state of an indenter that rolls over a body, with creepage or a tangential force.
+    """Compute the steady state of an indenter that rolls over a body, with creepage or a tangential force, and spin.
 
-        slip/distance = -v/|v| . grad u - creepage,      |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
+        slip/distance = -v/|v| . grad u - creepage - spin (-y, x)
+        |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
 
     Here slip is that of the body's surface over the indenter, v the velocity, and u the sum of the tangential displacements
     of both surfaces, which on a viscoelastic body includes the effect of all earlier tractions (``simulate.roll_steady``).
@@ -406,6 +412,8 @@ def roll_steady(
             only its direction matters.
         creepage: (xi_x, xi_y), the slip velocity of the indenter over the body, both taken as rigid, over |v|; or a
             ``TangentialLoad`` with one vector, for which the creepage is computed.
+        spin: rotation of the indenter over the body from x to y about its axis, both taken as rigid, over the distance
+            rolled [1/m]; a wheel whose axle is inclined by an angle g to the surface has sin(g)/radius. 0 in plane strain.
         friction, coupled, tolerance, max_iterations: as in ``shear``; the limit applies to each step of the transient.
 
     Returns:
@@ -427,6 +435,7 @@ def roll_steady(
     solver = {"tolerance": tolerance, "max_iterations": max_iterations}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, **solver)
     check_free_along_x(grid, "roll_steady")
+    check_bonded(experiment.body, "roll_steady")
 
     # one value of the control, one direction, and a creepage or a tangential load
     shape = np.shape(getattr(control, "value", 0.0))
@@ -450,12 +459,17 @@ def roll_steady(
         valid = valid & checks.finite("creepage", creepage)
     valid = valid & check_friction(friction, grid.shape)
     valid = valid & check_along_x(np.shape(velocity), grid) & check_steady(experiment, velocity)
-    experiment = experiment.also(valid)
+    checks.require(np.shape(spin) == (), f"spin: expected one number, got shape {np.shape(spin)}")
+    checks.require(
+        not grid.plane_strain or (is_concrete(spin) and float(spin) == 0.0),
+        f"spin [1/m]: expected 0 in plane strain, got {spin}",
+    )
+    experiment = experiment.also(valid & checks.finite("spin [1/m]", spin))
 
-    speed, value, friction = (jnp.asarray(as_float64(a)) for a in (velocity, value, friction))
+    speed, value, friction, spin = (jnp.asarray(as_float64(a)) for a in (velocity, value, friction, spin))
     kernels = compiled_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
     options = {"forced": forced, "coupled": bool(coupled)}
-    result, errors = _run(experiment, kernels, speed, value, friction, **options)
+    result, errors = _run(experiment, kernels, speed, value, friction, spin, **options)
     return reported(result, errors, experiment)
 
 
@@ -465,6 +479,7 @@ def _compiled(
     velocity: Array,
     value: Array,
     friction: Array,
+    spin: Array,
     *,
     forced: bool,
     coupled: bool,
@@ -495,11 +510,13 @@ def _compiled(
     profile = experiment.indenter.profile(grid) / scale.length
     force = scale.from_si("tangential_load", value).reshape(2) if forced else value
     way = step / spacing[0]
+    x, y = (jnp.broadcast_to(each, grid.shape) for each in grid.coordinates())
     contact = RollingContact(
         surface=surface,
         profile=profile,
         coefficient=jnp.broadcast_to(friction, profile.shape),
         way=step / spacing * vector / speed,
+        turn=way * spin * jnp.stack([-y, x]),
         target=experiment.target(scale),
         tangential_target=force if forced else way * value,
         tolerance=experiment.tolerance,
@@ -537,17 +554,23 @@ def _compiled(
         status = most_serious((~held & jnp.any(asked != 0.0), Status.GROSS_SLIP), status=status)
     numbers["status"] = with_no_steady_state(status, experiment, vector)
 
-    # Friction takes the work of the tangential force and, where the solids are unlike, of the pressure on a surface that
-    # the traction moves: -int q . slip = Q . creepage + int q . du/ds, and of u only the part due to the pressure is not
-    # zero on elastic bodies, whose integral is -int p dw/ds with the normal displacement w under the traction (Betti).
+    # Friction takes the work of the tangential force and of the moment and, where the solids are unlike, of the pressure on
+    # a surface that the traction moves: -int q . slip = Q . creepage + M spin + int q . du/ds, and of u only the part due to
+    # the pressure is not zero on elastic bodies, whose integral is -int p dw/ds with the normal displacement w under the
+    # traction (Betti).
     raised = jnp.zeros(())
     if coupled:
         flat = Observer.of(jnp.zeros_like(profile), spacing[1] / spacing[0])
         raised = -flat.hysteresis(pressed.pressure, by_traction, vector / speed)
     in_si = scale.to_si(**numbers, **observed(pressed.pressure), profile=profile, lateral_force=raised)
     raised = in_si.pop("lateral_force")
-    friction_power = speed * (jnp.sum(in_si["tangential_load"] * in_si["creepage"]) + raised)
+    q_x, q_y = in_si["traction"]
+    moment = grid.cell_area * jnp.sum(x * q_y - y * q_x)
+    by_creepage = jnp.sum(in_si["tangential_load"] * in_si["creepage"])
+    friction_power = speed * (by_creepage + moment * spin + raised)
     in_si |= {
+        "spin": spin,
+        "moment": moment,
         "friction_power": friction_power,
         "power": in_si["hysteresis_power"] + friction_power,
         "hysteresis_force": in_si["hysteresis_power"] / speed,

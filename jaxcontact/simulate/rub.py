@@ -22,7 +22,7 @@ from jaxcontact.history.motion import as_array, at_fine_times, mean_speed, over_
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
-from jaxcontact.operators.varying import compiled_varying
+from jaxcontact.operators.kernels import compiled_varying
 from jaxcontact.results.contact import RubbedStep, RubbingHistory
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import (
@@ -58,6 +58,7 @@ def rub(
     save: Save = "all",
     substeps: int | str = 1,
     checkpoint: str = "pressures",
+    hardness: Array | float | None = None,
 ) -> RubbingHistory:
     """Compute the growth and wear of a film, or the wear of an indenter, in a contact that is rubbed.
 
@@ -85,11 +86,12 @@ def rub(
         velocity: rubbing velocity [m/s]: a number, (2,), or (nt, 2) over the times, linear between them; only its
             magnitude matters. Either this or ``path``.
         path: position of the indenter's axis on the grid [m] over the times, (nt,) along x or (nt, 2), linear between
-            them; the speed is that along the path. The indenter is a ``Sphere``, ``Cone`` or ``Cylinder``, the grid holds
-            the whole track, and along a periodic axis the path may go around, as on a disc. A step by more than a quarter
-            of the half-width of the contact has status 12; at a tenth the depth that Archard's law leaves after a single
-            passage is accurate to about 1 %, and its sum over the cells is exact; laws that do not vanish at the edge of the
-            contact deviate by up to 5 % at single cells. ``thermal`` and wears="indenter" are for rubbing in place.
+            them; the speed is that along the path. The indenter is a ``Sphere``, ``Ellipsoid``, ``Cone`` or ``Cylinder``,
+            the grid holds the whole track, and along a periodic axis the path may go around, as on a disc. A step by more
+            than a quarter of the half-width of the contact has status 12; at a tenth the depth that Archard's law leaves
+            after a single passage is accurate to about 1 %, and its sum over the cells is exact; laws that do not vanish at
+            the edge of the contact deviate by up to 5 % at single cells. ``thermal`` and wears="indenter" are for rubbing in
+            place.
         law: rate of change of the thickness: ``StressActivated``, ``ProportionalRemoval``, ``Archard``, sums of them, or any
             frozen pytree with a method ``rate(step)`` that returns (nx, ny) [m/s], where step is an
             ``inputs.laws.RubbingState``. None: the thickness stays as it is, and the film creeps.
@@ -103,6 +105,8 @@ def rub(
             them until no step has status 12, ``step_error`` is below 1 % of the largest change of the thickness, and
             ``time_step_error`` below 1 %; there is a note if they are not with 64. "auto" cannot be used inside jit, vmap
             and grad.
+        hardness: as in ``indent``, in the frame of the body: with ``path`` the dent is that of the track. With
+            wears="indenter" it is of the body too. A film that wears keeps its dent, which wear deepens.
         indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``.
 
     Returns:
@@ -132,6 +136,7 @@ def rub(
         "max_iterations": max_iterations,
         "save": save,
         "checkpoint": checkpoint,
+        "hardness": hardness,
     }
     make = lambda count: RubExperiment.of(body, indenter, control, times, grid, substeps=count, **given)
     history: RubbingHistory = refined(make, substeps, _noted, _is_short)
@@ -261,7 +266,7 @@ class RubExperiment(Experiment):
         if self.film_map is None:
             memory, scale = RecursiveMemory(kernels), kernels.scale
         else:
-            memory, scale = VaryingMemory(kernels, self.film_map.values), kernels.uniform.scale
+            memory, scale = VaryingMemory(kernels, self.film_map.values), kernels.scale
 
         # speed and length of way of the inner steps: in place from the velocity, else constant between two times
         dt, when = fine_steps(self.times, substeps), fine_values(self.times, substeps)

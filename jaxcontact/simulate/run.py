@@ -31,7 +31,8 @@ from jaxcontact._support.status import LARGEST_ERROR, LARGEST_STEP_ERROR, REFINE
 from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, checked_body
 from jaxcontact.bodies.controls import Control, Load, check_control
 from jaxcontact.bodies.grid import Grid, check_grid
-from jaxcontact.bodies.laws import Adhesion
+from jaxcontact.bodies.laws import Adhesion, check_hardness
+from jaxcontact.contact.law import Hardness
 from jaxcontact.history.motion import TooFewSubstepsError
 from jaxcontact.history.time_loop import (
     Carry,
@@ -46,10 +47,15 @@ from jaxcontact.history.time_loop import (
     march_from_rest,
 )
 from jaxcontact.indenters.shapes import HeightField, Indenter, Sphere, checked_indenter
-from jaxcontact.operators.kernels import Errors, check_kernels, check_stiffness, compiled_build
-from jaxcontact.operators.varying import compiled_varying
+from jaxcontact.operators.kernels import (
+    Errors,
+    check_kernels,
+    check_stiffness,
+    compiled_build,
+    compiled_varying,
+)
 from jaxcontact.response.normal import limits_of
-from jaxcontact.response.stack import solids
+from jaxcontact.response.stack import solids, uniform_compliance
 from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
 from jaxcontact.results.notes import Diagnostics, announce
 
@@ -64,7 +70,7 @@ class Experiment:
 
     kernels: those given or built, of the kind that the verb needs; None before. valid: None, or whether traced values are in
     range. film_map: the thickness of a film that varies in the plane; the layer of ``body`` is then as thick as it is at
-    most.
+    most. hardness: of surfaces that yield [Pa], or None.
     """
 
     body: LayeredHalfSpace
@@ -77,6 +83,7 @@ class Experiment:
     kernels: Any
     valid: Array | None
     film_map: ThicknessMap | None
+    hardness: Array | None
     save: Save = static()
     substeps: int = static()
     correspondence: str = static()
@@ -99,6 +106,7 @@ class Experiment:
         correspondence: str = "exact",
         checkpoint: str = "pressures",
         film_map: ThicknessMap | None = None,
+        hardness: Any = None,
         adhesive: bool = False,
     ) -> Self:
         """Check what all verbs have in common; ValueError for what cannot be computed. adhesive: loads may be negative."""
@@ -107,6 +115,11 @@ class Experiment:
         valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
         valid = valid & checks.not_decreasing("times [s]", times)
         valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
+        valid = valid & check_hardness(hardness, grid.shape)
+        checks.require(
+            hardness is None or not adhesive,
+            "hardness: expected None with adhesion, got a hardness: surfaces that yield are computed without attraction",
+        )
         valid = valid & checks.between("tolerance", tolerance, 0.0, LOOSEST)
         if is_concrete(max_iterations):
             checks.whole("max_iterations", np.asarray(max_iterations).item(), 1, 10**9)
@@ -125,6 +138,18 @@ class Experiment:
         checks.require(
             exact or all(solid.bulk_modulus is None for solid in solids(body)),
             f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}", whose error would reach 5 %',
+        )
+
+        # on a grid without sides a body on a rigid base has a mean displacement, which the other ways do not have yet
+        grounded = body.substrate is None and all(grid.periodic)
+        checks.require(
+            exact or not grounded,
+            'correspondence: expected "exact" for a body on a rigid base and a grid that is periodic along both axes,'
+            f' got "{correspondence}"',
+        )
+        checks.require(
+            not (adhesive and grounded),
+            "adhesion: expected None for a body on a rigid base and a grid that is periodic along both axes",
         )
 
         # a surface with J(0) = 0 is rigid at first: the contact then needs an elastic indenter, and a film of it has no
@@ -147,12 +172,15 @@ class Experiment:
                 ' instantaneous compliance (StandardLinearSolid, say), or correspondence="quasi-elastic"',
             )
 
-        # the mean displacement of a periodic grid is zero, so that the mean gap bounds the approach
+        # the mean displacement of a periodic grid is zero, so that the mean gap bounds the approach; not so on a rigid base,
+        # unless nothing on it can be compressed
         map_over_times = film_map is not None and film_map.over_times
         if not isinstance(control, Load) and all(grid.periodic) and not map_over_times:
             highest = jnp.mean(profile_over_film(indenter, grid, film_map))
             inside = jnp.max(jnp.asarray(control.value)) < highest
-            if not is_concrete(control, highest):
+            if grounded:
+                inside = inside | (uniform_compliance(body) > 0.0)
+            if not is_concrete(control, highest, inside):
                 valid = valid & inside
             else:
                 checks.require(
@@ -161,8 +189,8 @@ class Experiment:
                     f" got {float(np.max(control.value)):g}: the mean displacement is zero, so that all of the surface"
                     " would be in contact",
                 )
-        body, indenter, control, times, grid, tolerance, film_map = as_float64(
-            (body, indenter, control, times, grid, tolerance, film_map)
+        body, indenter, control, times, grid, tolerance, film_map, hardness = as_float64(
+            (body, indenter, control, times, grid, tolerance, film_map, hardness)
         )
         return cls(
             body=body,
@@ -175,6 +203,7 @@ class Experiment:
             kernels=kernels,
             valid=None if valid is True else jnp.asarray(valid),
             film_map=film_map,
+            hardness=hardness,
             save=save,
             substeps=substeps,
             correspondence=correspondence,
@@ -235,13 +264,17 @@ class Experiment:
         return scale.from_si("load" if self.load_controlled else "approach", self.control.value)
 
     def contact(self, scale: Scale) -> dict[str, Any]:
-        """Return the fields of a stepper that the contact of every experiment has."""
+        """Return the fields of a stepper that the contact of every experiment has, with a law for surfaces that yield."""
+        law = {}
+        if self.hardness is not None:
+            law = {"law": Hardness(scale.from_si("pressure", self.hardness))}
         return {
             "profile": self.profile / scale.length,
             "tolerance": self.tolerance,
             "max_iterations": self.max_iterations,
             "load_controlled": self.load_controlled,
             "edges": self.edges,
+            **law,
         }
 
     def steps(self, scale: Scale, more: Any) -> Steps:

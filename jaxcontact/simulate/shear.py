@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import as_float64, pytree, replace, static
-from jaxcontact.bodies.body import LayeredHalfSpace
+from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import (
     Control,
     TangentialControl,
@@ -118,6 +118,7 @@ class Shearing(Experiment):
         """Check the arguments of ``shear``; contact and given: the arguments of ``Experiment.of``."""
         experiment = Experiment.of(*contact, **given)
         check_free_along_x(experiment.grid, "shear")
+        check_bonded(experiment.body, "shear")
         valid = check_tangential(tangential, experiment.times.size)
         experiment = experiment.also(valid & check_friction(friction, experiment.grid.shape))
         tangential, friction = as_float64((tangential, friction))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field
+from functools import partial
 from typing import Any, NamedTuple, Self
 
 import jax
@@ -19,11 +20,13 @@ from jaxcontact.bodies.controls import Control
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.bodies.laws import Adhesion, Thermal, check_adhesion, check_thermal
 from jaxcontact.contact.adhesive import Attraction
+from jaxcontact.contact.law import Hardness
 from jaxcontact.history.growth_step import Heated, in_reduced_time, reduced
-from jaxcontact.history.memory import Motion, moving_memory
+from jaxcontact.history.memory import Motion, Shift, moving_memory
 from jaxcontact.history.motion import (
     FARTHEST,
     as_array,
+    carried_past,
     check_rubbing,
     checked_track,
     directions,
@@ -36,8 +39,7 @@ from jaxcontact.history.time_loop import Lapse, Outcome, Steps, in_radii
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import Solid, rise_coefficients
-from jaxcontact.operators.kernels import Kernels, joint_errors
-from jaxcontact.operators.rubbing import rub
+from jaxcontact.operators.kernels import Kernels, joint_errors, rub
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined, tabor_numbers
@@ -63,6 +65,7 @@ def slide(
     friction: Array | float | None = None,
     thermal: Thermal | None = None,
     adhesion: Adhesion | None = None,
+    hardness: Array | float | None = None,
 ) -> SlidingHistory:
     """Compute the contact of an indenter that slides over a body, over time.
 
@@ -99,6 +102,12 @@ def slide(
     Each step solves contacts of the symmetric part of its response in turn (``contact.adhesive``), which converges
     for an E0/Einf of up to 10 whatever the step; beyond, the status of a long step may be 1, and more ``substeps`` help.
 
+    With ``hardness``, as in ``indent``, the dent stays behind in the track: it moves through the frame of the indenter with
+    the body, and the part that leaves the grid is lost. It is interpolated between cells (``history.motion.carried_past``),
+    without error for steps of whole cells. Steps should move the indenter by a part of its contact, whose imprints else stay
+    apart. hysteresis_force then contains the force that ploughs the track, also on an elastic body, and power leaves out
+    the power that the dents take, the hardness times the growth of their volume.
+
     A film whose thickness varies in the plane moves through the frame of the indenter, in which this function works; ``rub``
     with ``path`` computes its contact in the frame of the body, also without a law of growth or wear.
 
@@ -110,6 +119,8 @@ def slide(
         thermal: None, or ``Thermal`` with a diffusivity; friction is then > 0, the velocity constant, and the grid not
             periodic.
         adhesion: as in ``indent``, without friction; None for surfaces without attraction.
+        hardness: as in ``indent``; a map (nx, ny) is that of the body under the grid at the first time, which beyond the
+            grid is as at its edge.
         body, indenter, control, times, grid, tolerance, max_iterations, save, substeps, kernels, checkpoint: as
             in ``indent``. There is no ``correspondence``, since the convection of the history requires the common decay
             rates of the exact response.
@@ -137,6 +148,7 @@ def slide(
         "friction": friction,
         "thermal": thermal,
         "adhesion": adhesion,
+        "hardness": hardness,
     }
     make = lambda count: Sliding.of(body, indenter, control, times, grid, substeps=count, **given)
     history: SlidingHistory = refined(make, substeps)
@@ -196,7 +208,7 @@ class Sliding(Experiment):
                 "Thermal diffusivity [m2/s]: expected a number in slide, got None",
             )
             valid = valid & check_peclet(experiment.grid, velocity, thermal.diffusivity)
-        valid = valid & adheres & check_rubbing(friction, experiment.grid)
+        valid = valid & adheres & check_rubbing(friction, experiment.grid, experiment.body)
         velocity, friction, thermal, adhesion = as_float64((velocity, friction, thermal, adhesion))
         more = {"velocity": velocity, "friction": friction, "thermal": thermal, "adhesion": adhesion}
         return cls(**vars(experiment.also(valid)), **more)
@@ -263,12 +275,14 @@ class Heating:
 
 class SlideCarry(NamedTuple):
     """The carry: that of the contact; the largest approach so far; whether a step so far moved too far; shift: as
-    ``Heated.shifted`` gives it, (3,)."""
+    ``Heated.shifted`` gives it, (3,); way: of the indenter so far [cells along x], None without a hardness that varies.
+    """
 
     contact: PressCarry
     depth: Array
     far: Array
     shift: Array
+    way: Shift | None = None
 
 
 @pytree
@@ -280,11 +294,31 @@ class SlideStepper(PressStepper):
     heating: Heating | None = field(kw_only=True)
 
     def start(self) -> SlideCarry:  # type: ignore[override]
-        return SlideCarry(super().start(), jnp.zeros(()), jnp.zeros((), bool), jnp.zeros(3))
+        varies = isinstance(self.law, Hardness) and self.law.limit.ndim == 2
+        way = Shift(jnp.zeros(()), jnp.zeros(())) if varies else None
+        return SlideCarry(super().start(), jnp.zeros(()), jnp.zeros((), bool), jnp.zeros(3), way)
 
     def advance(  # type: ignore[override]
         self, carry: SlideCarry, step: Steps
     ) -> tuple[SlideCarry, Outcome]:
+        if carry.contact.dent is not None:
+            # the body moves through the frame: its dent, from step to step, and its hardness, by the whole way
+            memory: Any = self.memory
+            periodic = memory.kernels.family.periodic
+            past = partial(carried_past, ratio=memory.ratio, periodic=periodic)
+            dent = past(carry.contact.dent, step.more.shift, beyond="constant")
+            carry = carry._replace(contact=carry.contact._replace(dent=dent))
+            if carry.way is not None:
+                x, y = step.more.shift
+                carry = carry._replace(
+                    way=Shift(carry.way.x + x, carry.way.y if y is None else carry.way.y + y)
+                )
+                law = replace(self.law, limit=past(self.law.limit, carry.way, beyond="edge"))
+                return replace(self, law=law)._slid(carry, step)
+        return self._slid(carry, step)
+
+    def _slid(self, carry: SlideCarry, step: Steps) -> tuple[SlideCarry, Outcome]:
+        """Return the carry and the outcome of a step under the dent and the hardness at its end."""
         if self.heating is not None:
             motion = step.more._replace(dt=reduced(step.dt, carry.shift))
             contact, outcome = super().advance(carry.contact, step._replace(more=motion))
@@ -304,6 +338,13 @@ class SlideStepper(PressStepper):
                 outcome = outcome._replace(numbers=outcome.numbers | {"time_step_error": judged.estimate})
         else:
             (contact, outcome), shift = super().advance(carry.contact, step), carry.shift
+        if (
+            contact.dent is not None
+        ):  # the lateral force of a dented body ploughs, whether or not the body creeps
+            memory: Any = self.memory
+            by_traction = memory._by_traction(contact.memory, step.more, contact.dent.shape)
+            force = memory.observer.hysteresis(contact.pressure, by_traction, step.more.direction)
+            outcome = outcome._replace(numbers=outcome.numbers | {"hysteresis_force": force})
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
         moved = step.more.shift
@@ -311,7 +352,7 @@ class SlideStepper(PressStepper):
         far = carry.far | jnp.any(jnp.abs(way) > self.farthest * (1.0 + 1e-9))
         back = reentered(contact.memory.overlaps, contact.memory.truncation_bound, depth)
         status = most_serious((far, Status.MOVED_TOO_FAR), (back, Status.REENTERED_TRACK), status=status)
-        return SlideCarry(contact, depth, far, shift), outcome._replace(
+        return SlideCarry(contact, depth, far, shift, carry.way), outcome._replace(
             numbers=outcome.numbers | {"status": status}
         )
 

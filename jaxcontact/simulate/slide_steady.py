@@ -26,11 +26,17 @@ from jaxcontact.history.motion import as_array, check_along_x, check_rubbing
 from jaxcontact.history.normal_step import contact_outcome, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
-from jaxcontact.operators.base import Corner, Linear, Operator
-from jaxcontact.operators.convolution import Moving
-from jaxcontact.operators.kernels import Errors, Kernels, VaryingFilm, build, deepest_strain, joint_errors
-from jaxcontact.operators.rubbing import Rubbing, rub
-from jaxcontact.operators.varying import Varying, VaryingKernels
+from jaxcontact.operators.kernels import (
+    Errors,
+    Kernels,
+    Rubbing,
+    VaryingFilm,
+    build,
+    deepest_strain,
+    joint_errors,
+    rub,
+)
+from jaxcontact.operators.operator import Family, Operator, series_entries
 from jaxcontact.response.normal import limits_of
 from jaxcontact.results.contact import SteadySliding, with_totals
 from jaxcontact.simulate.run import Experiment, reported
@@ -86,7 +92,7 @@ class Wake:
 
     @property
     def periodic(self) -> spectral.Periodic:
-        return self.kernels.family.members.periodic
+        return self.kernels.family.periodic
 
     @property
     def crossing_time(self) -> Array:
@@ -144,25 +150,25 @@ class Wake:
 
     def without_history(self, weights: Array) -> Array:
         """Spectrum (my/2 + 1, mx) of C_0 + sum_k weights_k lambda_k C_k."""
-        members = self.kernels.family.members
-        return jnp.tensordot(jnp.append(1.0, self.kernels.mix @ weights), members.spectrum, 1)
+        mixed = jnp.append(1.0, self.kernels.mix @ weights)
+        return jnp.tensordot(mixed, self.kernels.family.spectrum, 1)
 
     def circulant(self) -> Array:
         """For the preconditioner, (ny/2 + 1, nx): C_0 + sum_k lambda_k C_k/(lambda_k + 1/T - i k . v).
 
         The damping 1/T stands for the end of the track; each term has a real part above zero.
         """
-        parts = self.kernels.family.members.circulant
+        parts = self.kernels.family.circulant
         own = jnp.tensordot(self.kernels.mix.T, parts[1:], 1)
         phase, loss = along(self.shape, self.shift(1.0), self.ratio)
         damping = (self.kernels.rates + 1.0 / self.crossing_time)[:, None, None]
         return parts[0] + jnp.sum(own / (damping + jax.lax.complex(loss, -phase)), 0)
 
-    def operator(self, symbols: Array) -> Moving:
+    def operator(self, symbols: Array) -> Operator:
         """Pressure -> displacement, C_0 and all that was left behind."""
         ones = jnp.ones(self.kernels.rates.size)
         spectrum = self.without_history(0.0 * ones) + self.kernel(ones, symbols)
-        return Moving(spectrum, self.circulant(), self.periodic)
+        return Operator(spectrum[None], self.circulant(), periodic=self.periodic)
 
     def lost_power(self, symbols: Array, pressure: Array) -> Array:
         """Return the power that the dashpots take up, ()."""
@@ -259,13 +265,13 @@ def wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, *, across
     else:
         wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
         again = build(experiment.body, experiment.indenter, wide, kernels.nodes)
-        shapes = again.family.members.spectrum[1:]
+        shapes = again.family.spectrum[1:]
     return Wake(kernels, shapes, velocity, grid.spacing[1] / grid.spacing[0], far_off, grid.shape, across)
 
 
 def extended(kernels: Kernels, shape: tuple[int, int]) -> Array:
     """Spectra of the S_m of a film on the doubled grid: beyond the grid they have died away."""
-    periodic, spectra = kernels.family.members.periodic, kernels.family.members.spectrum[1:]
+    periodic, spectra = kernels.family.periodic, kernels.family.spectrum[1:]
     if all(periodic):
         return spectra
     nx, ny = doubled(shape, periodic)
@@ -338,52 +344,12 @@ def on_grid(
 # The wake over a film whose thickness varies across the track of a steady slide, and not along it.
 #
 # Along the track the body is then everywhere the same, so that the state is steady in the frame of the indenter. With
-# the kernels as a series in the thickness (``operators.varying``) each term has a wake of its own, whose kernel K_n
+# the kernels as a series in the thickness (``operators.kernels``) each term has a wake of its own, whose kernel K_n
 # is not even:
 #
 #     u = 1/2 sum_n [T_n(xi(h)) K_n p + K_n (T_n(xi(h)) p)],
 #
 # whose transpose is the operator of the motion reversed.
-
-
-@pytree
-class MovingVarying(Varying):
-    """The operator of the module; spectra and circulant are complex, and there is no window."""
-
-    symmetric = False
-
-    def transpose(self) -> MovingVarying:
-        """The same with the motion reversed."""
-        return replace(self, spectra=jnp.conj(self.spectra), circulant=jnp.conj(self.circulant))
-
-    def preconditioner(self) -> Linear:
-        return self._mean().preconditioner()
-
-    def confined_compliance(self, shape: tuple[int, ...]) -> Array:
-        return self._mean().confined_compliance(shape)
-
-    def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
-        return self._mean().cell_ratio(shape)
-
-    def window_shape(self, shape: tuple[int, ...]) -> None:
-        """None, as of ``Moving``."""
-        return None
-
-    def restricted(self, corner: Corner) -> MovingVarying:
-        """The whole: there is no window."""
-        return self
-
-    def even(self) -> Varying:
-        """The even part, from which a search may start."""
-        return Varying(self.spectra.real, self.circulant.real, self.shares, self.uneven, None, self.periodic)
-
-    def plus_even(self, share: Array | float) -> MovingVarying:
-        more = lambda a: a + share * a.real
-        return replace(self, spectra=more(self.spectra), circulant=more(self.circulant))
-
-    def _mean(self) -> Moving:
-        """Return the operator of a film of one thickness with the mean of the circulants, for the search."""
-        return Moving(self.spectra[0], self.circulant, self.periodic)
 
 
 @pytree
@@ -420,11 +386,11 @@ class FilmWake:
         """As of ``Wake``; zero, since the base is elastic."""
         return jnp.zeros(())
 
-    def operator(self, symbols: Array) -> MovingVarying:
+    def operator(self, symbols: Array) -> Operator:
         """As of ``Wake``."""
         found = jax.vmap(lambda wake: wake.operator(symbols))(self.terms)
         mean = jnp.tensordot(jnp.mean(self.shares, (1, 2)), found.circulant, 1)
-        return self._varying(found.spectrum, mean)
+        return self._varying(found.spectra[:, 0], mean)
 
     def lost_power(self, symbols: Array, pressure: Array) -> Array:
         """As of ``Wake``."""
@@ -437,27 +403,23 @@ class FilmWake:
         weights = jnp.stack([self.film.weights[0], jnp.ones(())])
         return replace(self.film, weights=weights).strain(pressure, history[None])
 
-    def _varying(self, spectra: Array, circulant: Array) -> MovingVarying:
-        none = jnp.zeros(self.shares.shape[1:])
-        return MovingVarying(spectra, circulant, self.shares[1:], none, None, self.periodic)
+    def _varying(self, spectra: Array, circulant: Array) -> Operator:
+        entries = series_entries(len(spectra))
+        return Operator(spectra, circulant, self.shares[1:], periodic=self.periodic, entries=entries)
 
 
-def film_wake_of(
-    experiment: Experiment, kernels: VaryingKernels, velocity: Array, thickness: Array
-) -> FilmWake:
+def film_wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, thickness: Array) -> FilmWake:
     """Return the wake at a velocity along x, in cells per second."""
-    here, members = kernels.at(thickness), kernels.uniform.family.members
+    here, varying = kernels.at(thickness), kernels.varying
+    assert varying is not None
 
-    def of_term(spectrum: Array, circulant: Array) -> Wake:
-        family = replace(
-            kernels.uniform.family,
-            members=replace(members, spectrum=spectrum, circulant=circulant, window=None, wide=None),
-        )
-        return wake_of(experiment, replace(kernels.uniform, family=family), velocity, across=False)
+    def of_term(spectra: Array, circulants: Array) -> Wake:
+        family = Family(spectra[:, None], circulants[:, None], periodic=varying.family.periodic)
+        return wake_of(experiment, replace(kernels, family=family), velocity, across=False)
 
-    terms = jax.vmap(of_term)(kernels.spectra, kernels.circulant)
-    one = wake_of(experiment, kernels.uniform, velocity, across=False)
-    return FilmWake(terms, one, kernels.series.shares(thickness), here.film)
+    terms = jax.vmap(of_term, 1)(varying.family.spectra, varying.family.circulants)
+    one = wake_of(experiment, kernels, velocity, across=False)
+    return FilmWake(terms, one, varying.series.shares(thickness), here.film)
 
 
 # The wake of an indenter that rubs: what friction adds to ``simulate.slide_steady``.
@@ -479,7 +441,7 @@ class RubbedWake:
     rubbing: Rubbing
     direction: Array
 
-    def added_to(self, operator: Moving) -> Operator:
+    def added_to(self, operator: Operator) -> Operator:
         """Return the operator with friction."""
         return self.rubbing.added_to(operator, self._spectrum())
 
@@ -585,7 +547,7 @@ def slide_steady(
     body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
     solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, film_map=film_map, **solver)
-    valid = valid & check_steady(experiment, velocity) & check_rubbing(friction, grid)
+    valid = valid & check_steady(experiment, velocity) & check_rubbing(friction, grid, experiment.body)
 
     # a film that stays as it is in the frame of the indenter: its thickness varies across the track alone
     if film_map is not None:
@@ -659,12 +621,12 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     kernels, grid = experiment.kernels, experiment.grid
     wake: Wake | FilmWake
     if experiment.film_map is not None:
-        moved = vector / kernels.uniform.scale.length
+        moved = vector / kernels.scale.length
         wake = film_wake_of(experiment, kernels, moved, experiment.film_map.values)
     else:
         wake = wake_of(experiment, kernels, vector / kernels.scale.length, across=velocity.ndim > 0)
     scale, symbols, direction = wake.kernels.scale, wake.symbols(), wake.direction
-    operator: Operator = wake.operator(symbols)
+    operator = wake.operator(symbols)
 
     # the traction mu p moves the surface too
     rubbed = None
@@ -672,8 +634,7 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
         wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
         rubbing = rub(experiment.body, experiment.indenter, wide, scale, friction)
         rubbed = RubbedWake(wake, rubbing, direction)
-        if isinstance(operator, Moving):
-            operator = rubbed.added_to(operator)
+        operator = rubbed.added_to(operator)
 
     # the contact
     profile = experiment.profile / scale.length

@@ -13,7 +13,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, untupled
-from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
+from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid, check_not_periodic
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum
@@ -70,7 +70,7 @@ def subsurface(
         grid: a ``Grid``.
         pressure: (nx, ny) [Pa], positive in compression, as in ``ContactHistory.pressure``; (nt, nx, ny) with times.
         traction: (2, nx, ny) [Pa] on the body, or (nt, 2, nx, ny), as in ``ShearHistory.traction``; None for zero.
-        depths: (nz,) [m] >= 0.
+        depths: (nz,) [m] >= 0, above a rigid base or at it, where stresses are those of the layer on it.
         times: (nt,) [s], as in ``indent``; the tractions are applied as a step at the first time. Viscoelastic materials
             must then be defined by ``nu`` and not by ``bulk_modulus``.
 
@@ -102,9 +102,18 @@ def subsurface(
     valid = valid & _check_field("pressure", pressure, over_time, grid.shape)
     if traction is not None:
         valid = valid & _check_field("traction", traction, over_time, (2, *grid.shape))
+        check_bonded(body, "traction")
     shape = np.shape(depths)
     checks.require(len(shape) == 1 and shape[0] > 0, f"depths: expected a 1-d array, got shape {shape}")
     valid = valid & checks.non_negative("depths [m]", depths)
+    if body.substrate is None:
+        if is_concrete(body, depths):
+            deepest, height = float(np.max(np.asarray(depths))), float(body.height)
+            checks.require(
+                deepest <= height * (1.0 + 1e-12),
+                f"depths [m]: expected at most {height:g}, where the rigid base begins, got {deepest:g}",
+            )
+        valid = valid & (jnp.max(jnp.asarray(depths)) <= body.height * (1.0 + 1e-12))
 
     # after a history Poisson's ratio below the surface is a number
     moving = [solid for solid in solids(body) if creeps(solid) and solid.bulk_modulus is not None]
@@ -118,6 +127,7 @@ def subsurface(
     )
     if ends_in_a_step:
         at_first = spectra(body).instantaneous
+        at_first = at_first if body.substrate is not None else at_first[:-1]
         valid = valid & checks.positive("compliance [1/Pa] of every solid at first", at_first)
     body, grid, pressure, depths = as_float64((body, grid, pressure, depths))
     if not is_concrete(valid):

@@ -1,12 +1,15 @@
 """The estimate of the error of the time steps against runs with 64 steps in the place of each.
 
     python -m tests.benchmarks.time_steps
+    python -m tests.benchmarks.time_steps --random 60     # contacts drawn at random, half an hour
 
-A row has the true error of approach, load and peak pressure, the largest estimate, their ratio, whether a time has status
-12, and what ``jaxcontact check`` foretells from the rates of the top material and the times. The reference shares the march
-with the run that it judges, but not the estimate; the foretold error shares nothing with either.
+A row has the true error of approach, load and the pressure of any cell, the largest estimate, their ratio, whether a time
+has status 12, and what ``jaxcontact check`` foretells from the rates of the top material and the times. The reference
+shares the march with the run that it judges, but not the estimate; the foretold error shares nothing with either. Of random
+contacts the true error is the largest one of the pressure of any cell, from ``FINER_RANDOM`` steps for each.
 """
 
+import argparse
 import warnings
 
 import numpy as np
@@ -14,7 +17,10 @@ import numpy as np
 import jaxcontact as jc
 from jaxcontact.response.stack import surface_creep
 from jaxcontact.shell.advice import foretold_step_error
-from tests.support.time_steps import cases, reference, true_error
+from tests.support.time_steps import cases, largest_error, random_case, reference, true_error
+
+FINER_RANDOM = 16
+SMALL = 1e-3  # a true error below this has no ratio
 
 
 def foretold(case):
@@ -27,9 +33,32 @@ def foretold(case):
     return foretold_step_error(surface_creep(material), times, values, loaded)
 
 
+def drawn(count):
+    """Print the errors of contacts drawn at random, and quantiles of the ratio of the estimate to the true error."""
+    ratios = []
+    for seed in range(count):
+        case = random_case(seed)
+        coarse, fine = case.run(), case.run(substeps=FINER_RANDOM)
+        true, found = largest_error(coarse, fine), float(np.max(coarse.time_step_error))
+        others = np.setdiff1d(np.unique(np.concatenate([coarse.status, fine.status])), [0, 3, 12])
+        failed = "  status " + ", ".join(map(str, others)) if others.size else ""
+        print(f"{case.name:70s} {true:8.1e} {found:8.1e} {found / max(true, 1e-12):8.2f}{failed}", flush=True)
+        if true > SMALL and not others.size:
+            ratios.append(found / true)
+    print("quantiles 5, 25, 50, 75, 95 %:", np.round(np.quantile(ratios, [0.05, 0.25, 0.5, 0.75, 0.95]), 2))
+
+
 def main():
     """Print the table."""
     warnings.simplefilter("ignore")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--random", type=int, metavar="N", help="N contacts drawn at random in the place of the list"
+    )
+    if (count := parser.parse_args().random) is not None:
+        return drawn(count)
     print(f"{'case':42s} {'true':>8s} {'estimate':>8s} {'ratio':>6s} {'status':>6s} {'foretold':>8s}")
     for case in cases():
         coarse, fine = case.run(), reference(case)

@@ -11,7 +11,7 @@ from tolerances import APPROACH, PEAK, SOLVER
 
 import jaxcontact as jc
 from jaxcontact.contact import implicit, normal
-from jaxcontact.operators.convolution import Convolutions
+from jaxcontact.operators.operator import Family
 from jaxcontact.response.coefficients import influence_coefficients
 from jaxcontact.response.images import Images
 
@@ -146,7 +146,7 @@ def problem_at(lowest, load, grid=(32, 40), curvature=0.02):
     x, y = np.meshgrid(*map(np.arange, grid), indexing="ij")
     gap = np.min([curvature / 2 * ((x - a) ** 2 + (y - b) ** 2) for a, b in lowest], 0)
     kernel = influence_coefficients(jc.Grid(grid, (1.0, 1.0)), Images(jnp.zeros(0), jnp.ones(1)))
-    operator = Convolutions.of(kernel[None]).combined([1.0])
+    operator = Family.of(kernel[None]).combined([1.0])
     return normal.Problem(operator, jnp.asarray(gap), jnp.asarray(load), jnp.zeros(()), load_controlled=True)
 
 
@@ -189,7 +189,7 @@ def test_a_contact_that_fits_the_window_is_solved_there():
 def test_compliance_of_a_cell_is_its_entry_of_the_dense_product(shape):
     """Displacement of a cell under its own unit pressure; the kernel is not a smooth one, whose short waves are weak."""
     i, j = np.meshgrid(*map(np.arange, shape), indexing="ij")
-    operator = Convolutions.of(jnp.asarray(2.0 * (i + j == 0) + 0.3 * (i + j == 1))[None]).combined([1.0])
+    operator = Family.of(jnp.asarray(2.0 * (i + j == 0) + 0.3 * (i + j == 1))[None]).combined([1.0])
     unit = lambda k: jnp.zeros(i.size).at[k].set(1.0).reshape(shape)
     dense = np.stack([np.ravel(operator(unit(k))) for k in range(i.size)])
     np.testing.assert_allclose(operator.cell_compliance(shape), np.mean(np.diag(dense)), rtol=1e-14)

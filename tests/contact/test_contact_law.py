@@ -1,4 +1,4 @@
-"""The contact law as a seam: a pressure limited by a hardness, which only this file knows, through all solvers."""
+"""A contact law that limits the pressure to a hardness, through all solvers."""
 
 import jax
 import jax.numpy as jnp
@@ -9,68 +9,21 @@ from scipy.optimize import brentq, lsq_linear
 import jaxcontact as jc
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.contact import implicit, nonsymmetric, normal
-from jaxcontact.contact.law import ContactLaw
+from jaxcontact.contact.law import Hardness
 from jaxcontact.history import time_loop
 from jaxcontact.history.normal_step import PressStepper
-from jaxcontact.operators.convolution import Convolutions
+from jaxcontact.operators.operator import Family
 from jaxcontact.response.coefficients import influence_coefficients
 from jaxcontact.response.images import Images
 
 TOLERANCE, MOST = jnp.asarray(1e-11), jnp.asarray(2000)
-BISECTIONS = 60
-
-
-@pytree
-class Hardness(ContactLaw):
-    """0 <= p <= H; g >= 0 where p = 0, g = 0 between, and g <= 0 (an imprint is left) where p = H."""
-
-    limit: jax.Array
-
-    homogeneous = False
-    prescribes = True
-
-    def touching(self, pressure):
-        return pressure > 0.0
-
-    def free(self, pressure):
-        return (pressure > 0.0) & (pressure < self.limit)
-
-    def may_change(self, pressure, gap):
-        more = (pressure > 0.0) | (gap < 0.0)
-        return more & ~((pressure >= self.limit) & (gap <= 0.0))
-
-    def admissible(self, pressure):
-        return jnp.clip(pressure, 0.0, self.limit)
-
-    def balanced(self, pressure, total, cells):
-        held = jnp.sum(jnp.where(cells, 0.0, self.admissible(pressure)))
-        some = cells | (held + jnp.sum(cells) * self.limit < total)
-        sum_at = lambda c: jnp.sum(self.admissible(pressure + jnp.where(some, c, 0.0)))
-        halve = lambda _, ends: jnp.where(
-            sum_at(jnp.mean(ends)) < total, ends.at[0].set(jnp.mean(ends)), ends.at[1].set(jnp.mean(ends))
-        )
-        reach = self.limit + jnp.max(jnp.abs(pressure))
-        ends = jax.lax.fori_loop(0, BISECTIONS, halve, jnp.stack([-reach, reach]))
-        return self.admissible(pressure + jnp.where(some, jnp.mean(ends), 0.0))
-
-    def longest(self, pressure, step):
-        room = jnp.where(step < 0.0, pressure, self.limit - pressure)
-        return jnp.min(jnp.where(step == 0.0, jnp.inf, room / jnp.where(step == 0.0, 1.0, jnp.abs(step))))
-
-    def violation(self, pressure, gap):
-        below, above = jnp.maximum(-gap, 0.0), jnp.maximum(gap, 0.0)
-        inside = jnp.where(pressure >= self.limit, above, jnp.abs(gap))
-        return jnp.where(pressure > 0.0, inside, below)
-
-    def prescribed_change(self, change, pressure):
-        return jnp.where(pressure >= self.limit, change.limit, 0.0)
 
 
 def problem_of(gap, target, load_controlled, limit):
     """A half-space in units of its cells and of the compliance (1 - nu)/G."""
     grid = jc.Grid(gap.shape, (1.0, 1.0))
     kernel = influence_coefficients(grid, Images(jnp.zeros(0), jnp.ones(1)))
-    operator = Convolutions.of(kernel[None]).combined([1.0])
+    operator = Family.of(kernel[None]).combined([1.0])
     gap, target = jnp.asarray(gap), jnp.asarray(target)
     return normal.Problem(operator, gap, target, jnp.min(gap), load_controlled, Hardness(jnp.asarray(limit)))
 

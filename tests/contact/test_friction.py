@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 import jaxcontact as jc
 from jaxcontact.contact import friction
 from jaxcontact.contact.friction import TangentialProblem
-from jaxcontact.operators.coupled import Coupled, Tangential
+from jaxcontact.operators.coupled import Tangential, TractionOperator
 from jaxcontact.response.coefficients import SurfaceKernels
 
 N = 5
@@ -28,7 +28,7 @@ def operator():
     entries = {"xx": 0.6 * f["r"] + 0.4 * f["xx"], "yy": 0.6 * f["r"] + 0.4 * f["yy"], "xy": 0.4 * f["xy"]}
     kernels = {name: jnp.asarray(entry[N - 1 :, N - 1 :]) for name, entry in entries.items()}
     zero = jnp.zeros((N, N))
-    made = Coupled(None, Tangential.of(SurfaceKernels(**kernels, x=zero, y=zero), coupled=False))
+    made = TractionOperator(None, Tangential.of(SurfaceKernels(**kernels, x=zero, y=zero), coupled=False))
     units = jnp.eye(2 * N * N).reshape(-1, 2, N, N)
     return made, np.asarray(jax.vmap(made.tangential_from_tangential)(units)).reshape(2 * N * N, -1)
 

@@ -10,8 +10,8 @@ from jaxcontact.bodies.laws import ExponentialAdhesion
 from jaxcontact.contact import adhesive
 from jaxcontact.contact.adhesive import Attraction, Start
 from jaxcontact.contact.normal import Problem
-from jaxcontact.operators.convolution import Moving
 from jaxcontact.operators.kernels import on_grid
+from jaxcontact.operators.operator import Operator
 from jaxcontact.response.images import Images
 
 SHAPE, FREE = (12, 11), (False, False)
@@ -21,12 +21,12 @@ ODD = 1.5  # of the even part, for the waves that move a quarter of their length
 def problem_of(target):
     """A paraboloid under a load on a half-space of compliance 1 on unit cells, with an odd part along x."""
     even = on_grid(Grid(SHAPE, (1.0, 1.0), FREE), Images(jnp.zeros(0), jnp.ones((1, 1))))[0].combined([1.0])
-    waves = 2.0 * jnp.pi * jnp.fft.fftfreq(even.spectrum.shape[-1])
-    spectrum = even.spectrum * (1.0 + 1j * ODD * jnp.sin(waves))
+    waves = 2.0 * jnp.pi * jnp.fft.fftfreq(even.spectra.shape[-1])
+    spectrum = even.spectra * (1.0 + 1j * ODD * jnp.sin(waves))
     x, y = np.meshgrid(*(np.arange(n) - (n - 1) / 2 for n in SHAPE), indexing="ij")
     gap = jnp.asarray(0.02 * (x**2 + y**2))
     law = Attraction(ExponentialAdhesion(0.02, 0.15), FREE)
-    operator = Moving(spectrum, even.circulant.astype(complex), FREE)
+    operator = Operator(spectrum, even.circulant.astype(complex), periodic=FREE)
     return Problem(operator, gap, jnp.asarray(target), jnp.min(gap), True, law)
 
 

@@ -8,7 +8,7 @@ from tolerances import ROUND_OFF
 
 import jaxcontact as jc
 from jaxcontact._support.exponential import phi1
-from jaxcontact.operators.coupled import Coupled, Tangential
+from jaxcontact.operators.coupled import Tangential, TractionOperator
 from jaxcontact.reference.layered_solid import surface_response
 from jaxcontact.response.coefficients import TangentialImages, tangential_coefficients
 from jaxcontact.response.stack import all_steps
@@ -46,7 +46,7 @@ def test_the_operator_is_the_sum_over_cells():
     shape, (L, T, K) = (7, 10), (0.7, 1.0, 0.2)
     grid = jc.Grid(shape, (1.0, 1.5))
     kernels = tangential_coefficients(grid, TangentialImages(jnp.zeros(1), jnp.array([[L], [T], [K]])))
-    operator = Coupled(None, Tangential.of(kernels, coupled=True))
+    operator = TractionOperator(None, Tangential.of(kernels, coupled=True))
     q, p = rng.normal(size=(2, *shape)), rng.normal(size=shape)
     i, j = (np.arange(n)[:, None] - np.arange(n) for n in shape)
     at = lambda k, odd_x, odd_y: (

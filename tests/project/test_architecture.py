@@ -147,8 +147,14 @@ def test_the_oracles_share_no_code_with_the_package():
 
 def test_contact_and_march_see_operators_and_memories_by_their_protocols_alone():
     """No spectrum, no kernel, no response: what they import is closed under these few modules."""
-    own = {"_support.pytree", "_support.reductions", "_support.status", "operators.base", "history.memory"}
-    own |= {"history.time_loop", "history.normal_step", "_support.exponential"}
+    own = {
+        "_support.pytree",
+        "_support.reductions",
+        "_support.status",
+        "operators.operator",
+        "history.memory",
+    }
+    own |= {"history.time_loop", "history.normal_step", "_support.exponential", "operators.coupled"}
     steppers = [PACKAGE / "history" / f"{name}.py" for name in ("time_loop", "normal_step", "friction_step")]
     for path in [*(PACKAGE / "contact").glob("*.py"), *steppers]:
         found = {module_of(name) for name in imports(path, "jaxcontact")}

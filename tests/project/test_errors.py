@@ -118,6 +118,7 @@ ELSEWHERE = {  # reached by no row, and why
     "npz.py: _members": "test_storage.py, forged files",
     "npz.py: _array": "test_storage.py, forged files",
     "run.py: _raise": "needs a signal: test_stopped_runs.py",
+    "run.py: planned": "a NotImplementedError: a steady state is not marched",
     "run_directory.py: locked": "needs two runs: test_stopped_runs.py",
     "finished_steps.py: resume_point": "needs a stopped run: test_stopped_runs.py",
     "sweep.py: run_study": "a folder of another study: test_study_files.py; a table of more cases: test_full_disk.py",

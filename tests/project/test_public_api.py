@@ -22,11 +22,11 @@ kernels load enable_compilation_cache frequency_response normal_response save se
 ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
 ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
-pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt FractionalMaxwell Springpot
+pressure_histogram surface_statistics Surface read_surface FractionalKelvinVoigt FractionalMaxwell FractionalZener Springpot
 flash_temperature rub RubbingHistory Thermal ThermalFilm Archard ProportionalRemoval StressActivated
 ArrheniusShift WLFShift ThermalBody heat_partition
 AdhesiveHistory AdhesiveSlidingHistory DugdaleAdhesion ExponentialAdhesion
-NumpyFunction
+NumpyFunction Ellipsoid deflection Deflection
 """
 FITTING = """
 AdhesiveFit BatchFit Comparison CreepData CreepFit Design ForceFit GrowthData GrowthFit GrowthKinetics fit_growth
@@ -38,6 +38,7 @@ read_creep read_force read_growth read_indentation read_oscillation read_relaxat
 thin_layer_factor
 ContactData FieldFit fit_fields RubbedContact
 StiffnessData StiffnessFit fit_stiffness read_stiffness SpectrumFit fit_spectrum MapFit fit_map
+Poroelastic PoroelasticFit fit_poroelastic
 """
 
 
@@ -72,6 +73,7 @@ MEMBERS = {
     " friction_work",
     jc.RubbingHistory: "thickness temperature friction_work step_error pressure gap notes plot",
     jc.InteriorFields: "depths stress displacement von_mises peak plot notes summary to_xarray",
+    jc.Deflection: "grid times displacement truncation_bound response_error status notes",
     jc.NumpyFunction: "apply vjp",
     jc.Study: "folder cases failures notes notes_in_words done stacked",
     jc.SteadyRolling: "pressure traction slip_ratio stick tangential_load creepage power plot gap peak_pressure"
@@ -106,6 +108,7 @@ KEYWORDS = {
     jc.rub: "body indenter control times velocity law grid friction wears thermal thickest tolerance max_iterations save"
     " substeps checkpoint",
     jc.subsurface: "body grid pressure traction depths times",
+    jc.deflection: "body grid pressure times velocity substeps",
     jc.kernels: "body indenter grid nodes",
     jc.NumpyFunction: "f",
     jc.sweep: "f cases out executor processes version",

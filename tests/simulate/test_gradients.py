@@ -16,8 +16,8 @@ from jaxcontact.bodies import materials
 from jaxcontact.contact import implicit
 from jaxcontact.contact.normal import Problem
 from jaxcontact.operators import kernels as gridded
-from jaxcontact.operators.convolution import Convolutions
 from jaxcontact.operators.kernels import build
+from jaxcontact.operators.operator import Family
 from jaxcontact.response.coefficients import influence_coefficients
 from jaxcontact.response.images import Images
 from jaxcontact.response.normal import OneLayer
@@ -87,7 +87,7 @@ def small_contact(q):
     kernel = jnp.exp(q[0]) * influence_coefficients(grid, Images(jnp.zeros(0), jnp.ones(1)))
     x, y = grid.coordinates()
     gap = 0.02 * jnp.exp(q[1]) * (x**2 + 1.3 * y**2)
-    operator = Convolutions.of(kernel[None]).combined([1.0])
+    operator = Family.of(kernel[None]).combined([1.0])
     problem = Problem(operator, gap, 9.0 * jnp.exp(q[2]), jnp.zeros(()), True)
     s = implicit.solve_contact(problem, jnp.zeros((16, 16)), jnp.asarray(1e-13), jnp.asarray(500))
     return jnp.stack([s.approach, jnp.sum(s.pressure**2), s.displacement[3, 4]])
@@ -108,7 +108,7 @@ def responses(q):
 def coefficients(q):
     body, ball = body_and_ball(jnp.pad(q, (0, 2)))
     built = build(body, ball, jc.Grid.square(8, 1.6e-6))
-    spectra = built.family.members.spectrum
+    spectra = built.family.spectrum
     first, shape = spectra[0, 1, 2], spectra[1, 1, 2] * built.mix[0, 0]
     return jnp.stack([first, 1e2 * shape]) * built.scale.compliance * 1e9
 

@@ -115,14 +115,39 @@ def test_shear_and_slide_know_the_error_of_a_relaxation():
 
 
 @QUIET
+@pytest.mark.filterwarnings("ignore:the length or radius of the indenter")
 def test_a_held_tangential_displacement_relaxes_in_the_estimate_too():
-    """A constant load and a displacement that is held: the tangential load decays as G(t)."""
+    """A punch under a constant load, whose pressure is constant, and a displacement that is held: the tangential load
+    decays as G(t)/G(0) = (1 + exp(-2 t))/2.
+    """
     push = jc.TangentialDisplacement([1e-8, 0.0])
     body = half_space(jc.StandardLinearSolid(1e9, 1e9, 1e9, 0.3))
-    pressed = jc.Load(0.15)
-    run = jc.shear(body, BALL, pressed, push, [0.0, 1.0], friction=0.9, grid=SMALL, coupled=False)
-    alone = jc.indent(body, BALL, pressed, [0.0, 1.0], grid=SMALL)
-    assert run.time_step_error[-1] > 1.2 * alone.time_step_error[-1]
+    punch, times = jc.FlatPunch(60e-6), [0.0, 1.0]
+    run = jc.shear(body, punch, jc.Load(1.0), push, times, friction=0.9, grid=SMALL, coupled=False)
+    exact = (1.0 + np.exp(-2.0)) / 2.0
+    off = abs(float(run.tangential_load[-1, 0] / run.tangential_load[0, 0]) / exact - 1.0)
+    assert off > 0.03 and off / 1.5 < run.time_step_error[-1] < 2.0 * off
+
+
+PRONY = half_space(jc.Springpot(V=400.0, alpha=0.3, nu=0.5).prony(1.0, 100.0))
+
+
+@QUIET
+@pytest.mark.parametrize("body, radius, load, width, times", [
+    (PRONY, 1e-3, 1e-5, 600e-6, [0.0, 1.0, 10.0, 100.0]),
+    (TEN, 5e-3, [0.02, 0.05, 0.2], 300e-6, [0.0, 0.3, 0.6]),
+])  # fmt: skip
+def test_the_largest_error_of_the_pressure_under_a_load(body, radius, load, width, times):
+    """The error is local: the centre and the edge differ in its sign. A constant load, and one that grows several-fold in a
+    step, on bodies that soften about tenfold.
+    """
+    ball, grid = jc.Sphere(radius), jc.Grid.square(n=24, width=width)
+    run = lambda substeps: jc.indent(body, ball, jc.Load(load), times, grid=grid, substeps=substeps)
+    fine = run(32)
+    for substeps in (1, 2):
+        coarse = run(substeps)
+        off = np.max(np.abs(coarse.pressure - fine.pressure), (1, 2)) / fine.peak_pressure
+        assert np.max(off) / 1.2 < np.max(coarse.time_step_error) < 3.0 * np.max(off)
 
 
 @QUIET

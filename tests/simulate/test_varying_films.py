@@ -8,7 +8,7 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact._support.pytree import as_float64
-from jaxcontact.operators.varying import compiled_varying
+from jaxcontact.operators.kernels import compiled_varying
 
 pytestmark = pytest.mark.filterwarnings("ignore:only", "ignore:film strain")
 BASE = jc.Elastic(G=80e9, nu=0.3)
@@ -42,7 +42,7 @@ def operator_of(grid, thickness, film, base, terms=4):
     body = jc.LayeredHalfSpace((jc.Layer(film, float(np.max(thickness)) or 1e-6),), base)
     given = as_float64((body, jc.HeightField(np.zeros(grid.shape)), grid, thickness))
     kernels = compiled_varying(*given, terms=terms)
-    here, scale = kernels.at(jnp.asarray(thickness)), kernels.uniform.scale
+    here, scale = kernels.at(jnp.asarray(thickness)), kernels.scale
     operator = here.family.combined([1.0, *np.zeros(len(here.mix))])
     return lambda p: np.asarray(operator(jnp.asarray(p))) * float(scale.compliance * scale.length), kernels
 
@@ -137,7 +137,7 @@ def test_a_viscoelastic_film_is_the_elastic_one_of_its_short_and_long_times():
     kernels = compiled_varying(*given, terms=6)
     here, unit = (
         kernels.at(jnp.asarray(thickness)),
-        kernels.uniform.scale.compliance * kernels.uniform.scale.length,
+        kernels.scale.compliance * kernels.scale.length,
     )
     late = here.mix @ jnp.where(here.rates > 0.0, 1.0 / here.rates, 0.0)
     for weights, G, error in ((np.zeros(len(here.mix)), 10.0, 0.0084), (late, 0.1, 0.0057)):

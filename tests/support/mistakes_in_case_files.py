@@ -50,6 +50,11 @@ FILES = {
         STICKS + "[times]\nend = 600.0\nsteps = 6\n[grid]\nn = 32",
         r"grid.width: missing; accepted with \[adhesion\]: width, or shape and spacing",
     ),
+    "a rigid base without a layer": (
+        CASE[: CASE.index("[indenter]")],
+        '[substrate]\nmaterial = "rigid"\n',
+        r'substrate.material: found "rigid" without a \[layer\]; accepted: a rigid base below layers',
+    ),
     "not TOML": ("[grid]", "[grid", r"not TOML: "),
     "a unit without quotes": (
         "[times]",

@@ -14,9 +14,11 @@ from right_calls import (
     STEEL,
     STEEL_BALL,
     TIMES,
+    gel,
     indent,
     on,
     on_steel,
+    pressed,
     roll,
     rough,
     rub,
@@ -63,7 +65,7 @@ MOTION = {
     ),
     "a rough surface on a path": (
         lambda: rub(velocity=None, path=TRACK, indenter=jc.HeightField(np.zeros((8, 8)))),
-        r"indenter: expected a Sphere, Cone or Cylinder with path, got HeightField",
+        r"indenter: expected a Sphere, Ellipsoid, Cone or Cylinder with path, got HeightField",
     ),
     "a path of an indenter that wears": (
         lambda: rub(velocity=None, path=TRACK, wears="indenter"),
@@ -152,6 +154,58 @@ MOTION = {
     "a single depth": (
         lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=1e-6),
         r"depths: expected a 1-d array, got shape \(\)",
+    ),
+    "a place in a rigid base": (
+        lambda: jc.subsurface(gel(), GRID, np.ones((8, 8)), depths=[2e-6]),
+        r"depths \[m\]: expected at most 1e-06, where the rigid base begins, got 2e-06",
+    ),
+    "traction on a loose layer": (
+        lambda: jc.subsurface(gel(), GRID, np.ones((8, 8)), np.ones((2, 8, 8)), depths=[0.0]),
+        r"traction: expected bonded layers, got one with bonded=False",
+    ),
+    "a loose layer that is sheared": (
+        lambda: shear(body=gel()),
+        r"shear: expected bonded layers, .* moves as a free membrane",
+    ),
+    "a wheel on a loose layer": (
+        lambda: roll(body=gel),
+        r"roll_steady: expected bonded layers, .* moves as a free membrane",
+    ),
+    "friction on a loose layer": (
+        lambda: steady(0.1, body=gel(), friction=0.3),
+        r"friction: expected bonded layers, .* moves as a free membrane",
+    ),
+    "a loose layer that is moved as a whole": (
+        lambda: jc.frequency_response(gel(), 0.0, 0.0),
+        r"wavevector zero: expected bonded layers, .* moves as a free membrane",
+    ),
+    "a given pressure on another grid": (
+        lambda: pressed(pressure=np.ones((3, 8, 8))),
+        r"pressure: expected shape \(8, 8\) as the grid or \(2, 8, 8\) as times, got \(3, 8, 8\)",
+    ),
+    "a given pressure without end": (
+        lambda: pressed(pressure=np.full((8, 8), np.inf)),
+        r"pressure \[Pa\]: expected finite",
+    ),
+    "a given pressure at times that decrease": (
+        lambda: pressed(times=[1.0, 0.0]),
+        r"times \[s\]: expected finite times that do not decrease",
+    ),
+    "a given pressure on a film that is rigid at first": (
+        lambda: pressed(jc.LayeredHalfSpace([jc.Layer(jc.KelvinVoigt(1e6, 1e6), 1e-6)], STEEL)),
+        r"layer: a material with J\(0\) = 0 has no bound on its decay rates .* in deflection",
+    ),
+    "a given pressure with half a step": (
+        lambda: pressed(substeps=0),
+        r"substeps: expected",
+    ),
+    "a given pressure that moves along three axes": (
+        lambda: pressed(velocity=[1.0, 0.0, 0.0]),
+        r"velocity: expected a number, shape \(2,\) or \(2, 2\) as times, got shape \(3,\)",
+    ),
+    "notes on a deflection inside jit": (
+        lambda: jax.jit(lambda v: pressed(velocity=v).notes)(1e-5),
+        r"notes: expected a result with known values, got one traced",
     ),
     "a place above the surface": (
         lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[-1e-6]),
@@ -269,6 +323,12 @@ MOTION = {
         lambda: shear(grid=PERIODIC),
         r"grid: expected a grid not periodic along x, .* in shear, got periodic=\(True, True\)",
     ),
+    "a spin along two axes": (lambda: roll(spin=np.zeros(2)), r"spin: expected one number, got shape \(2,\)"),
+    "spin in plane strain": (
+        lambda: roll(spin=1.0, indenter=ROLLER, grid=LINE),
+        r"spin \[1/m\]: expected 0 in plane strain, got 1.0",
+    ),
+    "spin without end": (lambda: roll(spin=np.inf), r"spin \[1/m\]: expected finite numbers"),
     "rolling on a periodic grid": (lambda: roll(grid=PERIODIC), r"not periodic along x, .* in roll_steady"),
     "rolling on a grid periodic across": (
         lambda: roll(grid=jc.Grid((8, 8), (1e-6, 1e-6), periodic=(False, True))),

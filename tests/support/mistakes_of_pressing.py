@@ -14,8 +14,10 @@ from right_calls import (
     KERNELS,
     LINE,
     LOAD,
+    PERIODIC,
     STEEL,
     TIMES,
+    gel,
     indent,
     on,
     rub,
@@ -38,6 +40,15 @@ PRESSING = {
     "adhesion on a film whose thickness varies": (
         lambda: indent(body=varying(), adhesion=jc.DugdaleAdhesion(0.05, 1e6)),
         r"adhesion: expected None with a film whose thickness varies in the plane",
+    ),
+    "a hardness with adhesion": (
+        lambda: indent(adhesion=jc.DugdaleAdhesion(0.05, 1e6), hardness=1e9),
+        r"hardness: expected None with adhesion, got a hardness: surfaces that yield are computed without",
+    ),
+    "a hardness of zero": (lambda: indent(hardness=0.0), r"hardness \[Pa\]: expected > 0, got 0"),
+    "a hardness of another grid": (
+        lambda: indent(hardness=np.full((4, 4), 1e9)),
+        r"hardness \[Pa\]: expected a number or shape \(8, 8\), got shape \(4, 4\)",
     ),
     "an attraction without range": (
         lambda: indent(adhesion=jc.ExponentialAdhesion(0.05, 0.0)),
@@ -91,6 +102,30 @@ PRESSING = {
     "two films over the plane": (
         lambda: indent(body=varying(layers=2)),
         r"body: expected one Layer on an Elastic substrate where its thickness varies in the plane, got 2 on Elastic",
+    ),
+    "a film over the plane on a rigid base": (
+        lambda: indent(body=varying(substrate=None)),
+        r"where its thickness varies in the plane, got 1 on a rigid base",
+    ),
+    "a loose film over the plane": (
+        lambda: indent(body=gel(thickness=np.full((8, 8), 1e-7), substrate=STEEL)),
+        r"body: expected a bonded layer where its thickness varies in the plane, got bonded=False",
+    ),
+    "nothing on a rigid base": (
+        lambda: indent(body=jc.LayeredHalfSpace([], None)),
+        r"body: expected at least one layer on a rigid base, substrate=None, got none",
+    ),
+    "a number for a bond": (
+        lambda: indent(body=gel(bonded=0.5)),
+        r"layer bonded: expected True or False, got 0\.5",
+    ),
+    "the quasi-elastic way on a rigid base without sides": (
+        lambda: indent(body=gel(), grid=PERIODIC, correspondence="quasi-elastic"),
+        r'correspondence: expected "exact" for a body on a rigid base and a grid that is periodic along both axes',
+    ),
+    "adhesion on a rigid base without sides": (
+        lambda: indent(body=gel(), grid=PERIODIC, adhesion=jc.DugdaleAdhesion(0.05, 1e6)),
+        r"adhesion: expected None for a body on a rigid base and a grid that is periodic along both axes",
     ),
     "the quasi-elastic way for a film over the plane": (
         lambda: indent(body=varying(), correspondence="quasi-elastic"),
@@ -359,6 +394,14 @@ PRESSING = {
     "heights with a gap": (
         lambda: indent(indenter=jc.HeightField(np.where(np.eye(8) > 0, np.nan, 0.0))),
         r"heights \[m\]: expected finite numbers, got 64 values from 0 to 0, 8 of them not finite",
+    ),
+    "an ellipsoid with one radius": (
+        lambda: indent(indenter=jc.Ellipsoid(1e-2)),
+        r"ellipsoid radii: expected \(Rx, Ry\), got shape \(\)",
+    ),
+    "an ellipsoid that is flat": (
+        lambda: indent(indenter=jc.Ellipsoid((1e-2, 0.0))),
+        r"ellipsoid radii \[m\]: expected > ",
     ),
     "a punch smaller than a cell": (
         lambda: indent(indenter=jc.FlatPunch(1e-9)),

@@ -57,6 +57,15 @@ def varying(shape=(8, 8), value=1e-7, layers=1, substrate=STEEL):
     return jc.LayeredHalfSpace([jc.Layer(FILM, np.full(shape, value))] * layers, substrate)
 
 
+def gel(bonded=False, thickness=1e-6, substrate=None):
+    """A layer on a rigid base, loose as a rule."""
+    return jc.LayeredHalfSpace([jc.Layer(FILM, thickness, bonded)], substrate)
+
+
+def pressed(body=BODY, pressure=np.ones((8, 8)), times=TIMES, **keywords):  # noqa: B008
+    return jc.deflection(body, GRID, pressure, times, **keywords)
+
+
 def uneven(axis):
     """A film on steel whose thickness varies along one axis of ``GRID``."""
     thickness = 1e-7 + 1e-8 * np.arange(8.0)

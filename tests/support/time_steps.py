@@ -3,7 +3,7 @@
 The reference of a case is the same contact with ``FINER`` steps in the place of each.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,11 +26,21 @@ class Case:
     times: Any
     load: Any = None
     approach: Any = None
+    indenter: Any = BALL
+    velocity: float = 0.0
 
     def run(self, **more):
         """Return its history."""
         control = jc.Load(self.load) if self.approach is None else jc.Approach(self.approach)
-        return jc.indent(self.body, BALL, control, self.times, grid=GRID, **more)
+        given = self.body, self.indenter, control, self.times
+        if self.velocity:
+            return jc.slide(*given, velocity=self.velocity, grid=GRID, **more)
+        return jc.indent(*given, grid=GRID, **more)
+
+    def by(self, factor):
+        """Return the case with the control times a factor."""
+        times = lambda value: None if value is None else factor * value
+        return replace(self, load=times(self.load), approach=times(self.approach))
 
 
 def solid(ratio, retardation=1.0, modulus=1e9):
@@ -106,17 +116,79 @@ def cases():
     yield Case("stiff film on solid 5, 3 even, load", stiff, even(5.0, 3), load=0.5)
 
 
-def true_error(coarse, fine):
-    """Return the largest relative error of approach, load and peak pressure; fine: with its peaks as ``saved``."""
-    pairs = (
-        (coarse.approach, fine.approach),
-        (coarse.load, fine.load),
-        (coarse.peak_pressure, fine.saved),
+COURSES = ("hold", "grow", "ramp and hold", "triangle", "oscillate", "shrink", "quick")
+
+
+def random_case(seed):
+    """Return a contact at nine times, drawn with a seed: body, indenter, control and times."""
+    draw = np.random.default_rng(seed)
+    power = lambda low, high: float(10.0 ** draw.uniform(low, high))
+    kind, place = (
+        draw.choice(["solid", "solid", "Burgers", "Maxwell", "Prony"]),
+        draw.choice(["half"] * 7 + ["film"] * 3),
     )
+    if kind == "solid" or place == "film":
+        ratio = power(np.log10(1.5), np.log10(30.0))
+        kind, material = f"solid {ratio:.1f}", solid(ratio)
+    elif kind == "Burgers":
+        material = jc.Burgers(1e9, power(8.0, 9.0), power(9.3, 11.0), power(8.0, 9.0), 0.3)
+    elif kind == "Maxwell":
+        material = jc.Maxwell(1e9, power(8.7, 9.7), 0.4)
+    else:
+        material = jc.Prony(1e-9, 10.0 ** draw.uniform(-9.3, -8.0, 3), np.array([0.1, 1.0, 10.0]), 0.4)
+    body = (
+        half_space(material)
+        if place == "half"
+        else film(material, float(draw.choice([10e-6, 30e-6, 100e-6])))
+    )
+    shape = draw.choice(["ball", "ball", "ball", "cone", "punch"])
+    indenter = {"ball": BALL, "cone": jc.Cone(np.pi / 2.0 - 0.0127), "punch": jc.FlatPunch(60e-6)}[shape]
+    last, course = power(-0.7, 1.3), draw.choice(COURSES)
+    times, s = np.linspace(0.0, last, 9), np.linspace(0.0, 1.0, 9)
+    if course == "hold" or (course == "quick" and draw.random() < 0.5):
+        times = spaced(last / power(1.0, 2.5), last, 8)
+    values = {
+        "hold": np.ones(9),
+        "grow": s if draw.random() < 0.5 else 0.05 + 0.95 * s,
+        "ramp and hold": np.minimum(1.0, 2.5 * s),
+        "triangle": 1.05 - np.abs(2.0 * s - 1.0),
+        "oscillate": 1.0 + draw.uniform(0.1, 0.8) * np.sin(draw.uniform(3.0, 12.0) * s),
+        "shrink": 1.0 - 0.9 * s,
+        "quick": 10.0 ** draw.uniform(-2.0, 0.0, 9),
+    }[course]
+    values, loaded = values / values.max(), bool(draw.random() < 0.55)
+    velocity = power(-6.0, -4.0) if draw.random() < 0.1 and place == "half" and shape != "punch" else 0.0
+    name = f"{seed}: {kind}, {place}, {shape}, {course}, {'load' if loaded else 'approach'}, {last:.2g} s"
+    control = {"load": 0.2 * values} if loaded else {"approach": 1.2e-6 * values}
+    case = Case(
+        name + (", slides" if velocity else ""), body, times, indenter=indenter, velocity=velocity, **control
+    )
+    if shape == "punch":
+        return case
+    # the control that gives a radius of contact of five to nine cells
+    wanted = draw.uniform(60e-6, 115e-6)
+    for _ in range(6):
+        radius = float(np.sqrt(np.max(case.run().contact_area) / np.pi))
+        if 0.9 < radius / wanted < 1.1:
+            break
+        grown = (wanted / max(radius, 10e-6)) ** (3 if loaded else 2)
+        case = case.by(float(np.clip(grown, 0.05, 20.0)))
+    return case
+
+
+def largest_error(coarse, fine):
+    """Return the largest error of the pressure of any cell and time, over the largest pressure at that time."""
+    off, peak = np.max(np.abs(coarse.pressure - fine.pressure), (1, 2)), np.asarray(fine.peak_pressure)
+    return float(np.max(off / np.maximum(peak, FAINT * np.max(peak))))
+
+
+def true_error(coarse, fine):
+    """Return the largest relative error of approach and load, or of the pressure of any cell."""
+    pairs = (coarse.approach, fine.approach), (coarse.load, fine.load)
     off = lambda a, b: np.max(np.abs(a - b) / np.maximum(np.abs(b), FAINT * np.max(np.abs(b))))
-    return max(off(np.asarray(a), np.asarray(b)) for a, b in pairs)
+    return max(largest_error(coarse, fine), *(off(np.asarray(a), np.asarray(b)) for a, b in pairs))
 
 
 def reference(case):
-    """Return the history with short steps, and its peaks of pressure as ``saved``."""
-    return case.run(substeps=FINER, save=lambda step: step.pressure.max())
+    """Return the history with short steps."""
+    return case.run(substeps=FINER)

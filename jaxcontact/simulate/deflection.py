@@ -1,0 +1,214 @@
+"""The displacement of a surface under a pressure that is given, at rest or in motion.
+
+The displacement is that of ``slide`` under the pressures of a contact: with the fields eta_k of ``history.memory`` in the
+frame of the load, which moves over the body with the velocity v,
+
+    u = C_0 * p + sum_k lambda_k C_k * eta_k,      d eta_k/dt - v . grad eta_k = p - lambda_k eta_k.
+"""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any, ClassVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from jaxcontact._compile.programs import Program
+from jaxcontact._support import checks
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, untupled
+from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
+from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
+from jaxcontact.bodies.grid import Grid, check_grid
+from jaxcontact.history.memory import Motion, moving_memory
+from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directions, over_times, shifts
+from jaxcontact.indenters.shapes import Sphere
+from jaxcontact.operators.kernels import Kernels, check_stiffness, compiled_build
+from jaxcontact.operators.operator import Operator
+from jaxcontact.response.normal import limits_of
+from jaxcontact.results.notes import IMAGE_LIMIT, Note, brief
+from jaxcontact.simulate.run import fine_steps, fine_values
+
+RIGID = Sphere(1.0)  # what presses has no compliance of its own
+CUT_OFF = 0.01  # of the largest displacement: a bound on what left the grid above which there is a note
+
+
+@pytree
+class Deflection:
+    """The displacement of the surface under a given pressure, SI units; made by ``deflection``.
+
+    times (nt,) [s]; displacement (nt, nx, ny) [m] into the body, in the frame of the load; truncation_bound (nt,) [m]: bound
+    on the displacement under the pressure due to history that has left the grid; response_error: largest relative error of
+    the body's response on the grid, (); status (nt,): as of ``Status``.
+    """
+
+    view: ClassVar[str] = "deflection"
+    grid: Grid
+    times: Array
+    displacement: Array
+    truncation_bound: Array
+    response_error: Array
+    status: Array
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """The warnings on this result, as text. Raises ValueError while its values are traced."""
+        if not is_concrete(self):
+            raise ValueError(
+                "notes: expected a result with known values, got one traced by jit, vmap or grad"
+            )
+        found = []
+        for code in np.unique(np.asarray(self.status)):
+            if code != Status.FINE:
+                message = Status(int(code)).message
+                found.append(Note(message, brief(message)))
+        error, lost = float(self.response_error), float(jnp.max(self.truncation_bound))
+        if IMAGE_LIMIT < error <= LARGEST_ERROR:
+            found.append(
+                Note(
+                    f"the response has a relative error of up to {error:.1g}", "error of the response", error
+                )
+            )
+        if lost > CUT_OFF * float(jnp.max(jnp.abs(self.displacement))):
+            found.append(
+                Note(
+                    f"up to {lost:.2g} m of displacement left the grid: use a wider one",
+                    "history left the grid",
+                    lost,
+                )
+            )
+        return tuple(found)
+
+
+def deflection(
+    body: LayeredHalfSpace,
+    grid: Grid,
+    pressure: Any,
+    times: Any,
+    *,
+    velocity: Any = 0.0,
+    substeps: int | None = None,
+) -> Deflection:
+    """Compute the displacement of the surface under a pressure that is given and may move, such as a wheel's on a road.
+
+    The pressure is applied as a step at the first time, and is linear between the times in the frame of the load, which
+    moves over the body with the velocity. In this frame the displacement is exact in time for such a pressure; the point X
+    of the body is at x = X - integral of v dt. What of the track leaves the grid is neglected, and ``truncation_bound`` is a
+    bound on its displacement under the pressure: the grid must hold the load and the part of the track that matters. On a
+    grid that is periodic along both axes displacement is relative to the mean, unless the base is rigid.
+
+    The result is differentiable with respect to all numbers. Stresses under a pressure at rest: ``subsurface`` with the same
+    pressure and times.
+
+    Args:
+        body: a ``LayeredHalfSpace``.
+        grid: a ``Grid``, which moves with the load.
+        pressure: (nx, ny) [Pa] at all times, or (nt, nx, ny), positive in compression.
+        times: (nt,) [s], not decreasing.
+        velocity: of the load over the body [m/s]: a number along x, (2,) or (nt, 2).
+        substeps: inner steps between two times, static; None: as many as the motion needs, each of at most half the width of
+            the grid (1 where the values are traced).
+
+    Returns:
+        ``Deflection``; nan where a value traced by jit or vmap is outside its range.
+
+    Raises:
+        ValueError: invalid or unsupported input, or a track that returns to where its history has left the grid.
+
+    Example:
+        >>> soil = jc.LayeredHalfSpace([], substrate=jc.Elastic.from_young(50e6, nu=0.35))
+        >>> grid = jc.Grid.square(n=33, width=1.65)
+        >>> x, y = grid.coordinates()
+        >>> tyre = np.where(x**2 + y**2 < 0.15**2, 0.7e6, 0.0)
+        >>> under = jc.deflection(soil, grid, tyre, [0.0, 0.05], velocity=15.0)
+        >>> f"{under.displacement[-1].max() * 1e3:.1f} mm"       # of a uniform disc 2 (1 - nu^2) p a/E
+        '3.7 mm'
+    """
+    body, valid = checked_body(body)
+    times, velocity = untupled(times), as_array(velocity)
+    valid = valid & check_grid(grid) & checks.not_decreasing("times [s]", times) & check_stiffness(body)
+    count, shape = np.shape(times)[0], np.shape(pressure)
+    checks.require(
+        shape in (tuple(grid.shape), (count, *grid.shape)),
+        f"pressure: expected shape {tuple(grid.shape)} as the grid or {(count, *grid.shape)} as times, got {shape}",
+    )
+    valid = valid & checks.finite("pressure [Pa]", pressure)
+    limits = limits_of(body)
+    rigid = limits.film is not None and limits.has_zero_instantaneous_compliance()
+    if is_concrete(rigid):
+        checks.require(
+            not bool(rigid),
+            "layer: a material with J(0) = 0 has no bound on its decay rates over a substrate; expected one with an"
+            " instantaneous compliance in deflection",
+        )
+    else:
+        valid = valid & ~jnp.asarray(rigid)
+    if substeps is None:
+        substeps = _needed(velocity, times, grid)
+    checks.whole("substeps", substeps, 1, 1000)
+    valid = valid & checked_track(velocity, times, grid, substeps)
+    body, grid, pressure, times, velocity = as_float64((body, grid, pressure, times, velocity))
+    if valid is not True:
+        pressure = jnp.where(valid, pressure, jnp.nan)
+    pressure = jnp.broadcast_to(pressure, (count, *grid.shape))
+    found = _marched(compiled_build(body, RIGID, grid), grid, pressure, times, velocity, substeps=substeps)
+    for note in found.notes if is_concrete(found) else ():
+        warnings.warn(note, stacklevel=2)
+    return found
+
+
+def _needed(velocity: Any, times: Any, grid: Grid) -> int:
+    """Return the least number of inner steps of which none is longer than a part ``FARTHEST`` of the grid."""
+    shape, count = np.shape(velocity), np.shape(times)[0]
+    if not is_concrete(velocity, times, grid) or all(grid.periodic) or shape not in ((), (2,), (count, 2)):
+        return 1
+    vector = np.asarray(over_times(jnp.asarray(velocity, float), jnp.asarray(times, float)))
+    moves = (vector[1:] + vector[:-1]) / 2.0 * np.diff(np.asarray(times, float))[:, None]
+    widths = np.abs(moves) / np.asarray(grid.width, float)
+    return max(1, int(np.ceil(np.max(widths, initial=0.0) / FARTHEST * (1.0 - 1e-12))))
+
+
+def march(
+    kernels: Kernels, grid: Grid, pressure: Array, times: Array, velocity: Array, *, substeps: int
+) -> Deflection:
+    """Return the displacement after each time, with the memory of a moving body."""
+    scale = kernels.scale
+    memory = moving_memory(kernels, jnp.zeros(grid.shape), grid.spacing[1] / grid.spacing[0])
+    shift = shifts(velocity / scale.length, times, substeps)
+    motion = Motion(fine_steps(times, substeps), shift, directions(velocity, times, substeps))
+    pressures = fine_values(scale.from_si("pressure", pressure), substeps)
+
+    def advance(carry: tuple[Any, Array], step: tuple[Motion, Array]) -> tuple[tuple[Any, Array], Any]:
+        (fields, before), (moved, now) = carry, step
+        ahead = memory.predict(fields, before, moved)
+        fields = memory.update(ahead.fields, now, moved)
+        assert isinstance(ahead.operator, Operator)  # of a pressure alone
+        return (fields, now), (ahead.operator(now) + ahead.earlier, fields.truncation_bound)
+
+    def over_one(carry: tuple[Any, Array], steps: Any) -> tuple[tuple[Any, Array], Any]:
+        carry, outcomes = jax.lax.scan(advance, carry, steps)
+        return carry, jax.tree.map(lambda a: a[-1], outcomes)
+
+    start = memory.start(grid.shape), jnp.zeros(grid.shape)
+    _, (displacement, lost) = jax.lax.scan(over_one, start, (motion, pressures))
+
+    # statuses: of steps that were too long, of the response, and of values out of range
+    errors = kernels.errors(times[-1] - times[0])
+    error = jnp.maximum(errors.separation, errors.images)
+    late = times - times[0] > errors.horizon
+    far = jnp.zeros(times.shape, bool)
+    if not all(grid.periodic):
+        nx, ny = grid.shape
+        way = [jnp.abs(shift.x) / nx] + ([] if shift.y is None else [jnp.abs(shift.y) / (ny * memory.ratio)])
+        far = jnp.max(jnp.stack(way), (0, 2)) > FARTHEST * (1.0 + 1e-9)
+    status = most_serious(
+        (jnp.cumsum(far) > 0, Status.MOVED_TOO_FAR),
+        (late | (error > LARGEST_ERROR), Status.NOT_RESOLVED),
+        (jnp.isnan(jnp.sum(displacement, (1, 2))), Status.OUT_OF_RANGE),
+    )
+    return Deflection(grid, times, displacement * scale.length, lost * scale.length, error, status)
+
+
+_marched = Program(march, ("substeps",))

@@ -1,0 +1,165 @@
+"""Poroelastic fits against the formulas of Hu et al. written out, and the ramp against a numerical solution."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import fitting
+import jaxcontact as jc
+from tests.support.poroelastic_contact import BALL, CONE, Drained, hu
+
+BEAD = jc.Sphere(50e-6)
+G, NU, D = 8e3, 0.25, 2e-10
+
+
+def force(t, depth, indenter=BEAD, nu=NU, ramp=0.0, G=G, D=D, parts=4000):
+    """F(t) after a ramp at constant speed, by a sum over increments of the depth."""
+    if isinstance(indenter, jc.Sphere):
+        a, size, curve, power = np.sqrt(indenter.radius * depth), 16 / 3, BALL, 1.5
+    else:
+        a, size, curve, power = 2 / np.pi * depth * np.tan(indenter.half_angle), 4.0, CONE, 2.0
+    late = size * G * a * depth / (2 * (1 - nu))
+    step = lambda lag: late + (size * G * a * depth - late) * hu(D * lag / a**2, curve)
+    if ramp == 0:
+        return step(t)
+    share = (np.arange(parts) + 0.5) / parts
+    return np.mean([step(t - ramp * one ** (1 / power)) for one in share], axis=0)
+
+
+def curve(depth, indenter=BEAD, ramp=0.5, noise=0.0, seed=0, end=300.0, n=120, **given):
+    """A ramp from contact on and a hold."""
+    up = np.linspace(0.0, ramp, 25)[:-1] if ramp else np.zeros(0)
+    t = np.append(up, ramp + np.geomspace(0.02, end, n))
+    depths = np.minimum(t / ramp, 1.0) * depth if ramp else np.full(n, depth)
+    load = np.append(np.full(up.size, 1e-9), force(t[up.size :], depth, indenter, ramp=ramp, **given))
+    errors = np.random.default_rng(seed).standard_normal(t.size) * noise * load.max()
+    return fitting.IndentationData(t=t, load=load + errors, depth=depths)
+
+
+@pytest.mark.parametrize("indenter", [BEAD, jc.Cone(1.2)], ids=["ball", "cone"])
+def test_forces_are_on_the_master_curves(indenter):
+    gel = fitting.Poroelastic(G=G, nu=NU, D=D)
+    t = np.append(0.0, np.geomspace(1e-3, 1e4, 50))
+    np.testing.assert_allclose(gel.force(t, 4e-6, indenter), force(t, 4e-6, indenter), rtol=1e-12)
+    np.testing.assert_allclose(
+        gel.force(0.0, 4e-6, indenter) / gel.force(1e9, 4e-6, indenter), 2 * (1 - NU), rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize("indenter", [BEAD, jc.Cone(1.2)], ids=["ball", "cone"])
+@pytest.mark.parametrize("ramp", [0.0, 0.5])
+def test_parameters_come_back(indenter, ramp):
+    data = curve(5e-6, indenter, ramp)
+    fit = fitting.fit_poroelastic(data, indenter=indenter, weights="relative", viscosity=1e-3)
+    np.testing.assert_allclose([fit.values[name] for name in ("G", "nu", "D")], [G, NU, D], rtol=2e-3)
+    k = D * 1e-3 * (1 - 2 * NU) / (2 * (1 - NU) * G)
+    np.testing.assert_allclose(fit.permeability[0], k, rtol=4e-3)
+    assert fit.verdict == "accepted" and fit.permeability[1] < k < fit.permeability[2]
+    assert fit.ramps == pytest.approx([ramp])
+
+
+def test_a_ramp_that_is_stated_is_the_one_that_is_measured():
+    data = curve(5e-6, ramp=0.5, noise=0.01)
+    hold = fitting.IndentationData(t=data.t[24:], load=data.load[24:], depth=data.depth[24:])
+    whole = fitting.fit_poroelastic(data, indenter=BEAD, weights="absolute")
+    part = fitting.fit_poroelastic(hold, indenter=BEAD, weights="absolute", ramp=0.5)
+    np.testing.assert_allclose(list(part.values.values()), list(whole.values.values()), rtol=2e-3)
+    later = fitting.fit_poroelastic(
+        data.window(0.51, None), indenter=BEAD, weights="absolute"
+    )  # its history is known
+    np.testing.assert_allclose(list(later.values.values()), list(whole.values.values()), rtol=2e-3)
+    step = fitting.fit_poroelastic(hold, indenter=BEAD, weights="absolute", ramp=0.0)
+    assert abs(step.values["D"] / D - 1) > 2 * abs(whole.values["D"] / D - 1)
+
+
+def test_two_holds_have_their_parameters_in_common():
+    holds = [curve(depth, noise=0.02, seed=i) for i, depth in enumerate((3e-6, 9e-6))]
+    fit = fitting.fit_poroelastic(holds, indenter=BEAD)
+    for name, truth in (("G", G), ("nu", NU), ("D", D)):
+        low, high = fit.intervals[name]
+        assert low < truth < high and fit.identified[name]
+    assert fit.verdict == "accepted" and np.unique(fit.which).size == 2
+    assert (
+        "a^2/D" in fit.summary()
+        and fit.plot() is not None
+        and fit.to_dict()["depths_m"] == pytest.approx([3e-6, 9e-6])
+    )
+    np.testing.assert_allclose(fit.predict(1e9, hold=1), force(1e9, 9e-6), rtol=0.05)
+
+
+def test_a_network_that_relaxes_too_is_found_with_two_depths():
+    holds = []
+    for i, depth in enumerate((3e-6, 9e-6)):
+        one = curve(depth, ramp=0.0, end=1000.0)
+        network = 0.6 + 0.4 * np.exp(-one.t / 2.0)
+        errors = 1 + 0.003 * np.random.default_rng(i).standard_normal(one.t.size)
+        holds.append(dataclasses.replace(one, load=one.load * network * errors))
+    fit = fitting.fit_poroelastic(holds, indenter=BEAD, network=True, weights="proportional", level=0.999)
+    truth = {"G": G, "nu": NU, "D": D, "relaxed": 0.6, "tau": 2.0}
+    np.testing.assert_allclose([fit.values[name] for name in truth], list(truth.values()), rtol=0.1)
+    assert all(low < truth[name] < high for name, (low, high) in fit.intervals.items())
+    assert fit.verdict == "accepted"
+    without = fitting.fit_poroelastic(holds, indenter=BEAD, weights="proportional")
+    assert without.verdict == "rejected"
+
+
+def test_the_numerical_solution_has_the_limits_of_hertz():
+    """Undrained at once, drained at the end: F = 8 a d G/(3 (1 - nu)) with nu = 1/2 and the drained one."""
+    drained = Drained(NU, 60)
+    t = np.append(0.0, np.geomspace(1e-3, 1e5, 60))
+    F = drained.force(t, np.ones(t.size), drained.x**2)
+    np.testing.assert_allclose(F[[0, -1]], [8 / 3, 8 / 3 / (2 * (1 - NU))], rtol=2e-3)
+
+
+@pytest.mark.parametrize("ramp", [0.01, 0.1])
+def test_the_ramp_is_a_superposition_over_the_final_contact(ramp):
+    """A ball on a half-space with a drained surface: the force after a ramp from that after a step, both computed."""
+    drained = Drained(0.2, 60)
+    t = np.append(0.0, np.geomspace(1e-5, 8.0, 70))
+    F0, Finf = 8 / 3, 8 / 3 / 1.6
+    step = drained.force(t, np.ones(t.size), drained.x**2)
+    g = lambda x: np.interp(np.sqrt(x), np.sqrt(t), (step - Finf) / (F0 - Finf))
+    up = np.linspace(0.0, ramp, 31)
+    times = np.append(up, ramp + np.geomspace(0.02 * ramp, 5.0, 30))
+    F = drained.force(times, np.minimum(times / ramp, 1.0), drained.x**2)[31:]
+    share = (np.arange(400) + 0.5) / 400
+    rule = np.array([np.mean(g(one - ramp * share ** (2 / 3))) for one in times[31:]])
+    error = rule - (F - Finf) / (F0 - Finf)
+    assert np.max(np.abs(error)) < 0.008  # what the intervals include
+    late = times[31:] > 3 * ramp
+    assert np.max(np.abs(error[late])) < 0.003
+    by_radius = np.array(
+        [np.mean(g((one - ramp * share ** (2 / 3)) / share ** (2 / 3))) for one in times[31:]]
+    )
+    assert np.max(np.abs(by_radius - (F - Finf) / (F0 - Finf))) > 0.05
+
+
+def test_thin_samples_and_strong_relaxation_are_named():
+    data = curve(5e-6, noise=0.005)
+    thin = fitting.fit_poroelastic(data, indenter=BEAD, thickness=60e-6)
+    assert thin.verdict == "rejected" and "rigid base" in thin.refused[0]
+    thick = fitting.fit_poroelastic(data, indenter=BEAD, thickness=2e-3)
+    assert thick.verdict == "accepted" and any("of the thickness" in note for note in thick.notes)
+    fast = dataclasses.replace(data, load=data.load * (0.2 + 0.8 * np.exp(-data.t / 3.0)))
+    assert any("network relaxes too" in note for note in fitting.fit_poroelastic(fast, indenter=BEAD).notes)
+
+
+def test_what_has_no_hold_is_refused():
+    data = curve(5e-6)
+    t = np.linspace(0.0, 1.0, 40)
+    ramp = fitting.IndentationData(t=t, load=t, depth=1e-6 * t)
+    fit = fitting.fit_poroelastic
+    for call, words in (
+        (lambda: fit(ramp, indenter=BEAD), "expected a hold of at least 8 points"),
+        (lambda: fit(t, indenter=BEAD), "data: expected IndentationData"),
+        (lambda: fit([], indenter=BEAD), "at least one curve"),
+        (lambda: fit(data, indenter=jc.FlatPunch(1e-6)), "expected a Sphere or a Cone"),
+        (lambda: fit(data, indenter=jc.Sphere(1e-3, jc.Elastic(1e9))), "expected a rigid one"),
+        (lambda: fit(data, indenter=[BEAD, BEAD]), "one for each of 1 curves"),
+        (lambda: fit(data, indenter=BEAD, ramp=5.0), "ramp: expected 0 to"),
+        (lambda: fit(data, indenter=BEAD, viscosity=-1.0), "viscosity: expected a number > 0"),
+        (lambda: fit(data, indenter=BEAD, bounds={"nu": (0.1, 0.7)}), "nu: expected values from 0 to 0.5"),
+    ):  # fmt: skip
+        with pytest.raises(ValueError, match=words):
+            call()
