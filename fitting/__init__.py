@@ -26,6 +26,7 @@ from fitting.fits.fields import FieldFit as FieldFit
 from fitting.fits.fields import fit_fields as fit_fields
 from fitting.fits.force import ForceFit as ForceFit
 from fitting.fits.force import fit_force as fit_force
+from fitting.fits.force_history import ViscoelasticForceFit as ViscoelasticForceFit
 from fitting.fits.force_map import MapFit as MapFit
 from fitting.fits.force_map import fit_map as fit_map
 from fitting.fits.growth import GrowthFit as GrowthFit
@@ -97,6 +98,7 @@ __all__ = [
     "SpectrumFit",
     "StiffnessData",
     "StiffnessFit",
+    "ViscoelasticForceFit",
     "compare",
     "design",
     "exclude",

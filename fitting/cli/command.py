@@ -150,7 +150,8 @@ def _compare(options: argparse.Namespace) -> int:
     with flags.about(options.file):
         table = compare(data, options.models.split(","), **given)
     print(table)
-    return output.finish(options, table.fits[0], {"models": [fit.to_dict() for fit in table.fits]})
+    models = {"models": [fit.to_dict() for fit in table.fits]}
+    return output.finish(options, table.fits[0], models, table.plot())
 
 
 def _together(options: argparse.Namespace) -> int:

@@ -7,6 +7,7 @@ from fitting.cli import flags
 from fitting.cli.flags import FACE, Kind
 from fitting.fits.creep import fit_creep
 from fitting.fits.force import fit_force
+from fitting.fits.force_history import MODELS
 from fitting.fits.growth import fit_growth
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.master import LAWS, fit_master
@@ -60,6 +61,10 @@ KINDS = {
             "punch": {"action": "store", "type": float, "metavar": "R", "help": "a flat punch of this radius [m]"},
             "spring_constant": "spring constant of the cantilever [N/m], where the file does not state it",
             "sensitivity": "sensitivity of the deflection [m/V], where the file does not state it",
+            "model": {"default": None, "help": f"viscoelastic material, fitted to approach and retraction:"
+                      f" {', '.join(MODELS)}; by default an elastic modulus is fitted to the approach"},
+            "adhesion": {"default": None, "metavar": "auto", "help": "auto: choose Hertz, DMT, Maugis or JKR by the Tabor"
+                         " number of the fit, for a ball on a half-space; by default no adhesion"},
             "polynomials": "also fit the polynomials in common use for thin samples, and print their error",
             "substrate_modulus": "Young's modulus of the base below a sample with a --thickness [Pa], such as 70e9 of glass;"
                                  " rigid by default",

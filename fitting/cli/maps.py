@@ -242,7 +242,7 @@ def folders_of(files: Sequence[str]) -> list[str]:
 
 MAP_RESULTS = ("map.csv", "map.nc", "map.png", "summary.json")
 STORE = "curves"  # folder of the stored fits
-MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials"))
+MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials", "model", "fixed", "adhesion"))
 LOCAL = (
     "command",
     "kind",

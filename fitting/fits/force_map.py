@@ -825,6 +825,7 @@ class MapFit:
         whole = xarray.Dataset(fields, coords=scale, attrs=given)
         output.write(Path(path), lambda partial: whole.to_netcdf(partial, engine="h5netcdf"))
 
+    @sheet.styled
     def plot(self, path: Any = None) -> Any:
         """Return a figure of modulus, contact point (and work of adhesion) and verdict over the places of the scan, or over
         the number of the curve where these are not known; saved where a path is given."""
@@ -869,6 +870,8 @@ class MapFit:
             one.set_title(f"{name}; empty squares: not accepted", fontsize="medium")
         for verdict_, colour in COLOURS.items():
             some = self.verdict == verdict_
+            if not some.any():
+                continue
             axes[-1].scatter(
                 x[some], y[some], s=size, marker="s", color=colour, label=f"{verdict_}: {some.sum()}"
             )
@@ -887,7 +890,14 @@ class MapFit:
                 if k == 0:
                     spans = np.where(np.isfinite(ends), [values - ends[0], ends[1] - values], 0.0)
                     spans = np.clip(np.nan_to_num(spans), 0.0, None)[:, some]
-                    one.errorbar(number[some], values[some], spans, fmt=".", color=colour, label=verdict_)
+                    one.errorbar(
+                        number[some],
+                        values[some],
+                        spans,
+                        fmt=".",
+                        color=colour,
+                        label=verdict_ if some.any() else None,
+                    )
                 else:
                     one.plot(number[some], values[some], ".", color=colour)
             axes[-1].bar([verdict_], [some.sum()], color=colour)
@@ -1307,7 +1317,8 @@ def fitted_alone(data: IndentationData, **given: Any) -> dict[str, Any]:
             fit = fit_indentation(
                 data, jc.Elastic, control="depth", adhesion="JKR", contact_point="fit", **own
             )
-            scatter, point = fit.noise, fit.nuisances["contact_point"]
+            scatter = float(np.std(fit.curve[3] - fit.fitted))
+            point = fit.nuisances["contact_point"]
             work = [fit.values["work"], *fit.intervals["work"]]
             rest = [float(data.depth.max()) - point[0], math.nan, math.nan]
     except (ValueError, RuntimeError) as error:

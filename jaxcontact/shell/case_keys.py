@@ -4,6 +4,7 @@
 the tables of each kind of experiment.
 """
 
+import dataclasses
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -13,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from jaxcontact._support import plugins
 from jaxcontact._support.fields import FIELDS, TIME
 from jaxcontact._support.prefixes import PREFIXES
 from jaxcontact.bodies import materials
@@ -279,8 +281,43 @@ LAWS: dict[str, tuple[type, dict[str, Key]]] = {
     ),
 }
 
+
+def take_up_material(name: str) -> None:
+    """Add the material of a plug-in (``jaxcontact.materials``) to ``MATERIALS`` unless it is there.
+
+    Its keys are the fields of the class: positive numbers, or as ``may_be_zero`` and ``lists`` of the class say, required
+    where they have no default. Units stand in ``units`` of the class, such as {"G": "Pa"}, and let text have a unit.
+
+    Raises:
+        ValueError: the plug-in cannot be imported, or is no material.
+    """
+    if name in MATERIALS or name not in plugins.names(plugins.MATERIALS):
+        return
+    found = plugins.load(plugins.MATERIALS, name)
+    if not (isinstance(found, type) and issubclass(found, materials.Material)):
+        raise ValueError(f"plug-in {name!r}: expected a subclass of jaxcontact.abc.Material, got {found!r}")
+    keys = {}
+    for each in dataclasses.fields(found):  # type: ignore[arg-type]
+        zero, several = each.name in found.may_be_zero, each.name in found.lists
+        unit = getattr(found, "units", {}).get(each.name)
+        own = Key(
+            {(False, False): POSITIVE, (False, True): POSITIVE_LIST, (True, False): NOT_NEGATIVE}.get(
+                (zero, several), NOT_NEGATIVE_LIST
+            ),
+            f"{each.name} [{unit}]" if unit in UNITS else each.name,
+        )
+        keys[each.name] = dataclasses.replace(
+            VOLUME.get(each.name, own),
+            required=each.default is dataclasses.MISSING,
+            default=each.default if isinstance(each.default, int | float) else None,
+        )
+    MATERIALS[name] = found, keys
+
+
 MATERIAL = Key(
-    choice(*MATERIALS), "the material model, whose parameters are keys of the same table", required=True
+    Accept(lambda v: v in MATERIALS, f"{choice(*MATERIALS).words}, or a material of a plug-in"),
+    "the material model, whose parameters are keys of the same table",
+    required=True,
 )
 
 BASE = Key(

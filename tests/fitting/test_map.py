@@ -10,6 +10,8 @@ import fitting
 import jaxcontact as jc
 from fitting.fits import force_map
 from jaxcontact.__main__ import main
+from tests.support.force_curves import RADIUS as ADHESIVE
+from tests.support.force_curves import UNITS, WORK, force_curve
 from tests.support.maps_of_curves import RADIUS, simulated
 from tests.support.thin_samples import LAYER, noisy, thin
 from tests.support.thin_samples import E as THIN_E
@@ -161,16 +163,47 @@ def test_a_thin_sample_and_a_cone_of_a_map_are_those_of_fit_force():
     assert np.all(found.accepted)
     np.testing.assert_allclose(found.youngs_modulus, THIN_E, rtol=4e-3, atol=0.0)
     errors = {"errors": {"spring_constant": 0.1, "sensitivity": 0.03}, "spring_constant": 0.1}
-    cones = fitting.fit_map(many, loads, THIN_T, indenter=jc.Cone(0.6), **errors)
+    # Love's cone, K. L. Johnson, Contact Mechanics, 1985
+    sharp = 2.0 / np.pi * THIN_E / 0.75 * np.tan(0.6) * np.maximum(depth, 0.0) ** 2
+    sharp = np.array([noisy(sharp, seed) for seed in range(4)])
+    cones = fitting.fit_map(many, sharp, THIN_T, indenter=jc.Cone(0.6), **errors)
+    np.testing.assert_allclose(cones.youngs_modulus, THIN_E, rtol=2e-2, atol=0.0)
     marks = np.full(THIN_T.size, "approach")
-    data = fitting.IndentationData(t=THIN_T, load=loads[0], depth=depth, marks=marks)
+    data, other = (
+        fitting.IndentationData(t=THIN_T, load=force, depth=depth, marks=marks)
+        for force in (loads[0], sharp[0])
+    )
     for one, fit in (
         (found, fitting.fit_force(data, indenter=bead, thickness=LAYER)),
-        (cones, fitting.fit_force(data, indenter=jc.Cone(0.6), **errors)),
+        (cones, fitting.fit_force(other, indenter=jc.Cone(0.6), **errors)),
     ):
         value, low, high = fit.youngs_modulus
         assert fit.verdict == one.verdict[0] and one.youngs_modulus[0] == pytest.approx(value, rel=1e-3)
         assert np.diff(np.log(one.youngs_interval[0]))[0] == pytest.approx(np.log(high / low), rel=0.1)
+
+
+@pytest.mark.slow
+def test_the_work_of_adhesion_of_a_map_and_options_that_fit_curves_one_by_one():
+    curves = [force_curve(None, seed=seed) for seed in range(2)]
+    found = fitting.fit_map(
+        [*curves, "no curve"], indenter=jc.Sphere(ADHESIVE), nu=0.5, adhesion="JKR", processes=1
+    )
+    assert list(found.verdict) == ["accepted", "accepted", "failed"] and found.reasons[2] == "no curve"
+    low, high = found.intervals["work"][:2].T
+    assert np.all((low > 0.98 * WORK) & (low < 1.01 * WORK) & (high > 0.99 * WORK) & (high < 1.02 * WORK))
+    assert (
+        found.noise[0] == pytest.approx(0.01 * UNITS.load, rel=0.3) and "work of adhesion" in found.summary()
+    )
+    assert (
+        found.plot().axes[2].get_ylabel().startswith("work of adhesion") and "work [J/m2]" in found.table()[0]
+    )
+    depth, load, times, *_ = MAP
+    k = int(np.flatnonzero(MAP[-1] == "good")[0])
+    one = fitting.fit_map(depth[[k]], load[[k]], times[[k]], indenter=BALL, weights="absolute", processes=1)
+    fit = fitting.fit_force(alone(k), indenter=BALL, weights="absolute")
+    np.testing.assert_allclose(
+        [one.youngs_modulus[0], *one.youngs_interval[0]], fit.youngs_modulus, rtol=1e-9, atol=0.0
+    )
 
 
 @pytest.mark.slow

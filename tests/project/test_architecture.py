@@ -214,6 +214,7 @@ def test_fitting_uses_public_names_and_what_both_stand_on():
         "jaxcontact.bodies.materials",
         "jaxcontact._compile.programs",
         "jaxcontact._support.npz",
+        "jaxcontact._support.plugins",
         "jaxcontact._support.prefixes.",
         "jaxcontact._support.pytree.refuse_masked",
         "jaxcontact._support.status.",

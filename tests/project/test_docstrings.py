@@ -43,6 +43,7 @@ GIVEN = [  # what users are given, and do not make
         fitting.CreepFit,
         fitting.Design,
         fitting.ForceFit,
+        fitting.ViscoelasticForceFit,
         fitting.StiffnessFit,
         fitting.SpectrumFit,
         fitting.GrowthFit,

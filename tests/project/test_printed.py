@@ -62,6 +62,9 @@ OBJECTS = {
     "Ellipsoid": lambda: jc.Ellipsoid((1e-3, 2e-3)),
     "HeightField": lambda: jc.HeightField(HEIGHTS, STEEL),
     **{name: lambda kind=kind: made_up(kind) for name, kind in storage.result_classes().items()},
+    "Deflection": lambda: jc.Deflection(
+        GRID, np.arange(3.0), np.full((3, *GRID.shape), 1e-6), np.zeros(3), np.zeros(()), np.zeros(3, int)
+    ),
     "ContactClusters": lambda: jc.contact_clusters(HISTORY),
     "ContactStatistics": lambda: jc.contact_statistics(HISTORY),
     "PressureHistogram": lambda: jc.pressure_histogram(HISTORY),
@@ -182,6 +185,9 @@ OF_FITS = {
     "StiffnessFit": lambda: fitting.fit_stiffness(stiffness(), indenter=jc.Sphere(5e-6)),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
     "MapFit": lambda: fitting.fit_map([microscope_curve()], indenter=jc.Sphere(5e-6)),
+    "ViscoelasticForceFit": lambda: fitting.fit_force(
+        microscope_curve(), indenter=jc.Sphere(5e-6), model="Springpot"
+    ),
     "AdhesiveFit": lambda: fitting.fit_indentation(
         force_curve(None),
         "Elastic",

@@ -334,9 +334,15 @@ MOTION = {
         lambda: roll(grid=jc.Grid((8, 8), (1e-6, 1e-6), periodic=(False, True))),
         r"along y in plane strain only, in roll_steady, got periodic=\(False, True\) with \(8, 8\) cells",
     ),
-    "stresses under a periodic grid": (
-        lambda: jc.subsurface(BODY, PERIODIC, np.ones((8, 8)), depths=[0.0]),
-        r"subsurface supports free space only",
+    "stresses under a grid that is periodic along one axis": (
+        lambda: jc.subsurface(
+            BODY, jc.Grid((8, 8), GRID.spacing, periodic=(True, False)), np.ones((8, 8)), depths=[0.0]
+        ),
+        r"periodic along both axes, or plane strain, got periodic=\(True, False\) with \(8, 8\) cells in subsurface",
+    ),
+    "heat on a periodic grid": (
+        lambda: rub(grid=PERIODIC, thermal=jc.Thermal(373.0, 46.0)),
+        r"grid: expected a grid that is not periodic: rub with thermal supports free space only",
     ),
     "notes of what is not computed yet": (
         lambda: jax.eval_shape(indent).notes,
