@@ -18,6 +18,8 @@ from fitting.data.stiffness import StiffnessData as StiffnessData
 from fitting.fits.adhesion import AdhesiveFit as AdhesiveFit
 from fitting.fits.batch import BatchFit as BatchFit
 from fitting.fits.batch import fit_creep_batch as fit_creep_batch
+from fitting.fits.cause import RelaxationCause as RelaxationCause
+from fitting.fits.cause import relaxation_cause as relaxation_cause
 from fitting.fits.creep import Comparison as Comparison
 from fitting.fits.creep import CreepFit as CreepFit
 from fitting.fits.creep import compare as compare
@@ -93,6 +95,7 @@ __all__ = [
     "Posterior",
     "PronyFit",
     "Propagated",
+    "RelaxationCause",
     "RelaxationData",
     "RubbedContact",
     "SpectrumFit",
@@ -129,6 +132,7 @@ __all__ = [
     "read_relaxation",
     "read_stiffness",
     "read_sweeps",
+    "relaxation_cause",
     "resample",
     "thin_layer_factor",
 ]

@@ -12,6 +12,7 @@ from fitting.fits.growth import fit_growth
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.master import LAWS, fit_master
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
+from fitting.fits.poroelastic import fit_poroelastic
 from fitting.fits.prony import fit_maxwell, fit_prony
 from fitting.fits.spectrum import fit_spectrum
 from fitting.fits.stiffness import CONTACTS, fit_stiffness
@@ -82,6 +83,15 @@ KINDS = {
             "substrate_modulus": "Young's modulus of the substrate below the film [Pa]; rigid by default",
             "contact": {"choices": CONTACTS, "metavar": None},
             "unbonded": "the film slides on the substrate without friction; by default it is bonded",
+        },
+    ),
+    "poroelastic": Kind(
+        read_indentation, fit_poroelastic, more=("in_contact",), without=("ramp", "rise"),
+        either=((("radius", "cone"), True),),
+        words={
+            "radius": "radius of a ball [m]",
+            "cone": "half-angle of a cone [degrees], or berkovich",
+            "segment": "approach, hold or retract; repeat to select several",
         },
     ),
     "master": Kind(
@@ -204,7 +214,7 @@ def read(kind: Kind, options: argparse.Namespace, file: str, **reading: Any) -> 
     else:  # segments and window refer to the points that remain
         data = flags.read(kind, file, options, segment=None, window=None)
         depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
-        stiffened = options.layer is not None or options.thickness is not None
+        stiffened = getattr(options, "layer", None) is not None or options.thickness is not None
         with flags.about(file):
             data = data.in_contact(depth, flags.indenter_of(options), stiffened).only(
                 *(options.segment or ())

@@ -650,7 +650,7 @@ class ForceFit(Fit):
         chosen = {} if self.contact_model is None else {"contact_model": self.contact_model.to_dict()}
         return super().to_dict() | chosen | {
             "youngs_modulus_Pa": E, "poisson_ratio": self.nu, "thickness_m": plain(self.thickness),
-            **probe_of(self.indenter).key,
+            **({"unbonded": True} if self.unbonded else {}), **probe_of(self.indenter).key,
             "nuisances": {key(name): [plain(v) for v in row] for name, row in self.nuisances.items()},
             "polynomials": {name: {"youngs_modulus_Pa": E, "deviation": off} for name, (E, off) in self.polynomials.items()},
             "modulus_over_depth": [
@@ -743,7 +743,7 @@ def fit_force(
             (with an instantaneous compliance that keeps its force finite), Maxwell, Burgers, FractionalKelvinVoigt or
             Springpot.
         nu: Poisson's ratio.
-        thickness: of a sample bonded to a base, such as a gel on glass [m]; None: a half-space.
+        thickness: of a sample on a base, such as a gel on glass [m]; None: a half-space.
         substrate: the ``jc.Elastic`` material of the base, which glass needs below samples above about 10 MPa; None: a
             rigid base.
         unbonded: whether the sample slides on the base without friction (and does not lift off) instead of being bonded.

@@ -283,7 +283,7 @@ LAWS: dict[str, tuple[type, dict[str, Key]]] = {
 
 
 def take_up_material(name: str) -> None:
-    """Add the material of a plug-in (``jaxcontact.materials``) to ``MATERIALS`` unless it is there.
+    """Add the material of a plug-in (``jaxcontact.materials``) to ``MATERIALS`` and ``BASES`` unless it is there.
 
     Its keys are the fields of the class: positive numbers, or as ``may_be_zero`` and ``lists`` of the class say, required
     where they have no default. Units stand in ``units`` of the class, such as {"G": "Pa"}, and let text have a unit.
@@ -311,7 +311,7 @@ def take_up_material(name: str) -> None:
             required=each.default is dataclasses.MISSING,
             default=each.default if isinstance(each.default, int | float) else None,
         )
-    MATERIALS[name] = found, keys
+    MATERIALS[name] = BASES[name] = found, keys
 
 
 MATERIAL = Key(
@@ -321,7 +321,7 @@ MATERIAL = Key(
 )
 
 BASE = Key(
-    choice(*BASES),
+    Accept(lambda v: v in BASES, f"{choice(*BASES).words}, or a material of a plug-in"),
     "the material model, whose parameters are keys of the same table, or a rigid base below layers",
     required=True,
 )

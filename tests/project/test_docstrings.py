@@ -58,6 +58,7 @@ GIVEN = [  # what users are given, and do not make
         fitting.Minimum,
         fitting.ModulusFit,
         fitting.PoroelasticFit,
+        fitting.RelaxationCause,
         fitting.Posterior,
         fitting.PronyFit,
         fitting.Propagated,

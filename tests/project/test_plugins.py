@@ -87,8 +87,9 @@ def installed(tmp_path, monkeypatch):
     (info / "entry_points.txt").write_text(ENTRIES)
     (tmp_path / "tiny_plugin.py").write_text(MODULE)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(case_keys, "MATERIALS", dict(case_keys.MATERIALS))
-    monkeypatch.setattr("jaxcontact.shell.case_file.MATERIALS", case_keys.MATERIALS)
+    for choices in ("MATERIALS", "BASES"):
+        monkeypatch.setattr(case_keys, choices, dict(getattr(case_keys, choices)))
+        monkeypatch.setattr(f"jaxcontact.shell.case_file.{choices}", getattr(case_keys, choices))
     yield tmp_path
     sys.modules.pop("tiny_plugin", None)
 

@@ -156,6 +156,13 @@ def field_fit():
     return fitting.fit_fields(fields(), body, {"G": 2e9}, indenter=ball, grid=grid, align="none")
 
 
+def gel_hold(depth):
+    gel, t = fitting.Poroelastic(G=10e3, nu=0.2, D=1e-10), np.geomspace(0.01, 50.0, 80)
+    noise = 1.0 + 0.01 * np.random.default_rng(0).standard_normal(80)
+    load = gel.force(t, depth, jc.Sphere(50e-6)) * noise
+    return fitting.IndentationData(t=t, load=load, depth=np.full(80, depth))
+
+
 OF_FITS = {
     "ContactData": fields,
     "FieldFit": field_fit,
@@ -183,6 +190,11 @@ OF_FITS = {
     "StiffnessData": stiffness,
     "SpectrumFit": lambda: fitting.fit_spectrum(oscillation()),
     "StiffnessFit": lambda: fitting.fit_stiffness(stiffness(), indenter=jc.Sphere(5e-6)),
+    "Poroelastic": lambda: fitting.Poroelastic(G=1e4, nu=0.2, D=1e-10),
+    "PoroelasticFit": lambda: fitting.fit_poroelastic(gel_hold(2e-6), indenter=jc.Sphere(50e-6)),
+    "RelaxationCause": lambda: fitting.relaxation_cause(
+        [gel_hold(2e-6), gel_hold(6e-6)], indenter=jc.Sphere(50e-6)
+    ),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
     "MapFit": lambda: fitting.fit_map([microscope_curve()], indenter=jc.Sphere(5e-6)),
     "ViscoelasticForceFit": lambda: fitting.fit_force(
@@ -210,6 +222,7 @@ DEAR = {
     "FieldFit",
     "GrowthFit",
     "ModulusFit",
+    "PoroelasticFit",
     "PronyFit",
     "JointFit",
     "IndentationFit",

@@ -38,7 +38,7 @@ read_creep read_force read_growth read_indentation read_oscillation read_relaxat
 thin_layer_factor ViscoelasticForceFit
 ContactData FieldFit fit_fields RubbedContact
 StiffnessData StiffnessFit fit_stiffness read_stiffness SpectrumFit fit_spectrum MapFit fit_map
-Poroelastic PoroelasticFit fit_poroelastic
+Poroelastic PoroelasticFit fit_poroelastic RelaxationCause relaxation_cause
 """
 
 

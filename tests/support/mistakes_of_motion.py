@@ -227,6 +227,14 @@ MOTION = {
         lambda: steady(1.0, friction=np.full((8, 7), 0.3)),
         r"friction: expected a number or shape \(8, 8\), got shape \(8, 7\)",
     ),
+    "friction under a creeping ball": (
+        lambda: steady(1.0, on_steel(), indenter=jc.Sphere(1e-3, jc.Maxwell(1e9, 1e9)), friction=0.3),
+        r"friction: expected None with an indenter that creeps or is coated",
+    ),
+    "a ball that flows in steady sliding": (
+        lambda: steady(1.0, on_steel(), indenter=jc.Sphere(1e-3, jc.Maxwell(1e9, 1e9))),
+        r"indenter material: expected one that does not flow without limit",
+    ),
     "negative friction in sliding": (
         lambda: slide(1.0, times=[0.0], friction=-0.3),
         r"friction: expected >= 0, got -0.3",
