@@ -29,6 +29,8 @@ from fitting.fits.fields import fit_fields as fit_fields
 from fitting.fits.force import ForceFit as ForceFit
 from fitting.fits.force import fit_force as fit_force
 from fitting.fits.force_history import ViscoelasticForceFit as ViscoelasticForceFit
+from fitting.fits.force_map import MapFit as MapFit
+from fitting.fits.force_map import fit_map as fit_map
 from fitting.fits.growth import GrowthFit as GrowthFit
 from fitting.fits.growth import GrowthKinetics as GrowthKinetics
 from fitting.fits.growth import RubbedContact as RubbedContact
@@ -82,6 +84,7 @@ __all__ = [
     "IndentationData",
     "IndentationFit",
     "JointFit",
+    "MapFit",
     "MasterFit",
     "MaxwellFit",
     "Minimum",
@@ -108,6 +111,7 @@ __all__ = [
     "fit_force",
     "fit_growth",
     "fit_indentation",
+    "fit_map",
     "fit_master",
     "fit_maxwell",
     "fit_oscillation",

@@ -394,6 +394,78 @@ SHIFTS = -0.5, -0.2, 0.0, 0.2, 0.5  # starts of its contact point, over the larg
 LOST = (
     0.1  # part of the work of the approach that a retraction does not give back, above which a note says so
 )
+SPIKE, SPIKE_SEEN = 0.1, 8.0  # least isolated spike, over the largest force and in robust standard deviations
+
+
+def spikes(deviations: np.ndarray, pushed: float) -> np.ndarray:
+    """Return the places of isolated points that deviate by more than a tenth of the largest force and eight robust standard
+    deviations, both neighbours by less than half as much: faults of the instrument, which no noise of a sample makes."""
+    size = np.abs(deviations)
+    sigma = float(np.sort(size)[size.size // 2]) / 0.6745
+    beside = np.maximum(np.append(0.0, size[:-1]), np.append(size[1:], 0.0))
+    return np.flatnonzero(
+        (size > max(SPIKE * pushed, SPIKE_SEEN * sigma)) & (beside <= verdict.ISOLATED * size)
+    )
+
+
+def unusable(
+    before: int, n: int, spiky: int, highest: float, pushed: float, scatter: float, unit: float
+) -> str:  # fmt: skip
+    """Return why a curve determines no modulus, "" if it does.
+
+    before: of its n points those before the contact; spiky: isolated spikes, the largest of them ``highest``; pushed,
+    scatter: largest force, and standard deviation of the baseline, over ``unit`` [N].
+    """
+    if before < max(5, SHORT * n):
+        return (
+            f"the contact is among the first points ({before} before it): the curve has no baseline, so that the contact"
+            " point is not determined"
+        )
+    if n - before < FEW:
+        return f"no indentation: {n - before} points after the contact point"
+    if spiky:
+        return (
+            f"spikes: {spiky} isolated points deviate from the curve by up to {100 * highest / max(pushed, 1e-300):.3g} % of"
+            " the largest force: leave them out, or measure again"
+        )
+    if pushed < SEEN * scatter:
+        return (
+            f"no indentation: the force rises by {pushed * unit * PICO:.3g} pN, the noise of the baseline is"
+            f" {scatter * unit * PICO:.3g} pN"
+        )
+    return ""
+
+
+def trend_words(trend: float, softer: float, rejected: bool, unit: float, thin: bool) -> str:
+    """Return the size of the trend and of the change of log J with its meaning, in a microscopist's words.
+
+    trend: over the largest force ``unit`` [N]; softer: change from half the depth to the whole; thin: of a thin sample.
+    """
+    way, percent = "falls" if softer > 0 else "rises", 100 * math.expm1(abs(softer))
+    if softer > 0:
+        meaning = (
+            "the sample seems to soften with depth: adhesion or repulsion near the contact, a tip blunter than assumed,"
+            " or a stiff surface; fit a larger depth, or check the tip"
+        )
+    elif not thin:
+        meaning = (
+            "the sample seems to stiffen with depth: a thin sample on a hard base (give its --thickness), a brush or"
+            " membrane above it, or a tip sharper than assumed"
+        )
+    else:
+        meaning = (
+            "the sample seems to stiffen with depth: thinner than given, a brush above it, or large strains"
+        )
+    size = f"a trend of {100 * trend:.1f} % of the largest force ({trend * unit * PICO:.3g} pN)"
+    if rejected:
+        return (
+            f"{TRENDED} {size}, and the modulus {way} by {percent:.0f} % from half the depth to the whole:"
+            f" {meaning}"
+        )
+    return (
+        f"{TRENDED} {size}; the intervals include the change of the modulus from half the depth to the whole,"
+        f" by which it {way} by {percent:.1f} %: {meaning}"
+    )
 
 
 def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Deviation:
@@ -403,28 +475,14 @@ def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Devia
     nothing, outside = np.zeros(theta.size), depth < theta[2]
 
     # A curve without indentation or baseline determines nothing.
-    if outside.sum() < max(5, SHORT * outside.size):
-        return Deviation(
-            nothing,
-            (
-                f"the contact is among the first points ({int(outside.sum())} before it): the curve has no baseline, so that"
-                " the contact point is not determined",
-            ),
-        )
-    if (~outside).sum() < FEW:
-        return Deviation(
-            nothing, (f"no indentation: {int((~outside).sum())} points after the contact point",)
-        )
-    scatter = float(np.std(deviations[outside]))
+    before = int(outside.sum())
+    scatter = float(np.std(deviations[outside])) if before else 0.0
     pushed = float(indentation_force(theta, curve.depth[-1] - theta[2], curve))
-    if pushed < SEEN * scatter:
-        return Deviation(
-            nothing,
-            (
-                f"no indentation: the force rises by {pushed * unit * PICO:.3g} pN, the noise of the baseline is"
-                f" {scatter * unit * PICO:.3g} pN",
-            ),
-        )
+    points = spikes(deviations, pushed)
+    highest = float(np.max(np.abs(deviations[points]), initial=0.0))
+    why = unusable(before, outside.size, points.size, highest, pushed, scatter, unit)
+    if why:
+        return Deviation(nothing, (why,))
 
     def refits() -> list[np.ndarray | None]:
         """Return the fit up to half the largest depth."""
@@ -434,33 +492,9 @@ def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Devia
         objective = force.objective(np.where(some, solved.weights, 0.0))
         return [nonlinear.minimise(objective, theta).theta]
 
-    def words(trend: float, changes: np.ndarray, rejected: bool) -> str:
-        """Return the size of the trend and of the change with its meaning, in a microscopist's words."""
-        softer = float(changes[0, 0])
-        way, percent = "falls" if softer > 0 else "rises", 100 * math.expm1(abs(softer))
-        if softer > 0:
-            meaning = (
-                "the sample seems to soften with depth: adhesion or repulsion near the contact, a tip blunter than assumed,"
-                " or a stiff surface; fit a larger depth, or check the tip"
-            )
-        elif force.thickness is None:
-            meaning = (
-                "the sample seems to stiffen with depth: a thin sample on a hard base (give its --thickness), a brush or"
-                " membrane above it, or a tip sharper than assumed"
-            )
-        else:
-            meaning = "the sample seems to stiffen with depth: thinner than given, a brush above it, or large strains"
-        size = f"a trend of {100 * trend:.1f} % of the largest force ({trend * unit * PICO:.3g} pN)"
-        if rejected:
-            return (
-                f"{TRENDED} {size}, and the modulus {way} by {percent:.0f} % from half the depth to the whole:"
-                f" {meaning}"
-            )
-        return (
-            f"{TRENDED} {size}; the intervals include the change of the modulus from half the depth to the whole,"
-            f" by which it {way} by {percent:.1f} %: {meaning}"
-        )
-
+    words = lambda trend, changes, rejected: trend_words(
+        trend, float(changes[0, 0]), rejected, unit, force.thickness is not None
+    )
     trend = lambda: verdict.trend(deviations)
     return verdict.judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
 
@@ -757,7 +791,7 @@ def fit_force(
             data, indenter=indenter, nu=nu, weights=weights, sigma=sigma, bounds=bounds, drag=drag, level=level
         ))  # fmt: skip
     weights = "estimated" if weights is None and sigma is None else weights
-    _check(indenter, nu, thickness, substrate, errors, spring_constant)
+    check_options(indenter, nu, thickness, substrate, errors, spring_constant)
     thin_layer.check_unbonded(unbonded, thickness)
     if unbonded and polynomials:
         raise ValueError(
@@ -889,7 +923,7 @@ def _with_adhesion(
     )
 
 
-def _check(
+def check_options(
     indenter: Any,
     nu: float,
     thickness: float | None,

@@ -48,6 +48,7 @@ GIVEN = [  # what users are given, and do not make
         fitting.SpectrumFit,
         fitting.GrowthFit,
         fitting.IndentationFit,
+        fitting.MapFit,
         fitting.MasterFit,
         fitting.MaxwellFit,
     ),

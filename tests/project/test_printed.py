@@ -196,6 +196,7 @@ OF_FITS = {
         [gel_hold(2e-6), gel_hold(6e-6)], indenter=jc.Sphere(50e-6)
     ),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
+    "MapFit": lambda: fitting.fit_map([microscope_curve()], indenter=jc.Sphere(5e-6)),
     "ViscoelasticForceFit": lambda: fitting.fit_force(
         microscope_curve(), indenter=jc.Sphere(5e-6), model="Springpot"
     ),
@@ -214,6 +215,7 @@ OF_FITS = {
     ),
 }
 DEAR = {
+    "MapFit",
     "AdhesiveFit",
     "BatchFit",
     "Design",
