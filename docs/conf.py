@@ -38,6 +38,18 @@ extensions = [
     "sphinx_copybutton",
     "myst_nb",
 ]
+if tags.has("linked"):  # noqa: F821  # the names of other packages become links; this needs a network
+    extensions.append("sphinx.ext.intersphinx")
+intersphinx_mapping = {
+    "python": ("https://docs.python.org/3/", None),
+    "jax": ("https://docs.jax.dev/en/latest/", None),
+    "numpy": ("https://numpy.org/doc/stable/", None),
+    "matplotlib": ("https://matplotlib.org/stable/", None),
+    "pandas": ("https://pandas.pydata.org/docs/", None),
+    "xarray": ("https://docs.xarray.dev/en/stable/", None),
+}
+linkcheck_anchors = False
+linkcheck_timeout, linkcheck_retries = 20, 2
 exclude_patterns = ["README.md", "paper"]
 html_theme = "furo"
 html_title = f"jaxcontact {release}"
@@ -185,7 +197,7 @@ def _formula(self: Any, node: nodes.Element) -> None:
 
 COURSE = {  # parts of the tutorials, and the numbers of their notebooks
     "First steps": (1, 2, 4),
-    "Materials from measurements": (3, 10, 13),
+    "Materials from measurements": (3, 10, 18, 13),
     "Rough surfaces, sliding, friction and rolling": (12, 5, 7, 8),
     "Adhesion": (16,),
     "Tribofilms": (6, 9, 14, 15),
@@ -247,15 +259,23 @@ def _first_panel(picture: Image.Image) -> Image.Image:
     return picture.crop((0, 0, min(int(first) + 6, picture.width), height))
 
 
-def _run_recipes(app: Any, page: str, source: list[str]) -> None:
-    if page == recipes.PAGE.stem and not app.tags.has("stored"):
-        for _, source[0] in recipes.run():
-            pass
-
-
 def setup(app: Any) -> None:
     _copy_notebooks()
-    app.connect("source-read", _run_recipes)
+    page = recipes.PAGE.read_text(encoding="utf-8")
+    if not app.tags.has("stored"):
+        *_, (_, page) = recipes.run()
+    folder = HERE / "how_do_i"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    listed = recipes.write_pages(page, folder)
+
+    def pages_of_recipes(app: Any, name: str, source: list[str]) -> None:
+        """Show the list in place of the recipes, and lead links to the recipes to their pages."""
+        source[0] = recipes.linked(
+            listed if name == recipes.PAGE.stem else source[0], page
+        )
+
+    app.connect("source-read", pages_of_recipes)
     app.add_html_math_renderer("mathml", (_formula, None), (_formula, None))
     app.connect(
         "autodoc-process-docstring", _docstring, priority=400

@@ -3,7 +3,8 @@
     python docs/recipes.py                     # all recipes: some minutes
     python docs/recipes.py "compute a line contact"
 
-The output of a recipe is a block of text that follows its block of Python.
+The output of a recipe is a block of text that follows its block of Python. The site shows the recipes of each subject, which
+is a heading of the second level, on a page of its own, with a list of all recipes (``write_pages``).
 """
 
 import contextlib
@@ -66,6 +67,64 @@ def run(names: Iterable[str] = ()) -> Iterator[tuple[str, str]]:
         text = recipes[name]
         page = page.replace(text, with_output(text, shown(printed(setup, text))))
         yield name, page
+
+
+def page_of(subject: str) -> str:
+    """Return the name of the page of a subject, without ending."""
+    return re.sub(r"\W+", "_", subject.lower()).strip("_")
+
+
+def anchor_of(heading: str) -> str:
+    """Return the anchor of a heading, as the site and the hosting service make it."""
+    return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")
+
+
+def write_pages(page: str, folder: Path) -> str:
+    """Write a page for each subject of the text of how_do_i.md, and return its beginning with the list of all recipes.
+
+    The recipes and their anchors are those of the text, so that links to how_do_i.md#... are turned into links to the pages
+    by ``linked``.
+    """
+    head, *subjects = re.split(r"^## ", page, flags=re.MULTILINE)
+    lists, names = [], []
+    for subject in subjects:
+        title, _, rest = subject.partition("\n")
+        name, headings = page_of(title), re.findall(r"^### (.*)$", rest, re.MULTILINE)
+        text = re.sub(r"^### ", "## ", rest, flags=re.MULTILINE)
+        text = re.sub(r"\]\((?=[\w/]+\.(?:md|rst|ipynb))", "](../", text)
+        text = linked(text.replace("](#", "](../how_do_i.md#"), page)
+        setup = "Each recipe follows the [lines that all share](../how_do_i.md)."
+        (folder / f"{name}.md").write_text(
+            f"# {title}\n\n{setup}\n{text}", encoding="utf-8"
+        )
+        names.append(f"{folder.name}/{name}")
+        entries = "\n".join(
+            f"- [{heading}]({folder.name}/{name}.md#{anchor_of(heading)})"
+            for heading in headings
+        )
+        lists.append(f"## {title}\n\n{entries}\n")
+    toc = "```{toctree}\n:hidden:\n\n" + "\n".join(names) + "\n```\n"
+    title, _, rest = head.partition("\n")
+    lines, _, which = rest.partition("\nWhich function:\n")
+    parts = [
+        title,
+        "\n".join(lists),
+        f"## Which function\n{which}",
+        f"## Lines that all recipes share\n{lines}",
+        toc,
+    ]
+    return "\n\n".join(parts)
+
+
+def linked(text: str, page: str) -> str:
+    """Return a text of the site in which links to anchors of how_do_i.md lead to the pages of their subjects."""
+    places = {}
+    for subject in re.split(r"^## ", page, flags=re.MULTILINE)[1:]:
+        name = page_of(subject.partition("\n")[0])
+        for heading in re.findall(r"^### (.*)$", subject, re.MULTILINE):
+            places[anchor_of(heading)] = f"how_do_i/{name}.md"
+    place = lambda found: f"{places.get(found[1], 'how_do_i.md')}#{found[1]}"
+    return re.sub(r"how_do_i\.md#([\w-]+)", place, text)
 
 
 def main(names: list[str]) -> None:

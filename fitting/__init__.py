@@ -18,6 +18,8 @@ from fitting.data.stiffness import StiffnessData as StiffnessData
 from fitting.fits.adhesion import AdhesiveFit as AdhesiveFit
 from fitting.fits.batch import BatchFit as BatchFit
 from fitting.fits.batch import fit_creep_batch as fit_creep_batch
+from fitting.fits.cause import RelaxationCause as RelaxationCause
+from fitting.fits.cause import relaxation_cause as relaxation_cause
 from fitting.fits.creep import Comparison as Comparison
 from fitting.fits.creep import CreepFit as CreepFit
 from fitting.fits.creep import compare as compare
@@ -26,6 +28,9 @@ from fitting.fits.fields import FieldFit as FieldFit
 from fitting.fits.fields import fit_fields as fit_fields
 from fitting.fits.force import ForceFit as ForceFit
 from fitting.fits.force import fit_force as fit_force
+from fitting.fits.force_history import ViscoelasticForceFit as ViscoelasticForceFit
+from fitting.fits.force_map import MapFit as MapFit
+from fitting.fits.force_map import fit_map as fit_map
 from fitting.fits.growth import GrowthFit as GrowthFit
 from fitting.fits.growth import GrowthKinetics as GrowthKinetics
 from fitting.fits.growth import RubbedContact as RubbedContact
@@ -79,6 +84,7 @@ __all__ = [
     "IndentationData",
     "IndentationFit",
     "JointFit",
+    "MapFit",
     "MasterFit",
     "MaxwellFit",
     "Minimum",
@@ -89,11 +95,13 @@ __all__ = [
     "Posterior",
     "PronyFit",
     "Propagated",
+    "RelaxationCause",
     "RelaxationData",
     "RubbedContact",
     "SpectrumFit",
     "StiffnessData",
     "StiffnessFit",
+    "ViscoelasticForceFit",
     "compare",
     "design",
     "exclude",
@@ -103,6 +111,7 @@ __all__ = [
     "fit_force",
     "fit_growth",
     "fit_indentation",
+    "fit_map",
     "fit_master",
     "fit_maxwell",
     "fit_oscillation",
@@ -123,6 +132,7 @@ __all__ = [
     "read_relaxation",
     "read_stiffness",
     "read_sweeps",
+    "relaxation_cause",
     "resample",
     "thin_layer_factor",
 ]

@@ -1,9 +1,10 @@
 """Draw the pictures of verification.md beside this file: python docs/comparisons/draw.py [NAME ...].
 
 Points are results of jaxcontact, computed when the script runs; lines are closed forms or independent solutions
-(jaxcontact/reference).
+(jaxcontact/reference). Without names it draws all.png too, the picture of the README.
 """
 
+import io
 import sys
 import warnings
 from collections.abc import Callable
@@ -24,6 +25,7 @@ from jaxcontact.reference import (
 )
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from PIL import Image
 
 HERE = Path(__file__).parent
 NOW = np.zeros(1)
@@ -284,13 +286,36 @@ PICTURES: dict[str, Callable[[], Figure]] = {
 }
 
 
+def together(figures: list[Figure]) -> Image.Image:
+    """Return the figures in rows of four, each redrawn smaller so that its letters are legible in a page."""
+    parts = []
+    for figure in figures:
+        figure.set_size_inches(2.75, 2.45)
+        ax = figure.axes[0]
+        ax.set_title(ax.get_title().replace(": ", ":\n"), fontsize=9.5)
+        for label in (ax.xaxis.label, ax.yaxis.label):
+            label.set_fontsize(8.5)
+        stream = io.BytesIO()
+        figure.savefig(stream, dpi=160, format="png")
+        parts.append(Image.open(stream).convert("RGB"))
+    width, height = parts[0].size
+    sheet = Image.new("RGB", (4 * width, -(-len(parts) // 4) * height), "white")
+    for i, part in enumerate(parts):
+        sheet.paste(part, (i % 4 * width, i // 4 * height))
+    return sheet
+
+
 def main(names: list[str]) -> None:
     warnings.simplefilter("ignore")
     jc.enable_compilation_cache()
+    figures = []
     with matplotlib.style.context("jaxcontact.style"):
         for name in names or PICTURES:
-            PICTURES[name]().savefig(HERE / f"{name}.png", dpi=120)
+            figures.append(PICTURES[name]())
+            figures[-1].savefig(HERE / f"{name}.png", dpi=120)
             print(name, flush=True)
+        if not names:
+            together(figures).save(HERE / "all.png", optimize=True)
 
 
 if __name__ == "__main__":

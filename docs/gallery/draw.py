@@ -1,9 +1,11 @@
 """Draw the pictures of the README beside this file: python docs/gallery/draw.py [NAME ...]."""
 
+import re
 import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import fitting
 import jaxcontact as jc
@@ -40,15 +42,20 @@ def image(
 
 
 def front() -> Figure:
-    """A steel ball on a polymer coating under a constant load: a section, the pressure, and the approach over time."""
-    grid = jc.Grid.square(128, 40e-6)
-    history = jc.indent(COATED, BALL, jc.Load(5e-3), HOUR, grid=grid)
+    """The run of the README, by its own lines: a section, the pressure, and the approach over time."""
+    readme = (HERE.parents[1] / "README.md").read_text(encoding="utf-8")
+    run: dict[str, Any] = {}
+    exec(re.findall(r"```python\n(.*?)```", readme, re.DOTALL)[0], run)
+    history, grid = run["history"], run["grid"]
+    middle = grid.shape[1] // 2
     figure = Figure(figsize=(8.8, 2.8), layout="constrained")
     section, left, right = figure.subplots(1, 3, width_ratios=(1.0, 1.1, 0.9))
-    contact_section(section, history, COATED).set_title("after an hour")
+    contact_section(section, history, run["body"]).set_title("after an hour")
     x = np.asarray(grid.axes()[0]) * 1e6
     for step in (0, 3, 10, 30):
-        line = np.asarray(history.pressure[step, :, 63:65]).mean(1) * 1e-6
+        line = (
+            np.asarray(history.pressure[step, :, middle - 1 : middle + 1]).mean(1) * 1e-6
+        )
         left.plot(x, line, label=f"{HOUR[step] / 60:.0f} min")
     left.set(
         title="pressure across the contact",

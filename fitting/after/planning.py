@@ -1,4 +1,4 @@
-"""Design of creep tests by Cramer-Rao bounds of the parameters.
+"""Design of creep tests by Cramer-Rao bounds of the parameters, and of a second hold that tells why a gel relaxes.
 
 The standard deviations of the logarithms of the parameters are those of least squares with the stated noise, from the
 exact Jacobian of the response to a unit stress: a hold, or a hold followed by recovery. Relative noise is a fraction of
@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from fitting.fits.cause import RelaxationCause, named_at
 from fitting.models.structure import Structure, Volume, of_material
 
 SHORTEST, LONGEST = 0.02, 100.0  # shortest and longest trial durations over tau
@@ -70,14 +71,59 @@ class Design(NamedTuple):
         return str(self)
 
 
+RATIOS = (1.5, 2.0, 3.0, 5.0, 8.0)  # of the depths that are tried
+
+
+class HoldDesign(NamedTuple):
+    """What a second hold would tell about the cause of a relaxation; ``print`` shows it as a table.
+
+    Attributes:
+        depth: of the first hold [m].
+        ratio: least of the tried ratios of the depths from which on every possible cause is named; inf where none is enough.
+        named: {ratio: {cause: what would be named}}.
+    """
+
+    depth: float
+    ratio: float
+    named: dict[float, dict[str, str]]
+
+    def __str__(self) -> str:
+        lines = [
+            f"second hold beside that at {self.depth:.4g} m, longer in proportion to the square of the contact radius:"
+        ]
+        for ratio, said in self.named.items():
+            words = ", ".join(f"{cause} named {name}" for cause, name in said.items())
+            lines.append(f"  at {ratio * self.depth:.4g} m ({ratio:g} times): {words}")
+        enough = (
+            f"from {self.ratio:g} times the depth on"
+            if math.isfinite(self.ratio)
+            else "no depth that was tried"
+        )
+        return "\n".join([*lines, f"tells the cause: {enough}"])
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def _second_hold(found: RelaxationCause) -> HoldDesign:
+    """Return what second holds at several depths would tell."""
+    named = {ratio: named_at(found, ratio) for ratio in RATIOS}
+    good = [all(cause == name for cause, name in named[ratio].items()) for ratio in RATIOS]
+    enough = next((ratio for k, ratio in enumerate(RATIOS) if all(good[k:])), math.inf)
+    return HoldDesign(found.depths[0], enough, named)
+
+
 def design(
     material: Any, *, target: float = 0.1, noise: float = 0.01, weights: str = "relative", points: int = 200,
     first: float = 1.0, shares: tuple[float, ...] = (1.0, 0.5, 0.2), parameters: tuple[str, ...] | None = None,
-) -> Design:  # fmt: skip
+) -> Any:  # fmt: skip
     """Find the shortest creep tests that would determine each parameter to a given accuracy.
 
+    For the result of ``relaxation_cause`` find the depth of a second hold that would tell the cause, with the noise of the
+    holds so far; the other arguments are not used.
+
     Args:
-        material: one of those that can be fitted, or a fit, close to the expected material.
+        material: one of those that can be fitted, or a fit, close to the expected material; or a ``RelaxationCause``.
         target: largest standard deviation of the logarithm of a parameter.
         noise: standard deviation of each point, relative to its value (weights "relative"; in recovery, to the value
             at the end of the hold) or to the largest value ("absolute").
@@ -88,7 +134,7 @@ def design(
         parameters: the parameters to determine, all by default.
 
     Returns:
-        The tests, shortest first.
+        The tests, shortest first, a ``Design``; or what second holds at several depths would tell.
 
     Raises:
         ValueError: a material with infinite parameters, or values outside their range.
@@ -98,6 +144,8 @@ def design(
         >>> print(f"{found.experiments[0].sampling} times for {found.experiments[0].duration:.0f} s")
         even times for 28 s
     """
+    if isinstance(material, RelaxationCause):
+        return _second_hold(material)
     material = getattr(material, "material", material)
     law, values = of_material(material)
     wanted = tuple(values) if parameters is None else tuple(parameters)

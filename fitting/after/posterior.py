@@ -25,7 +25,7 @@ from jax.tree_util import Partial
 from fitting.after.propagation import Propagated
 from fitting.inference.result import Fit, Landscape
 from fitting.models.structure import Volume
-from fitting.views import text
+from fitting.views import sheet, text
 from jaxcontact._compile.programs import fast_compile_options
 
 # Hamiltonian Monte Carlo sampling of the posterior of a fit: its density, the starts of the chains, and the chains.
@@ -371,6 +371,7 @@ def _refuse(r_hat: dict[str, float], ess: dict[str, float], astray: float) -> No
 BINS = 60
 
 
+@sheet.styled
 def draw(found: Any, units: dict[str, str], profiles: dict[str, tuple[float, float]], level: float) -> Any:
     """Return a Figure of a ``Posterior``; profiles: {parameter: interval of the profile likelihood}."""
     from matplotlib.figure import Figure

@@ -1,5 +1,5 @@
-"""The commands ``jaxcontact fit ...``: creep, prony, indentation, force, map, stiffness, relaxation, oscillation, master,
-growth, compare, batch, together, posterior, propagate and design.
+"""The commands ``jaxcontact fit ...``: creep, prony, indentation, force, map, stiffness, poroelastic, relaxation,
+oscillation, master, growth, compare, batch, together, posterior, propagate and design.
 
 Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
 which the command line prints; options in the message are replaced by the corresponding flags. A kind of fit is an entry of
@@ -46,6 +46,10 @@ EXAMPLES = {
     "force": ("curve.jpk-force --radius 5e-6", "curve.txt --pyramid 35 --thickness 8e-6 --polynomials"),
     "map": ("map.jpk-force-map -o map --radius 5e-6",),
     "stiffness": ("csm.txt -o film --cone berkovich --thickness 1e-6 --substrate-modulus 170e9",),
+    "poroelastic": (
+        "hold.csv -o gel --radius 50e-6 --viscosity 0.9e-3",
+        "hold.csv -o gel --cone 70 --network",
+    ),
     "relaxation": ("gel.csv -o gel --model StandardLinearSolid", "gel.csv -o gel --tau auto"),
     "oscillation": ("sweep.csv -o melt --tau auto", "sweep.csv -o melt --spectrum"),
     "master": ("sweeps.csv -o melt --reference 400", "a.csv b.csv c.csv -o melt --temperature 350,370,390"),
@@ -71,6 +75,7 @@ def add_parser(commands: Any) -> None:
         ("force", "Young's modulus from a force curve of a microscope", _fit),
         ("map", "Young's modulus from the force curves of a map or a folder: one table and one figure", maps.run_map),
         ("stiffness", "modulus over depth from a continuous stiffness measurement: depth, stiffness and load", _fit),
+        ("poroelastic", "a gel: the force at a constant depth, with the ramp to it: time, load and depth", _fit),
         ("relaxation", "a relaxation modulus over time", _fit),
         ("oscillation", "storage and loss modulus over frequency", _fit),
         ("master", "time-temperature superposition: curves at several temperatures", _master),
@@ -150,7 +155,8 @@ def _compare(options: argparse.Namespace) -> int:
     with flags.about(options.file):
         table = compare(data, options.models.split(","), **given)
     print(table)
-    return output.finish(options, table.fits[0], {"models": [fit.to_dict() for fit in table.fits]})
+    models = {"models": [fit.to_dict() for fit in table.fits]}
+    return output.finish(options, table.fits[0], models, table.plot())
 
 
 def _together(options: argparse.Namespace) -> int:

@@ -191,7 +191,7 @@ FORMS = {
     ),
     "adhesion": Form(
         {"adhesion": {"default": "0", "metavar": "W"}},
-        lambda o: _number_or("--adhesion", o.adhesion, "fit", "jkr"),
+        lambda o: _number_or("--adhesion", o.adhesion, "fit", "jkr", "auto"),
     ),
     "errors": Form(
         {

@@ -7,10 +7,12 @@ from fitting.cli import flags
 from fitting.cli.flags import FACE, Kind
 from fitting.fits.creep import fit_creep
 from fitting.fits.force import fit_force
+from fitting.fits.force_history import MODELS
 from fitting.fits.growth import fit_growth
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.master import LAWS, fit_master
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
+from fitting.fits.poroelastic import fit_poroelastic
 from fitting.fits.prony import fit_maxwell, fit_prony
 from fitting.fits.spectrum import fit_spectrum
 from fitting.fits.stiffness import CONTACTS, fit_stiffness
@@ -60,6 +62,10 @@ KINDS = {
             "punch": {"action": "store", "type": float, "metavar": "R", "help": "a flat punch of this radius [m]"},
             "spring_constant": "spring constant of the cantilever [N/m], where the file does not state it",
             "sensitivity": "sensitivity of the deflection [m/V], where the file does not state it",
+            "model": {"default": None, "help": f"viscoelastic material, fitted to approach and retraction:"
+                      f" {', '.join(MODELS)}; by default an elastic modulus is fitted to the approach"},
+            "adhesion": {"default": None, "metavar": "auto", "help": "auto: choose Hertz, DMT, Maugis or JKR by the Tabor"
+                         " number of the fit, for a ball on a half-space; by default no adhesion"},
             "polynomials": "also fit the polynomials in common use for thin samples, and print their error",
             "substrate_modulus": "Young's modulus of the base below a sample with a --thickness [Pa], such as 70e9 of glass;"
                                  " rigid by default",
@@ -77,6 +83,15 @@ KINDS = {
             "substrate_modulus": "Young's modulus of the substrate below the film [Pa]; rigid by default",
             "contact": {"choices": CONTACTS, "metavar": None},
             "unbonded": "the film slides on the substrate without friction; by default it is bonded",
+        },
+    ),
+    "poroelastic": Kind(
+        read_indentation, fit_poroelastic, more=("in_contact",), without=("ramp", "rise"),
+        either=((("radius", "cone"), True),),
+        words={
+            "radius": "radius of a ball [m]",
+            "cone": "half-angle of a cone [degrees], or berkovich",
+            "segment": "approach, hold or retract; repeat to select several",
         },
     ),
     "master": Kind(
@@ -199,7 +214,7 @@ def read(kind: Kind, options: argparse.Namespace, file: str, **reading: Any) -> 
     else:  # segments and window refer to the points that remain
         data = flags.read(kind, file, options, segment=None, window=None)
         depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
-        stiffened = options.layer is not None or options.thickness is not None
+        stiffened = getattr(options, "layer", None) is not None or options.thickness is not None
         with flags.about(file):
             data = data.in_contact(depth, flags.indenter_of(options), stiffened).only(
                 *(options.segment or ())

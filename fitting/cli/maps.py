@@ -1,6 +1,6 @@
-"""The command ``jaxcontact fit map``: the force curves of a map, or of a folder, as one table and one figure.
+"""The commands ``jaxcontact fit batch`` and ``fit map``: many curves, as tables, figures and a report.
 
-The curves are fitted in processes by ``jaxcontact.sweep``, which stores each as soon as it is finished, so that the same
+The curves of a map are fitted by ``fitting.fit_map``, which stores each batch as soon as it is finished, so that the same
 command continues a map that was stopped.
 """
 
@@ -9,7 +9,7 @@ import dataclasses
 import json
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,13 +18,13 @@ from urllib.parse import quote
 import numpy as np
 from tqdm import tqdm
 
-import jaxcontact as jc
 from fitting.cli import flags, kinds
+from fitting.fits.force_map import fit_map
 from fitting.inference.result import Fit
 from fitting.read import force_curves
 from fitting.read.force_curves import Place, curves_in
-from fitting.views import output, sheet, text
-from fitting.views.text import counted, in_flags
+from fitting.views import output, text
+from fitting.views.text import in_flags
 
 # HTML report of a batch: a table of all fits, a small plot of each, and the files that failed.
 
@@ -237,111 +237,22 @@ def folders_of(files: Sequence[str]) -> list[str]:
     return found
 
 
-# Figure of a map of force curves: modulus, contact point and verdict, over the place or the number of the curve.
+# The command ``jaxcontact fit map``: the force curves of a map, or of a folder, in one table and one figure.
 
 
-COLOURS = {"accepted": "C0", "rejected": "C1", "failed": "0.6"}
-SIZE = 5.0  # width of a map [inches]
-
-
-def draw(points: Sequence[Any]) -> Any:
-    """Return a Figure of a list of ``MapPoint``."""
-    from matplotlib.figure import Figure
-
-    x, y = (np.array([getattr(one, name) for one in points]) for name in ("x", "y"))
-    figure = Figure(figsize=(3 * SIZE, SIZE), layout="constrained")
-    axes = [figure.add_subplot(1, 3, k + 1) for k in range(3)]
-    if np.all(np.isfinite(x) & np.isfinite(y)) and (np.ptp(x) > 0.0 or np.ptp(y) > 0.0):
-        _maps(figure, axes, points, x - x.min(), y - y.min())
-    else:
-        _rows(axes, points)
-    return figure
-
-
-def _maps(figure: Any, axes: list[Any], points: Sequence[Any], x: np.ndarray, y: np.ndarray) -> None:
-    """Draw modulus, contact point and verdict over the place."""
-    from matplotlib.colors import LogNorm
-
-    good = np.array([one.verdict == "accepted" for one in points])
-    # squares that almost touch where the places are closest along an axis
-    steps = np.concatenate([np.diff(np.unique(np.round(v, 12))) for v in (x, y)])
-    spacing = float(steps.min()) if steps.size else 1.0
-    side = 0.8 * 72.0 * SIZE * spacing / max(np.ptp(x), np.ptp(y), 1e-300)
-    size = float(np.clip(0.7 * side, 3.0, 60.0)) ** 2
-    for axes_, name, unit, values in (
-        (axes[0], "Young's modulus", "Pa", np.array([one.E for one in points])),
-        (axes[1], "contact point", "m", np.array([one.contact for one in points])),
-    ):
-        known = good & np.isfinite(values)
-        axes_.scatter(x[~known], y[~known], s=size, marker="s", facecolor="none", edgecolor="0.7")
-        if known.any():
-            factor, shown = sheet.multiple(unit, float(np.max(np.abs(values[known]))))
-            norm = LogNorm() if unit == "Pa" and np.ptp(values[known]) > 0.0 else None
-            drawn = axes_.scatter(x[known], y[known], s=size, marker="s", c=values[known] / factor, norm=norm)
-            figure.colorbar(drawn, ax=axes_, label=f"{name} [{shown}]")
-        axes_.set_title(f"{name}; empty squares: not accepted", fontsize="medium")
-    for verdict, colour in COLOURS.items():
-        some = np.array([one.verdict == verdict for one in points])
-        axes[2].scatter(x[some], y[some], s=size, marker="s", color=colour, label=f"{verdict}: {some.sum()}")
-    axes[2].legend()
-    for one in axes:
-        one.set_aspect("equal", adjustable="datalim")
-        sheet.axis_label(one.xaxis, "x", "m", x)
-        sheet.axis_label(one.yaxis, "y", "m", y)
-
-
-def _rows(axes: list[Any], points: Sequence[Any]) -> None:
-    """Draw modulus with intervals, contact point and verdict over the number of the curve."""
-    number = np.arange(len(points))
-    for verdict, colour in COLOURS.items():
-        some = np.array([one.verdict == verdict for one in points])
-        E, low, high, contact = (
-            np.array([getattr(one, name) for one in points])[some] for name in ("E", "low", "high", "contact")
-        )
-        ends = np.clip(np.where(np.isfinite([low, high]), [E - low, high - E], 0.0), 0.0, None)
-        axes[0].errorbar(number[some], E, ends, fmt=".", color=colour, label=verdict)
-        axes[1].plot(number[some], contact, ".", color=colour)
-        axes[2].bar([verdict], [some.sum()], color=colour)
-    known = np.array([one.E for one in points if np.isfinite(one.E)])
-    if known.size:
-        axes[0].set_yscale("log")
-    axes[0].set_ylabel("Young's modulus [Pa]")
-    axes[0].legend()
-    sheet.axis_label(
-        axes[1].yaxis,
-        "contact point",
-        "m",
-        np.array([one.contact for one in points if np.isfinite(one.contact)]),
-    )
-    axes[2].set_ylabel("number of curves")
-    for one in axes[:2]:
-        one.set_xlabel("number of the curve")
-
-
-MAP_RESULTS = ("map.csv", "map.png", "summary.json")
+MAP_RESULTS = ("map.csv", "map.nc", "map.png", "summary.json")
 STORE = "curves"  # folder of the stored fits
-MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials"))
-LOCAL = ("command", "kind", "directory", "force", "file", "processes")  # options that do not change a fit
-NUMBERS = re.compile(r"\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
-
-
-@dataclasses.dataclass(frozen=True)
-class MapPoint:
-    """The fit of a curve: place [m], nan where unknown; E, low, high [Pa]; contact [m], a depth as measured; depth [m]: the
-    largest; verdict: "accepted", "rejected" or "failed"; reason; notes of the fit."""
-
-    file: str
-    curve: int
-    x: float
-    y: float
-    E: float = math.nan
-    low: float = math.nan
-    high: float = math.nan
-    contact: float = math.nan
-    depth: float = math.nan
-    verdict: str = "failed"
-    reason: str = ""
-    notes: tuple[str, ...] = ()
+MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials", "model", "fixed", "adhesion"))
+LOCAL = (
+    "command",
+    "kind",
+    "directory",
+    "force",
+    "resume",
+    "file",
+    "processes",
+)  # options that do not change a fit
+REASONS = 20  # curves that are not accepted whose reasons are printed
 
 
 def add_map(parser: Any) -> None:
@@ -352,72 +263,89 @@ def add_map(parser: Any) -> None:
         "-o", dest="directory", type=Path, metavar="DIR", required=True, help="directory of the results"
     )
     parser.add_argument("--force", action="store_true", help="fit all curves again")
-    each = "number of processes (one for each core)"
+    resume = (
+        "continue a map that was stopped, which must be in DIR (a map in DIR is continued without it too)"
+    )
+    parser.add_argument("--resume", action="store_true", help=resume)
+    each = "number of batches of curves at a time (one for each core)"
     parser.add_argument("--processes", type=int, metavar="N", help=each)
+    adhesive = "jkr: also fit the work of adhesion, to approach and retraction of a ball"
+    parser.add_argument("--adhesion", type=str.lower, choices=("jkr",), help=adhesive)
     flags.add(parser, MAPPED, flags.options_of(MAPPED))
 
 
 def run_map(options: argparse.Namespace) -> int:
-    """Fit the curves that are missing, and write table and figure; a curve that cannot be fitted does not stop others."""
+    """Fit the curves that are missing, and write tables and figure; a curve that cannot be fitted does not stop others."""
     for path in options.file:
         if not Path(path).exists():
             raise ValueError(f"{path}: expected a file or a folder, got neither")
-    files, left = files_of(options.file)
-    # a case for each curve; a file that cannot be read is one case, which fails
-    cases: list[dict[str, Any]] = []
-    for file in map(Path, files):
-        try:
-            places = force_curves.places(file)
-        except ValueError:
-            places = [Place(0, math.nan, math.nan)]
-        plain = lambda value: None if math.isnan(value) else value
-        of_file = {"file": str(file.resolve()), "changed": file.stat().st_mtime_ns, "choose": len(places) > 1}
-        cases += [of_file | {"curve": one.curve, "x": plain(one.x), "y": plain(one.y)} for one in places]
     assumed = kinds.check_contact(options)
     given = {name: value for name, value in vars(options).items() if name not in LOCAL}
     _check_directory(options, given)
-    study = jc.sweep(
-        _fitted(given),
-        cases,
-        options.directory / STORE,
-        processes=options.processes,
-        version=f"map {jc.__version__}",
-    )
-    points = [_point(case, study, k) for k, case in enumerate(cases)]
-    E = np.array([one.E for one in points if one.verdict == "accepted"])
+    files, left = files_of(options.file)
+
+    # The curves with their places; a file or a curve that cannot be read is one that fails.
+    curves: list[Any] = []
+    names: list[str] = []
+    places: list[Place] = []
+    arguments: dict[str, Any] = {}
+    for file in tqdm(files, "reading", unit="file", disable=None, leave=False):
+        try:
+            found = force_curves.places(file)
+        except ValueError:
+            found = [Place(0, math.nan, math.nan)]
+        for place in tqdm(found, "reading", unit="curve", disable=len(found) == 1 or None, leave=False):
+            try:
+                data, arguments = kinds.read(
+                    MAPPED, options, file, **({"curve": place.curve} if len(found) > 1 else {})
+                )
+            except ValueError as error:
+                curves.append(in_flags(str(error)))
+            else:
+                curves.append(data)
+            names.append(str(Path(file).resolve()))
+            places.append(place)
+    if not arguments:
+        raise ValueError(f"{curves[0]} (and no other curve could be read)" if curves[1:] else curves[0])
+    x, y = (np.array([getattr(one, axis) for one in places]) for axis in "xy")
+    map_fit = fit_map(
+        curves, **arguments, x=x, y=y, names=names, curve=np.array([one.curve for one in places]),
+        adhesion=options.adhesion, store=options.directory / STORE, processes=options.processes, progress=True,
+    )  # fmt: skip
+    map_fit = dataclasses.replace(
+        map_fit, reasons=tuple(map(in_flags, map_fit.reasons)),
+        notes=tuple(tuple(map(in_flags, one)) for one in map_fit.notes),
+    )  # fmt: skip
+
+    # The results in files, and printed.
+    E = map_fit.youngs_modulus[map_fit.accepted]
+    summary = map_fit.summary().splitlines()
     quartiles = [float(v) for v in np.percentile(E, [25, 50, 75])] if E.size else None
-    # each kind of note, with the number of its curves and the note of the first
-    notes = counted(((NUMBERS.sub("0", note), note) for one in points for note in one.notes), len(points))
-    summary = {
+    output.write_json(options.directory / "summary.json", {
         "paths": list(options.file), "options": {name: value for name, value in given.items() if value is not None},
-        "curves": len(points), "accepted": int(E.size), "youngs_modulus_Pa_quartiles": quartiles, "notes": notes,
-    }  # fmt: skip
-    output.write_json(options.directory / "summary.json", summary)
-    units = {"x": "m", "y": "m", "E": "Pa", "low": "Pa", "high": "Pa", "contact": "m", "depth": "m"}
-    shown = {"low": "E low", "high": "E high", "contact": "contact point"}
-    names = [field.name for field in dataclasses.fields(MapPoint)]
-    heads = [f"{shown.get(name, name)} [{units[name]}]" if name in units else name for name in names]
-    rows = [[*(getattr(one, name) for name in names[:-1]), "; ".join(one.notes)] for one in points]
-    output.write_table(options.directory / "map.csv", heads, rows)
-    output.write(
-        options.directory / "map.png",
-        lambda path: draw(points).savefig(path, dpi=150, format="png"),
-    )
-    for line in [*([assumed] if assumed else []), *(f"note: {note}" for note in left)]:
+        "curves": len(curves), "accepted": int(E.size), "youngs_modulus_Pa_quartiles": quartiles,
+        "shape": map_fit.shape, "notes": [line.removeprefix("note: ") for line in summary if line.startswith("note: ")],
+    })  # fmt: skip
+    map_fit.to_csv(options.directory / "map.csv")
+    map_fit.plot(options.directory / "map.png")
+    written = ["map.csv", "map.png", "summary.json"]
+    try:
+        map_fit.to_netcdf(options.directory / "map.nc")
+    except ImportError as error:
+        left = [*left, f"no map.nc: {error}"]
+    else:
+        written.insert(1, "map.nc")
+    for line in [*([assumed] if assumed else []), *(f"note: {note}" for note in left), *summary]:
         print(line)
-    print(f"{E.size} of {len(points)} curves accepted")
-    if quartiles:
-        low, middle, high = quartiles
-        print(f"E = {middle:.4g} Pa (median), {low:.4g} to {high:.4g} Pa (half of them)")
-    for line in notes:
-        print(f"note: {line}")
-    for one in points:
-        if one.verdict != "accepted":
-            print(f"{Path(one.file).name}, curve {one.curve}: {one.verdict}: {one.reason}")
-    print(f"in {options.directory}: map.csv, map.png, summary.json")
-    failed = sum(one.verdict == "failed" for one in points)
+    bad = np.flatnonzero(~map_fit.accepted)
+    for k in bad[:REASONS]:
+        print(f"{Path(names[k]).name}, curve {places[k].curve}: {map_fit.verdict[k]}: {map_fit.reasons[k]}")
+    if bad.size > REASONS:
+        print(f"and {bad.size - REASONS} more, with their reasons in map.csv")
+    print(f"in {options.directory}: {', '.join(written)}")
+    failed = int(np.sum(map_fit.verdict == "failed"))
     if failed:
-        print(f"{failed} of {len(points)} curves could not be fitted")
+        print(f"{failed} of {len(curves)} curves could not be fitted")
     return FAILED if failed else 0
 
 
@@ -426,8 +354,10 @@ def _check_directory(options: argparse.Namespace, given: dict[str, Any]) -> None
     directory: Path = options.directory
     known = directory / "options.json"
     text = json.dumps(given, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
+    same = known.is_file() and known.read_text(encoding="utf-8") == text
+    if options.resume and not same:
+        raise ValueError(f"--resume: expected a map with these options in {directory}, got none")
     if directory.is_dir() and any(directory.iterdir()):
-        same = known.is_file() and known.read_text(encoding="utf-8") == text
         if not same and not options.force:
             what = "that is not empty and not of a map with these options"
             raise ValueError(f"{directory}: found a directory {what}; --force overwrites it")
@@ -436,38 +366,3 @@ def _check_directory(options: argparse.Namespace, given: dict[str, Any]) -> None
                 path.unlink()
     directory.mkdir(parents=True, exist_ok=True)
     output.write_text(known, text)
-
-
-def _fitted(given: dict[str, Any]) -> Callable[[dict[str, Any]], dict[str, Any]]:
-    """Return the function that fits one curve with these options."""
-
-    def fitted(case: dict[str, Any]) -> dict[str, Any]:
-        options = argparse.Namespace(**given)
-        try:
-            chosen = {"curve": case["curve"]} if case["choose"] else {}
-            found = kinds.fitted(MAPPED, options, case["file"], **chosen)
-        except ValueError as error:
-            return {"numbers": np.full(5, np.nan), "words": _coded("failed", str(error))}
-        numbers = [*found.youngs_modulus, found.nuisances["contact_point"][0], float(found.depth.max())]
-        words = _coded(found.verdict, "; ".join(found.refused), found.notes)
-        return {"numbers": np.array(numbers), "words": words}
-
-    return fitted
-
-
-def _coded(verdict: str, reason: str, notes: Sequence[str] = ()) -> np.ndarray:
-    """Return texts as an array of bytes, since a study stores numbers."""
-    return np.frombuffer(json.dumps([verdict, reason, list(notes)]).encode(), dtype=np.uint8)
-
-
-def _point(case: dict[str, Any], study: Any, k: int) -> MapPoint:
-    """Return the result of a case."""
-    place = [math.nan if case[name] is None else case[name] for name in ("x", "y")]
-    point = MapPoint(str(Path(case["file"])), case["curve"], *place)
-    if k in study.failures:
-        return dataclasses.replace(point, reason=study.failures[k])
-    found = study[k]
-    verdict, reason, notes = json.loads(found["words"].astype(np.uint8).tobytes())
-    numbers = dict(zip(("E", "low", "high", "contact", "depth"), found["numbers"].tolist(), strict=True))
-    said = tuple(in_flags(note) for note in notes)
-    return dataclasses.replace(point, **numbers, verdict=verdict, reason=in_flags(reason), notes=said)

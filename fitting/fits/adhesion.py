@@ -525,6 +525,7 @@ class AdhesiveFit(Fit):
         runs: (forward, gradient) numbers of evaluations of the model.
         starts: (number of local searches, number that reached this minimum).
         seconds: wall time of the whole fit [s].
+        contact_model: why this model of the contact, where ``fit_force`` chose it with ``adhesion="auto"``; None else.
     """
 
     law: Any
@@ -539,6 +540,7 @@ class AdhesiveFit(Fit):
     runs: tuple[int, int]
     starts: tuple[int, int]
     seconds: float
+    contact_model: Any = None
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of load over depth with the fit, and of the residuals; save it where a path is given."""
@@ -554,12 +556,12 @@ class AdhesiveFit(Fit):
                 on = kept & (data.segments == name)
                 if on.any():
                     top.plot(depth[on], load[on], ".", markersize=3, color=colour, label=name)
-                    bottom.plot(depth[on], -self.residuals[on[kept]], ".", markersize=3, color=colour)
+                    bottom.plot(depth[on], sheet.deviations(self)[on[kept]], ".", markersize=3, color=colour)
             order, label = np.argsort(depth[kept]), self.model.__name__
             top.plot(depth[kept][order], 1e9 * self.fitted[order], color="black", linewidth=1.0, label=label)
             top.axhline(-1e9 * self.pull_off[0], color="0.4", linewidth=0.8, linestyle="--", label="pull-off")
             top.set(ylabel="load [nN]")
-            bottom.set(xlabel="depth [nm]", ylabel=f"residual\n({self.weights})")
+            bottom.set(xlabel="depth [nm]", ylabel=sheet.RESIDUAL)
 
         return sheet.draw(self, path, panel)
 
@@ -573,6 +575,7 @@ class AdhesiveFit(Fit):
             "nuisances": {key(name): plain(row) for name, row in self.nuisances.items()},
             "starts": self.starts[0], "starts_agreed": self.starts[1],
             "forward_runs": self.runs[0], "gradient_runs": self.runs[1], "time_s": self.seconds,
+            **({} if self.contact_model is None else {"contact_model": self.contact_model.to_dict()}),
         }  # fmt: skip
 
     def _choices(self) -> list[str]:
@@ -600,7 +603,8 @@ class AdhesiveFit(Fit):
         body = "a half-space"
         if self.film is not None:
             body = f"a film of {self.film.thickness:.4g} m on a base of G = {self.film.base:.4g} Pa"
-        return [f"  the parameters are conditional on nu = {self.nu:.4g} and {body}; {runs}"]
+        chosen = [] if self.contact_model is None else self.contact_model.lines()
+        return [*chosen, f"  the parameters are conditional on nu = {self.nu:.4g} and {body}; {runs}"]
 
 
 class AdhesiveChoices(NamedTuple):

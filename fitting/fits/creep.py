@@ -30,7 +30,7 @@ from fitting.models.structure import Sought, Structure
 from fitting.search import nonlinear, varpro
 from fitting.search.nonlinear import linear_sd
 from fitting.search.varpro import PLACES, Optimum, Scaled, TauSearch
-from fitting.views import text
+from fitting.views import sheet, text
 
 # Detection of isolated outliers of a creep curve, such as a reading before the load or a spike.
 #
@@ -371,6 +371,10 @@ class Comparison(NamedTuple):
 
     def __repr__(self) -> str:
         return str(self)
+
+    def plot(self, path: Any = None) -> Any:
+        """Return a figure of the data with all models, and the residuals of each; save it where a path is given."""
+        return sheet.draw_models(self.fits, path)
 
 
 def compare(

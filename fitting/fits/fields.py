@@ -28,7 +28,7 @@ from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear, profiles
 from fitting.search.nonlinear import Best, Objective, inverse
-from fitting.views import text
+from fitting.views import sheet, text
 from jaxcontact import Grid
 from jaxcontact._support.status import LARGEST_ERROR, REFINED
 
@@ -837,6 +837,7 @@ def _space(sought: Sought, logs: np.ndarray, nuisances: tuple[str, ...], units: 
 # The figure of a fit to fields: data, model and difference.
 
 
+@sheet.styled
 def draw(fit: Any, path: Any) -> Any:
     """Return a Figure of a ``FieldFit``: a row for every field, at its last time with data."""
     from matplotlib.figure import Figure

@@ -1,18 +1,25 @@
 """Fit of an elastic modulus to the force curve of a microscope, with its contact point and baseline."""
 
 import dataclasses
+import functools
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy.interpolate
+import scipy.optimize
 from jax import Array
 
 import jaxcontact as jc
 from fitting.data.contact import DEGREES, UNTIMED, Drag, baseline, find_drag, sample_noise, signs, smooth
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
+from fitting.fits.adhesion import AdhesiveFit
+from fitting.fits.contact_model import ContactModel, choose_contact_model
+from fitting.fits.force_history import ViscoelasticForceFit, fit_history
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
 from fitting.inference.result import Fit, plain
@@ -381,6 +388,84 @@ SEEN = 5.0  # least indentation force in standard deviations of the baseline
 SHORT = 0.02  # least baseline, as a fraction of the depth of the curve
 FEW = 8  # fewest points in contact
 HALF = 0.5  # of the largest depth
+TRENDED = "the residuals have"  # begin of a reason or note on a trend
+ROWS = 5  # of the table of the modulus over the depth
+SHIFTS = -0.5, -0.2, 0.0, 0.2, 0.5  # starts of its contact point, over the largest depth
+LOST = (
+    0.1  # part of the work of the approach that a retraction does not give back, above which a note says so
+)
+SPIKE, SPIKE_SEEN = 0.1, 8.0  # least isolated spike, over the largest force and in robust standard deviations
+
+
+def spikes(deviations: np.ndarray, pushed: float) -> np.ndarray:
+    """Return the places of isolated points that deviate by more than a tenth of the largest force and eight robust standard
+    deviations, both neighbours by less than half as much: faults of the instrument, which no noise of a sample makes."""
+    size = np.abs(deviations)
+    sigma = float(np.sort(size)[size.size // 2]) / 0.6745
+    beside = np.maximum(np.append(0.0, size[:-1]), np.append(size[1:], 0.0))
+    return np.flatnonzero(
+        (size > max(SPIKE * pushed, SPIKE_SEEN * sigma)) & (beside <= verdict.ISOLATED * size)
+    )
+
+
+def unusable(
+    before: int, n: int, spiky: int, highest: float, pushed: float, scatter: float, unit: float
+) -> str:  # fmt: skip
+    """Return why a curve determines no modulus, "" if it does.
+
+    before: of its n points those before the contact; spiky: isolated spikes, the largest of them ``highest``; pushed,
+    scatter: largest force, and standard deviation of the baseline, over ``unit`` [N].
+    """
+    if before < max(5, SHORT * n):
+        return (
+            f"the contact is among the first points ({before} before it): the curve has no baseline, so that the contact"
+            " point is not determined"
+        )
+    if n - before < FEW:
+        return f"no indentation: {n - before} points after the contact point"
+    if spiky:
+        return (
+            f"spikes: {spiky} isolated points deviate from the curve by up to {100 * highest / max(pushed, 1e-300):.3g} % of"
+            " the largest force: leave them out, or measure again"
+        )
+    if pushed < SEEN * scatter:
+        return (
+            f"no indentation: the force rises by {pushed * unit * PICO:.3g} pN, the noise of the baseline is"
+            f" {scatter * unit * PICO:.3g} pN"
+        )
+    return ""
+
+
+def trend_words(trend: float, softer: float, rejected: bool, unit: float, thin: bool) -> str:
+    """Return the size of the trend and of the change of log J with its meaning, in a microscopist's words.
+
+    trend: over the largest force ``unit`` [N]; softer: change from half the depth to the whole; thin: of a thin sample.
+    """
+    way, percent = "falls" if softer > 0 else "rises", 100 * math.expm1(abs(softer))
+    if softer > 0:
+        meaning = (
+            "the sample seems to soften with depth: adhesion or repulsion near the contact, a tip blunter than assumed,"
+            " or a stiff surface; fit a larger depth, or check the tip"
+        )
+    elif not thin:
+        meaning = (
+            "the sample seems to stiffen with depth: a thin sample on a hard base (give its --thickness), a brush or"
+            " membrane above it, or a tip sharper than assumed"
+        )
+    else:
+        meaning = (
+            "the sample seems to stiffen with depth: thinner than given, a brush above it, or large strains"
+        )
+    size = f"a trend of {100 * trend:.1f} % of the largest force ({trend * unit * PICO:.3g} pN)"
+    if rejected:
+        return (
+            f"{TRENDED} {size}, and the modulus {way} by {percent:.0f} % from half the depth to the whole:"
+            f" {meaning}"
+        )
+    return (
+        f"{TRENDED} {size}; the intervals include the change of the modulus from half the depth to the whole,"
+        f" by which it {way} by {percent:.1f} %: {meaning}"
+    )
 
 
 def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Deviation:
@@ -390,28 +475,14 @@ def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Devia
     nothing, outside = np.zeros(theta.size), depth < theta[2]
 
     # A curve without indentation or baseline determines nothing.
-    if outside.sum() < max(5, SHORT * outside.size):
-        return Deviation(
-            nothing,
-            (
-                f"the contact is among the first points ({int(outside.sum())} before it): the curve has no baseline, so that"
-                " the contact point is not determined",
-            ),
-        )
-    if (~outside).sum() < FEW:
-        return Deviation(
-            nothing, (f"no indentation: {int((~outside).sum())} points after the contact point",)
-        )
-    scatter = float(np.std(deviations[outside]))
+    before = int(outside.sum())
+    scatter = float(np.std(deviations[outside])) if before else 0.0
     pushed = float(indentation_force(theta, curve.depth[-1] - theta[2], curve))
-    if pushed < SEEN * scatter:
-        return Deviation(
-            nothing,
-            (
-                f"no indentation: the force rises by {pushed * unit * PICO:.3g} pN, the noise of the baseline is"
-                f" {scatter * unit * PICO:.3g} pN",
-            ),
-        )
+    points = spikes(deviations, pushed)
+    highest = float(np.max(np.abs(deviations[points]), initial=0.0))
+    why = unusable(before, outside.size, points.size, highest, pushed, scatter, unit)
+    if why:
+        return Deviation(nothing, (why,))
 
     def refits() -> list[np.ndarray | None]:
         """Return the fit up to half the largest depth."""
@@ -421,35 +492,37 @@ def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Devia
         objective = force.objective(np.where(some, solved.weights, 0.0))
         return [nonlinear.minimise(objective, theta).theta]
 
-    def words(trend: float, changes: np.ndarray, rejected: bool) -> str:
-        """Return the size of the trend and of the change with its meaning, in a microscopist's words."""
-        softer = float(changes[0, 0])
-        way, percent = "falls" if softer > 0 else "rises", 100 * math.expm1(abs(softer))
-        if softer > 0:
-            meaning = (
-                "the sample seems to soften with depth: adhesion or repulsion near the contact, a tip blunter than assumed,"
-                " or a stiff surface; fit a larger depth, or check the tip"
-            )
-        elif force.thickness is None:
-            meaning = (
-                "the sample seems to stiffen with depth: a thin sample on a hard base (give its --thickness), a brush or"
-                " membrane above it, or a tip sharper than assumed"
-            )
-        else:
-            meaning = "the sample seems to stiffen with depth: thinner than given, a brush above it, or large strains"
-        size = f"a trend of {100 * trend:.1f} % of the largest force ({trend * unit * PICO:.3g} pN)"
-        if rejected:
-            return (
-                f"the residuals have {size}, and the modulus {way} by {percent:.0f} % from half the depth to the whole:"
-                f" {meaning}"
-            )
-        return (
-            f"the residuals have {size}; the intervals include the change of the modulus from half the depth to the whole,"
-            f" by which it {way} by {percent:.1f} %: {meaning}"
-        )
-
+    words = lambda trend, changes, rejected: trend_words(
+        trend, float(changes[0, 0]), rejected, unit, force.thickness is not None
+    )
     trend = lambda: verdict.trend(deviations)
     return verdict.judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
+
+
+def hysteresis_note(data: IndentationData, approach: ApproachCurve, point: float) -> tuple[str, ...]:
+    """Return a note where the retraction of a curve does not give back the work of its approach, which an elastic sample
+    does; point: contact point, as the depths of ``approach`` [m]."""
+    back = data.segments == "retract"
+    if back.sum() < LEAST or UNTIMED in data.notes:
+        return ()
+    depth = approach.inward * data.depth[back] - approach.zero - point
+    _, pushed = signs(data.load[~back] - baseline(data.load[~back]), data.depth[~back])
+    load, first = smooth(pushed * data.load[back]), data.segments == "approach"
+    outside = depth < -0.1 * (approach.depth[-1] - point)
+    level = np.median(load[outside]) if outside.sum() >= LEAST else baseline(pushed * data.load[first])
+    there = approach.depth > point
+    if there.sum() < FEW or depth[0] < depth[-1]:
+        return ()
+    away = approach.load[~there]
+    pressed = np.maximum(approach.load[there] - (np.median(away) if away.size else approach.load[0]), 0.0)
+    work = float(np.trapezoid(pressed, approach.depth[there]))
+    given = float(np.trapezoid(np.maximum(load - level, 0.0)[::-1], np.maximum(depth, 0.0)[::-1]))
+    if work <= 0.0 or given > (1.0 - LOST) * work:
+        return ()
+    return (
+        f"approach and retraction differ: the retraction gives back {100.0 * given / work:.2g} % of the work of the"
+        " approach, as of a sample that is viscoelastic, adhesive or plastic; model= fits a viscoelastic material to both",
+    )
 
 
 TURNS, SETTLED = (
@@ -474,6 +547,7 @@ class ForceFit(Fit):
         polynomials: {name: (E [Pa], deviation from ``youngs_modulus``)} of fits with the approximations in common use for
             a thin layer, where they were requested.
         depth, force, model (n,): depth below the contact point [m], force without baseline [N], and that of the model.
+        contact_model: why this model of the contact, with ``adhesion="auto"``; None else.
     """
 
     indenter: Any
@@ -487,11 +561,59 @@ class ForceFit(Fit):
     depth: np.ndarray
     force: np.ndarray
     model_force: np.ndarray
+    contact_model: ContactModel | None = None
 
     @property
     def abscissa(self) -> tuple[str, str]:
         """The symbol and the unit of the abscissa."""
         return "depth", "m"
+
+    @functools.cached_property
+    def modulus_over_depth(self) -> tuple[tuple[float, float, float, float], ...]:
+        """Rows (depth [m], E, low, high [Pa]) of the apparent modulus, that of the law of the fit at the force there, where
+        the fit is rejected for a trend; none for another fit, or on an elastic base or for an elastic tip.
+
+        Its logarithm is a cubic spline through the rows, and the contact point and baseline are fitted again with it, since
+        those of the rejected fit are biased. The intervals are linearised, with the correlation of the residuals.
+        """
+        trended = any(TRENDED in reason for reason in self.refused)
+        if not trended or self.substrate is not None or self.indenter.material is not None:
+            return ()
+        probe, deepest, top = probe_of(self.indenter), float(self.depth.max()), float(np.ptp(self.force))
+        unit = probe.size / (2.0 * (1.0 + self.nu) * (1.0 - self.nu)) / top
+        layer = (
+            None
+            if self.thickness is None
+            else thin_layer.ThinLayer.of(self.indenter, self.thickness, self.nu)
+        )
+        nodes, along = np.linspace(0.0, 1.0, ROWS + 1), np.linspace(0.0, 1.0, self.depth.size)
+
+        def residual(x: np.ndarray) -> np.ndarray:
+            """Return the residuals (n,) over the largest force; x: log E at the nodes, contact point, baseline and tilt."""
+            d = np.maximum(self.depth / deepest - x[-3], 0.0)
+            factor = 1.0 if layer is None else np.asarray(layer.factor(d * deepest))
+            spline = scipy.interpolate.CubicSpline(nodes, x[:-3])
+            law = unit * (d * deepest) ** probe.power * factor * np.exp(spline(d / d.max()))
+            return law + x[-2] + x[-1] * along - self.force / top
+
+        start = np.full(nodes.size, math.log(self.youngs_modulus[0]))
+        tried = []
+        for point in SHIFTS:
+            try:
+                tried.append(scipy.optimize.least_squares(residual, np.append(start, [point, 0.0, 0.0])))
+            except ValueError:  # not finite, as with a layer too thin
+                continue
+        if not tried:
+            return ()
+        best = min(tried, key=lambda one: one.cost)
+        rho = min(max(noise.lag_one(best.fun, np.zeros(best.fun.size)), 0.0), noise.RHO[-1])
+        variance = 2.0 * best.cost / max(best.fun.size - best.x.size, 1) * (1.0 + rho) / (1.0 - rho)
+        half = noise.two_sided(self.level) * np.sqrt(np.diag(nonlinear.inverse(best.jac)) * variance)
+        place, below = nodes * (1.0 - best.x[-3]) * deepest, np.minimum(half[: nodes.size], 50.0)
+        return tuple(
+            (float(d), math.exp(x), math.exp(x - w), math.exp(x + w))
+            for d, x, w in zip(place[1:], best.x[1 : nodes.size], below[1:], strict=True)
+        )
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of force over depth with the contact point, and of the residuals; saved where a path is given."""
@@ -525,11 +647,15 @@ class ForceFit(Fit):
         """Return ``Fit.to_dict`` with Young's modulus, the nuisance parameters and the given quantities."""
         E = dict(zip(("value", "low", "high"), map(plain, self.youngs_modulus), strict=True))
         key = lambda name: f"{name}_{self._unit(name).replace('/', '_per_').replace(' ', '_')}"
-        return super().to_dict() | {
+        chosen = {} if self.contact_model is None else {"contact_model": self.contact_model.to_dict()}
+        return super().to_dict() | chosen | {
             "youngs_modulus_Pa": E, "poisson_ratio": self.nu, "thickness_m": plain(self.thickness),
-            **probe_of(self.indenter).key,
+            **({"unbonded": True} if self.unbonded else {}), **probe_of(self.indenter).key,
             "nuisances": {key(name): [plain(v) for v in row] for name, row in self.nuisances.items()},
             "polynomials": {name: {"youngs_modulus_Pa": E, "deviation": off} for name, (E, off) in self.polynomials.items()},
+            "modulus_over_depth": [
+                {"depth_m": depth, "youngs_modulus_Pa": row} for depth, *row in self.modulus_over_depth
+            ],
             "largest_depth_m": float(self.depth.max()),
         }  # fmt: skip
 
@@ -541,6 +667,13 @@ class ForceFit(Fit):
         lines = [f"  E     = {E:11.5g} Pa    {100 * self.level:g} % interval {low:.5g} to {high:.5g}"]
         for name, (modulus, off) in self.polynomials.items():
             lines.append(f"  {name}: E = {modulus:.5g} Pa, {100 * off:+.1f} %")
+        table = self.modulus_over_depth
+        if table:
+            lines.append("  apparent modulus over the depth, with a contact point of its own:")
+        lines += [
+            f"    at {depth:.3g} m: E = {value:.4g} Pa, {low:.4g} to {high:.4g} Pa"
+            for depth, value, low, high in table
+        ]
         return lines
 
     def _nuisance_lines(self) -> list[str]:
@@ -567,17 +700,20 @@ class ForceFit(Fit):
             else f"a layer of {self.thickness:.4g} m {'loose on' if self.unbonded else 'bonded to'} {self._base()}"
         )
         return [
-            f"  the modulus is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m"
+            *(self.contact_model.lines() if self.contact_model else []),
+            f"  the modulus is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m",
         ]
 
 
 def fit_force(
-    data: IndentationData, *, indenter: Any, nu: float = 0.5, thickness: float | None = None,
-    substrate: Any = None, unbonded: bool = False, polynomials: bool = False, weights: str | None = None, sigma: Any = None,
+    data: IndentationData, *, indenter: Any, model: type | str | None = None, nu: float = 0.5,
+    thickness: float | None = None, substrate: Any = None, unbonded: bool = False, polynomials: bool = False,
+    weights: str | None = None, sigma: Any = None, fixed: dict[str, float] | None = None,
     bounds: dict[str, tuple] | None = None, errors: dict[str, float] | None = None,
-    spring_constant: float | None = None, drag: float | str | None = None, level: float = 0.95,
-) -> ForceFit:  # fmt: skip
-    """Fit modulus, contact point and baseline to the approach of a force curve.
+    spring_constant: float | None = None, drag: float | str | None = None, adhesion: str | None = None,
+    level: float = 0.95,
+) -> ForceFit | ViscoelasticForceFit | AdhesiveFit:  # fmt: skip
+    """Fit modulus, contact point and baseline to the approach of a force curve, or a viscoelastic material to all of it.
 
         force = G size d^p f(d)/(1 - nu) + baseline + tilt t,     d = max(depth - contact point, 0)
 
@@ -588,21 +724,34 @@ def fit_force(
     of more than 1000 points is replaced by means of neighbouring points.
 
     Where the residuals have a trend, the intervals include the change of the modulus from half the depth to the whole; the
-    fit is rejected where that exceeds 49 %, or the trend 5 % of the largest force.
+    fit is rejected where that exceeds 49 %, or the trend 5 % of the largest force. Of a rejected elastic fit,
+    ``modulus_over_depth`` is a table of the modulus over the depth.
+
+    With a ``model`` the force follows from the whole history of the depth, in approach, dwell and retraction, with a
+    contact that shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966) 845; derived in ``fitting/fits/force_history.py``):
+
+        force = size/(1 - nu) int_0^t1(t) G(t - s) d(d^p f(d)) + baseline + drift t + slope depth
+
+    with t1 = t while the contact grows, and int_t1^t G(t - s) dd(s) = 0 once it shrinks. The part of a retraction that
+    pulls is left out, and all of its contact where it pulls with more than 10 % of the largest force.
 
     Args:
         data: the curve with load [N] and depth [m] = height - load/spring constant, including the baseline before contact
             (``read_indentation``).
         indenter: ``jc.Sphere``, ``jc.Cone`` or ``jc.FlatPunch``; a pyramid is the cone of equal area.
+        model: None, an elastic solid; or the viscoelastic material, a class or its name: StandardLinearSolid, KelvinVoigt
+            (with an instantaneous compliance that keeps its force finite), Maxwell, Burgers, FractionalKelvinVoigt or
+            Springpot.
         nu: Poisson's ratio.
-        thickness: of a sample bonded to a base, such as a gel on glass [m]; None: a half-space.
+        thickness: of a sample on a base, such as a gel on glass [m]; None: a half-space.
         substrate: the ``jc.Elastic`` material of the base, which glass needs below samples above about 10 MPa; None: a
             rigid base.
         unbonded: whether the sample slides on the base without friction (and does not lift off) instead of being bonded.
         polynomials: whether to fit the approximations in common use too (for a thickness and nu = 0.5).
         weights: "estimated" (the default), or "absolute": one error for all points.
         sigma: in its place, the standard deviation of the load [N], a number.
-        bounds: {"G": (low, high)}.
+        fixed: {parameter: value} of a viscoelastic model, held at these values in SI.
+        bounds: {parameter: (low, high)}, of an elastic solid {"G": (low, high)}.
         errors: relative standard deviations of the calibration, {"spring_constant": 0.1, "sensitivity": 0.03}, which then
             enter the interval of the modulus. The force is taken as proportional to both, and the depth as the height
             minus the deflection.
@@ -610,14 +759,18 @@ def fit_force(
         drag: viscous drag on the cantilever in liquid, whose force b d(depth)/dt is subtracted: b [N s/m], or "fit" to read
             it from the baselines of approach and retraction, with its error in the interval of the modulus; None: no
             correction, with a note where the baselines differ.
+        adhesion: None, or "auto" for a ball on a half-space: Hertz, DMT, Maugis or JKR, by the tension of the retraction and
+            the Tabor number that the fit of Maugis's theory finds (``fitting/fits/contact_model.py``). The result has what
+            decided as ``contact_model``, also that the data do not tell.
         level: confidence level of the intervals.
 
     Returns:
-        The modulus with its interval, and how well the model describes the curve.
+        The modulus with its interval, and how well the model describes the curve: a ``ForceFit``, with a ``model`` a
+        ``ViscoelasticForceFit``, and with adhesion an ``AdhesiveFit``.
 
     Raises:
-        ValueError: bad values, a curve without approach or contact, a sample too thin for the table, or a drag without two
-            baselines or without times.
+        ValueError: bad values, a curve without approach or contact, a sample too thin for the table, a drag without two
+            baselines or without times, or a ``model`` for a curve without times.
 
     Example:
         >>> t = np.linspace(0.0, 1.0, 201)
@@ -630,13 +783,37 @@ def fit_force(
     """
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
+    if adhesion is not None:
+        return _with_adhesion(data, adhesion, indenter, nu, weights, sigma, bounds, level, {
+            "model": model, "thickness": thickness, "unbonded": unbonded, "fixed": fixed, "errors": errors,
+            "polynomials": polynomials or None,
+        }, lambda: fit_force(
+            data, indenter=indenter, nu=nu, weights=weights, sigma=sigma, bounds=bounds, drag=drag, level=level
+        ))  # fmt: skip
     weights = "estimated" if weights is None and sigma is None else weights
-    _check(indenter, nu, thickness, substrate, errors, spring_constant)
+    check_options(indenter, nu, thickness, substrate, errors, spring_constant)
     thin_layer.check_unbonded(unbonded, thickness)
     if unbonded and polynomials:
         raise ValueError(
             "polynomials: expected False with unbonded, got True: they are those of a bonded sample"
         )
+    if (
+        model is not None
+        and not (isinstance(model, str) and model.casefold() == "elastic")
+        and model is not jc.Elastic
+    ):
+        for name, value in (("substrate", substrate), ("polynomials", polynomials or None)):
+            if value is not None:
+                raise ValueError(f"{name}: expected none with a viscoelastic model, got {value!r}")
+        bare, dragged, notes = without_drag(data, drag)
+        return fit_history(
+            bare, model, indenter=indenter, nu=nu, thickness=thickness, unbonded=bool(unbonded), weights=weights,
+            sigma=sigma, fixed=fixed,
+            bounds=bounds, errors=errors or {}, spring_constant=spring_constant, dragged=dragged,
+            redrawn=data.without_drag, level=level, notes=notes,
+        )  # fmt: skip
+    if fixed:
+        raise ValueError(f"fixed: expected none without a viscoelastic model, got {fixed!r}")
     sought = Sought.of(CLASSICAL[jc.Elastic], None, bounds, nu)
     given, errors = (indenter, sought, thickness, substrate, bool(unbonded)), errors or {}
     bare, dragged, notes = without_drag(data, drag)
@@ -681,6 +858,7 @@ def fit_force(
         said.append(
             f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"
         )
+    said += hysteresis_note(bare, approach, float(theta[2] * deepest))
     solved = solved._replace(left=off.left, against=off.against, notes=(*said, *notes, *off.notes))
     found = conclude(problem, solved)
 
@@ -720,7 +898,32 @@ def fit_force(
     )  # fmt: skip
 
 
-def _check(
+def _with_adhesion(
+    data: IndentationData, adhesion: Any, indenter: Any, nu: float, weights: str | None, sigma: Any,
+    bounds: dict[str, tuple] | None, level: float, others: dict[str, Any], elastic: Callable[[], Any],
+) -> ForceFit | AdhesiveFit:  # fmt: skip
+    """Return the fit of the contact model that the data need; ValueError for another choice, or what goes not with it."""
+    if not (isinstance(adhesion, str) and adhesion.lower() == "auto"):
+        raise ValueError(
+            f'adhesion: expected "auto" or None in a fit of a force curve, got {adhesion!r}: fit_indentation takes a work of'
+            ' adhesion, "fit" and "JKR"'
+        )
+    given = [name for name, value in others.items() if value]
+    if given:
+        raise ValueError(f"adhesion: expected no {', '.join(given)} beside it, got some")
+    return choose_contact_model(
+        data,
+        indenter=indenter,
+        nu=nu,
+        weights=weights,
+        sigma=sigma,
+        bounds=bounds,
+        level=level,
+        elastic=elastic,
+    )
+
+
+def check_options(
     indenter: Any,
     nu: float,
     thickness: float | None,

@@ -164,7 +164,7 @@ class ScaledCreepCurve:
         V = (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0))
         highest = self.highest(sought.structure.model)
         whole = {"G": (size - EDGE, size + EDGE), "V": V, "alpha": (ORDERS[0], highest)}
-        rows = {name: _within(whole[name], name, bounds) for name, bounds in sought.table.items()}
+        rows = {name: within(whole[name], name, bounds) for name, bounds in sought.table.items()}
         return law_parameters(sought.structure, rows)
 
     def objective(self, space: Parameters) -> Objective:
@@ -198,7 +198,7 @@ class ScaledCreepCurve:
         return np.array([{"G": G, "V": V, "alpha": alpha}[name] for name in law.where])
 
 
-def _within(whole: tuple[float, float], name: str, bounds: tuple[float, float]) -> tuple[float, float]:
+def within(whole: tuple[float, float], name: str, bounds: tuple[float, float]) -> tuple[float, float]:
     """Return the range of a coordinate restricted to the bounds of its parameter."""
     with np.errstate(divide="ignore"):
         low, high = bounds if name == "alpha" else map(float, np.log(bounds))
@@ -285,7 +285,7 @@ class Relaxed:
         reach = (size - MODULUS_EDGE + min(first, 0.0), size + MODULUS_EDGE + max(last, 0.0))
         whole = {"G": (size - MODULUS_EDGE, size + MODULUS_EDGE), "V": reach, "alpha": (ORDERS[0], 1.0)}
         whole["alpha"] = (ORDERS[0], ORDERS[1] if self.relaxed else 1.0)
-        rows = {name: _within(whole[name], name, bounds) for name, bounds in sought.table.items()}
+        rows = {name: within(whole[name], name, bounds) for name, bounds in sought.table.items()}
         return law_parameters(sought.structure, rows)
 
     def starts(self, law: Law) -> list[np.ndarray]:

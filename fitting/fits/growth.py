@@ -470,13 +470,13 @@ class GrowthFit(Fit):
     def plot(self, path: Any = None) -> Any:
         """Return a figure of the curves with the fit, the residuals and the parameters; save it where a path is given."""
         ends = np.cumsum([one.t.size for one in self.data])[:-1]
-        parts = [np.split(values, ends) for values in (self.residuals, self.fitted)]
+        parts = [np.split(values, ends) for values in (sheet.deviations(self), self.fitted)]
 
         def panel(top: Any, bottom: Any) -> None:
             for k, (one, residual, fitted) in enumerate(zip(self.data, *parts, strict=True)):
                 colour, line = f"C{k % 10}", np.linspace(0.0, one.t[-1], 200)
                 top.plot(one.t, one.thickness, ".", markersize=4, color=colour)
-                bottom.plot(one.t, -residual, ".", markersize=4, color=colour)
+                bottom.plot(one.t, residual, ".", markersize=4, color=colour)
                 if self.contact is not None:  # the band at a prescribed stress would be another one
                     load = f"{one.load:.4g} N, {one.temperature:.4g} K"
                     top.plot(one.t, fitted, color=colour, label=load)
@@ -488,7 +488,7 @@ class GrowthFit(Fit):
                 if np.all(np.isfinite(high)):
                     top.fill_between(line, low, high, color=colour, alpha=0.2)
             sheet.axis_label(top.yaxis, "thickness", "m", self.curve[3])
-            bottom.set(xlabel="t [s]", ylabel=f"residual\n({self.weights})")
+            bottom.set(xlabel="t [s]", ylabel=sheet.RESIDUAL)
 
         return sheet.draw(self, path, panel)
 

@@ -710,7 +710,7 @@ class MasterFit(Fit):
             found = self.predict(line)
             rows = (found.real, found.imag) if self.oscillation else (found,)
             names = ("G' (dots)", "G'' (circles)") if self.oscillation else ("master curve",)
-            for row, of, colour in zip(rows, names, ("C3", "C0"), strict=False):
+            for row, of, colour in zip(rows, names, ("black", "0.5"), strict=False):
                 top.loglog(line, row, color=colour, linewidth=1.0, label=of)
             top.set(ylabel=f"{name} [{unit}]")
             sweeps = self.shifting.sweeps

@@ -39,7 +39,7 @@ from fitting.search.nonlinear import Objective
 from fitting.views import sheet
 
 FINE = 200  # points of a line of the figure
-NAMES, COLOURS = ("G'", "G''"), ("C3", "C0")
+NAMES, COLOURS = ("G'", "G''"), ("C0", "C2")
 
 
 SHARES = 0.1, 0.5, 0.9  # retarded fractions of the starts
@@ -111,7 +111,7 @@ class ModulusFit(Fit):
         _, _, x, y = self.curve
         count = 1 if self.relaxed else 2
         names = ("G(t)",) if self.relaxed else NAMES
-        rows = list(zip(*(np.split(one, count) for one in (x, y, self.residuals)), strict=True))
+        rows = list(zip(*(np.split(one, count) for one in (x, y, sheet.deviations(self))), strict=True))
         known = rows[0][0][rows[0][0] > 0.0]
         line = np.geomspace(known.min(), known.max(), FINE)
         model, band = self.modulus(line), self.modulus_band(line)
@@ -128,13 +128,13 @@ class ModulusFit(Fit):
                 top.fill_between(
                     line, part(band[0], k), part(band[1], k), color=colour, alpha=0.3, linewidth=0
                 )
-                bottom.semilogx(at[on], -residual[on], ".", markersize=4, color=colour)
+                bottom.semilogx(at[on], residual[on], ".", markersize=4, color=colour)
             positive = [np.min(values[values > 0.0]) for _, values, _ in rows if np.any(values > 0.0)]
             low = min([*positive, *(float(np.min(part(model, k))) for k in range(count))])
             top.set(ylabel=f"{', '.join(names)} [Pa]", ylim=(0.5 * low, 2.0 * float(np.max(y))))
             top.legend(title=f"{self.model.__name__}, {100 * self.level:g} % band", fontsize="small")
             over = "t [s]" if self.relaxed else "ω [rad/s]"
-            bottom.set(xlabel=over, ylabel=f"residual [-]\n({self.weights})")
+            bottom.set(xlabel=over, ylabel=sheet.RESIDUAL)
 
         def loss_factor(axes: Any) -> None:
             """Plot tan delta = G''/G' of data and fit."""
@@ -142,7 +142,7 @@ class ModulusFit(Fit):
             with np.errstate(divide="ignore", invalid="ignore"):
                 factor = np.where((storage > 0.0) & (loss > 0.0), loss / storage, np.nan)
             axes.loglog(at, factor, ".", markersize=4, color="0.4", label="data")
-            axes.loglog(line, model.imag / model.real, color="C2", label=self.model.__name__)
+            axes.loglog(line, model.imag / model.real, color="C1", label=self.model.__name__)
             axes.set(xlabel="ω [rad/s]", ylabel="tan δ = G''/G' [-]")
             axes.legend(fontsize="small")
 

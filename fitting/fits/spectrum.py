@@ -138,7 +138,7 @@ def posterior_covariance(found: SpectrumOptimum) -> tuple[np.ndarray, np.ndarray
     return found.variance * inverse[:m, :m], resolution[:m, :m]
 
 
-NAMES, COLOURS = ("G'", "G''"), ("C3", "C0")  # of the figure
+NAMES, COLOURS = ("G'", "G''"), ("C0", "C2")  # of the figure
 PER_DECADE = 8  # times of the spectrum
 BEYOND = 1.0  # decades by which they exceed the range of the data at either end
 KNOWN = math.log(2.0)  # standard deviation of log H up to which the data resolve it
@@ -227,7 +227,9 @@ class SpectrumFit(Evidence):
     def plot(self, path: Any = None) -> Any:
         """Return a figure of the moduli with the fit and of the spectrum with its band; saved where a path is given."""
         _, _, x, y = self.curve
-        parts = [np.split(one, 1 if self.relaxed else 2) for one in (x, y, self.fitted, self.residuals)]
+        parts = [
+            np.split(one, 1 if self.relaxed else 2) for one in (x, y, self.fitted, sheet.deviations(self))
+        ]
 
         def panel(top: Any, bottom: Any) -> None:
             for k, name in enumerate(("G(t)",) if self.relaxed else NAMES):
@@ -235,10 +237,10 @@ class SpectrumFit(Evidence):
                 on = (at > 0.0) & (measured > 0.0)
                 top.loglog(at[on], measured[on], ".", markersize=4, color=COLOURS[k], label=name)
                 top.loglog(at[at > 0.0], fitted[at > 0.0], color=COLOURS[k], linewidth=1.0)
-                bottom.semilogx(at[at > 0.0], -residual[at > 0.0], ".", markersize=4, color=COLOURS[k])
+                bottom.semilogx(at[at > 0.0], residual[at > 0.0], ".", markersize=4, color=COLOURS[k])
             top.set_ylabel("modulus [Pa]")
             over = "t [s]" if self.relaxed else "ω [rad/s]"
-            bottom.set(xlabel=over, ylabel=f"residual [-]\n({self.weights})")
+            bottom.set(xlabel=over, ylabel=sheet.RESIDUAL)
 
         def spectrum(axes: Any) -> None:
             """Plot the spectrum, dashed where the data do not resolve it."""

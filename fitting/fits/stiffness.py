@@ -227,8 +227,8 @@ class StiffnessFit(Fit):
 
     Attributes:
         youngs_modulus: (value, low, high) of E = 2 (1 + nu) G [Pa].
-        indenter, nu, thickness [m], substrate, contact: given quantities on which the modulus is conditional; thickness is
-            None for a half-space and the fitted one where it was fitted.
+        indenter, nu, thickness [m], substrate, unbonded, contact: given quantities on which the modulus is conditional;
+            thickness is None for a half-space and the fitted one where it was fitted.
         radii (n,): contact radii [m], those of a half-space in an elastic contact.
         moduli (n,): Young's modulus [Pa] that each point would give alone, nan where none does.
         apparent (n,): the same on a half-space without a base.
@@ -284,7 +284,7 @@ class StiffnessFit(Fit):
         E = dict(zip(("value", "low", "high"), map(plain, self.youngs_modulus), strict=True))
         return super().to_dict() | {
             "youngs_modulus_Pa": E, "poisson_ratio": self.nu, "thickness_m": plain(self.thickness),
-            **probe_of(self.indenter).key, "contact": self.contact,
+            **({"unbonded": True} if self.unbonded else {}), **probe_of(self.indenter).key, "contact": self.contact,
         }  # fmt: skip
 
     def _choices(self) -> list[str]:

@@ -831,13 +831,15 @@ def trend(deviations: np.ndarray) -> float:
 
 def judged_by_size(
     problem: Any, solved: Solved, size: Callable[[], float], refits: Callable[[], Sequence[np.ndarray | None]],
-    watched: int, limits: tuple[float, float], words: Callable[[float, np.ndarray, bool], str],
+    watched: int | Callable[[np.ndarray], np.ndarray], limits: tuple[float, float],
+    words: Callable[[float, np.ndarray, bool], str],
 ) -> Deviation:  # fmt: skip
     """Return the systematic deviation of a fit whose sample has ``own_trends``.
 
     size(): of the trend; refits(): coordinates (m,) of fits to parts of the points, None with too few; watched: number of
-    coordinates that are of interest, the first ones; limits: of the trend, and of a change of these; words(trend, changes,
-    rejected): the reason or the note, with changes (r, m) from each refit to the fit to all points.
+    coordinates that are of interest, the first ones, or a function of the coordinates that returns what is of interest;
+    limits: of the trend, and of a change of these; words(trend, changes, rejected): the reason or the note, with changes
+    (r, m) from each refit to the fit to all points, those of interest where they are a function.
     """
     nothing, common = np.zeros(solved.theta.size), problem.sample._replace(own_trends=False)
     if not common.assess(solved, problem.p, problem.level).evidence.refused:
@@ -847,6 +849,12 @@ def judged_by_size(
         return Deviation(nothing, ("too few points in contact to judge the trend of the residuals",))
     changes, seen = solved.theta - np.array(found), size()
     left = np.max(np.abs(changes), axis=0)
-    rejected = bool(seen > limits[0] or np.max(left[:watched]) > limits[1])
-    said = (words(seen, changes, rejected),)
+    moved = (
+        changes
+        if isinstance(watched, int)
+        else watched(solved.theta) - np.array([watched(one) for one in found])
+    )
+    most = float(np.max(np.abs(moved[:, :watched] if isinstance(watched, int) else moved)))
+    rejected = bool(seen > limits[0] or most > limits[1])
+    said = (words(seen, moved, rejected),)
     return Deviation(left, said, ()) if rejected else Deviation(left, (), said)

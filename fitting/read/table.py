@@ -8,11 +8,14 @@ import math
 import os
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from fitting.data import units
+from jaxcontact._support import plugins
 
 # Workbooks (.xlsx, .xls, .ods) as text, by the library python-calamine, which is imported on first use.
 
@@ -289,6 +292,9 @@ def decode(name: str) -> str:
         raw = Path(name).read_bytes()
     except OSError as error:
         raise ValueError(f"{name}: cannot be read: {error.strerror}") from None
+    suffix = Path(name).suffix.removeprefix(".").lower()
+    if suffix in plugins.names(plugins.READERS):
+        return _by_plugin(name, suffix)
     if raw.startswith(WORKBOOK) and name.lower().endswith(SHEETS):
         return as_text(name)
     if raw.startswith(PACKED):
@@ -303,6 +309,34 @@ def decode(name: str) -> str:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
         return _japanese(raw) or raw.decode("latin-1")
+
+
+def _by_plugin(name: str, suffix: str) -> str:
+    """Return the table that a plug-in (``jaxcontact.readers``) reads from files with this suffix, as text.
+
+    The plug-in is a function of the path that returns the columns by their headings, {"t [s]": numbers, "J [1/Pa]": ...}, or
+    such columns for each step by its name; headings are read as those of any text file.
+
+    Raises:
+        ValueError: the plug-in cannot be imported, fails, or returns something else; the message names it.
+    """
+    read = plugins.load(plugins.READERS, suffix)
+    try:
+        found = read(name)
+        steps = found if all(isinstance(one, Mapping) for one in found.values()) else {"": found}
+        if not steps:
+            raise ValueError("no columns")
+        parts = []
+        for step, columns in steps.items():
+            rows = zip(*(np.asarray(column, float).tolist() for column in columns.values()), strict=True)
+            lines = ["\t".join(columns), *("\t".join(map(repr, row)) for row in rows)]
+            parts.append("\n".join([f"[step]\n{step}"] * bool(step) + lines))
+    except Exception as error:  # whatever somebody else's function raises
+        reason = (str(error) or type(error).__name__).splitlines()[0][:160]
+        raise ValueError(
+            f"{name}: expected columns by their headings from the plug-in for .{suffix} files, got: {reason}"
+        ) from error
+    return "\n".join(parts) + "\n"
 
 
 def _japanese(raw: bytes) -> str | None:

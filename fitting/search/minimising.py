@@ -25,7 +25,7 @@ import numpy as np
 from jax import Array
 from tqdm import tqdm
 
-from fitting.views import output
+from fitting.views import output, sheet
 
 LOWER, FLATTER = 1e-4, 0.9  # constants of the Wolfe conditions
 TRIALS = 30  # largest number of trials of one line search
@@ -207,6 +207,7 @@ class Minimum:
 
     __repr__ = __str__
 
+    @sheet.styled
     def plot(self) -> Any:
         """Return a Figure of loss and gradient norm over the steps, on logarithmic axes where they are positive."""
         from matplotlib.figure import Figure

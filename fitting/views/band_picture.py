@@ -9,6 +9,7 @@ from fitting.views import sheet
 WIDE = 20.0  # ratio of the ends of an axis above which it is logarithmic
 
 
+@sheet.styled
 def draw(wanted: Any, at: np.ndarray, band: Any, level: float) -> Any:
     """Return a Figure of a predicted quantity (``PredictedQuantity``) at times or frequencies (k,)."""
     from matplotlib.figure import Figure

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from fitting.views import sheet
 from fitting.views.text import in_flags
 from jaxcontact._support.npz import write_whole as write
 
@@ -38,20 +39,22 @@ def check_directory(options: argparse.Namespace, names: Sequence[str] = RESULTS)
             )
 
 
-def finish(options: argparse.Namespace, found: Any, more: dict[str, Any] | None = None) -> int:
+def finish(
+    options: argparse.Namespace, found: Any, more: dict[str, Any] | None = None, picture: Any = None
+) -> int:
     """Print the summary and write the results."""
     print(in_flags(found.summary()))
-    leave(found, options.directory, {"file": Path(options.file).name} | (more or {}))
+    leave(found, options.directory, {"file": Path(options.file).name} | (more or {}), picture)
     print(f"in {options.directory}: summary.json, curve.csv, fit.png")
     return 0
 
 
-def leave(found: Any, directory: Path, more: dict[str, Any]) -> None:
-    """Write the summary, the curve and the figure of a fit."""
+def leave(found: Any, directory: Path, more: dict[str, Any], picture: Any = None) -> None:
+    """Write the summary, the curve and the figure of a fit; picture: a figure in place of its own."""
     directory.mkdir(parents=True, exist_ok=True)
     write_json(directory / "summary.json", found.to_dict() | more)
     _curve(found, directory / "curve.csv")
-    write(directory / "fit.png", lambda path: found.plot().savefig(path, dpi=150, format="png"))
+    write(directory / "fit.png", lambda path: (picture or found.plot()).savefig(path, dpi=150, format="png"))
 
 
 def write_json(path: Path, values: dict[str, Any]) -> None:
@@ -87,7 +90,7 @@ def _curve(fit: Any, path: Path) -> None:
     """
     name, unit, x, measured = fit.curve
     over = "{} [{}]".format(*fit.abscissa)
-    deviations = fit.residuals if fit.weights == "sigma" else fit.residuals / max(fit.noise or 0.0, 1e-300)
+    deviations = -sheet.deviations(fit)
     residual = "residual [standard deviations]"
     if hasattr(fit, "curves") and name == "response":  # tests with abscissae of their own
         tests = [

@@ -34,11 +34,39 @@ def multiple(unit: str, largest: float) -> tuple[float, str]:
 
 
 EARLY = 0.1  # fraction of the duration with half of the samples, below which the time axis is logarithmic
+DECADES = 20.0  # ratio of the ends of an axis of J or G above which it is logarithmic, and of its values
+STEEP = 3.0
+STYLE = "jaxcontact.style"  # that of the figures of results
+REFUSED = "#b2182b"  # red, of the verdict of a fit that is rejected
+RESIDUAL = "residual\n[std. deviations]"
 FINE = 400  # number of points of a line
-EVERY = 7  # of these points, those at which a band is computed; 400 = 57 x 7 + 1
+EVERY = 3  # of these points, those at which a band is computed; 400 = 133 x 3 + 1
 LETTERS = 90  # characters of a line above the narrowest figure
 
 
+def deviations(fit: Any, of: Any = None) -> np.ndarray:
+    """Return measured minus fitted values in standard deviations, those that were given or else estimated with the fit.
+
+    of: another fit with the same weights, whose estimate is taken.
+    """
+    scale = 1.0 if fit.weights == "sigma" else (of or fit).noise or 1.0
+    return -np.asarray(fit.residuals) / scale
+
+
+def styled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Decorate a function that draws a figure so that it has the style of the figures of results."""
+
+    @functools.wraps(function)
+    def wrapper(*args: Any, **kwargs: Any) -> Any:
+        from matplotlib import style
+
+        with style.context(STYLE):
+            return function(*args, **kwargs)
+
+    return wrapper
+
+
+@styled
 def draw(
     fit: Any, path: Any, panel: Callable[[Any, Any], None], beside: Sequence[Callable[[Any], None]] = (),
     lines: Sequence[str] | None = None,
@@ -87,14 +115,46 @@ def draw_material(fit: Any, path: Any) -> Any:
         label = fit.model.__name__ + ("" if math.isnan(fit.r2) else f", R² = {fit.r2:.5f}")
         top.plot(*((line, fit.predict(line)) if direct else _broken(t, fit.fitted)), label=label)
         axis_label(top.yaxis, name, unit, measured)
-        bottom.plot(t, -fit.residuals, ".", markersize=3)
-        bottom.set(
-            xlabel="{} [{}]".format(*fit.abscissa), ylabel=f"residual\n({fit.weights})", xscale=_scale(t)
-        )
+        bottom.plot(t, deviations(fit), ".", markersize=3, color="0.4")
+        bottom.set(xlabel="{} [{}]".format(*fit.abscissa), ylabel=RESIDUAL)
+        scale_axes(top, t, measured, direct)
 
     return draw(fit, path, panel, () if direct else (functools.partial(compliance, fit),))
 
 
+@styled
+def draw_models(fits: Sequence[Any], path: Any) -> Any:
+    """Return a figure of a ``Comparison``: data and all models, and below them the residuals of each, lowest BIC first."""
+    from matplotlib import colormaps
+    from matplotlib.figure import Figure
+
+    best = fits[0]
+    name, unit, t, measured = best.curve
+    moduli = name not in ("J", "depth", "load")
+    figure = Figure(figsize=(7.5, 4.0 + 0.9 * len(fits)), layout="constrained")
+    top, *below = figure.subplots(1 + len(fits), 1, sharex=True, height_ratios=[4.0] + [1.0] * len(fits))
+    top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
+    axis_label(top.yaxis, name, unit, measured)
+    colours = colormaps["viridis"](np.linspace(0.0, 0.85, len(fits)))
+    for k, (fit, axes, colour) in enumerate(zip(fits, below, colours, strict=True)):
+        known, of = fit.model.__name__, f"{fit.bic - best.bic:+.1f}" if k else f"{fit.bic:.1f}"
+        dashes = ("-", "--", ":", "-.")[k % 4]
+        line, label = _broken(fit.curve[2], fit.fitted), f"{known}, BIC {of}, {fit.verdict}"
+        top.plot(*line, color=colour, linestyle=dashes, label=label)
+        axes.plot(fit.curve[2], deviations(fit, best), ".", markersize=3, color=colour)
+        axes.axhline(0.0, color="0.4", linewidth=0.8)
+        axes.set_title(known, fontsize="small", loc="left", pad=2.0)
+    # not the best place, which takes long to find among many points
+    top.legend(fontsize="small", loc="upper left" if measured[-1] > measured[0] else "upper right")
+    below[-1].set_xlabel("{} [{}]".format(*best.abscissa))
+    figure.supylabel("residuals [standard deviations of the best fit]", fontsize="small", y=0.3)
+    scale_axes(top, t, measured, name == "J" or moduli)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
+@styled
 def draw_tests(fit: Any, path: Any) -> Any:
     """Return a figure of a ``JointFit``: data and fit of every test side by side, and the parameters below."""
     from matplotlib.figure import Figure
@@ -121,7 +181,7 @@ def title(figure: Any, fit: Any) -> None:
     """Write the verdict above a figure."""
     reasons = [textwrap.fill(reason, LETTERS) for reason in fit.refused]
     lines = [f"{fit.verdict}: {text.in_words(fit)}", *reasons]
-    figure.suptitle("\n".join(lines), fontsize="medium", color="C3" if fit.refused else "black")
+    figure.suptitle("\n".join(lines), fontsize="medium", color=REFUSED if fit.refused else "black")
 
 
 def _broken(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -142,11 +202,41 @@ def _scale(t: np.ndarray) -> str:
     return "log" if np.median(t) - t[0] < EARLY * (t[-1] - t[0]) else "linear"
 
 
+def scale_axes(axes: Any, t: np.ndarray, values: np.ndarray, of_material: bool) -> None:
+    """Make the axes of a curve logarithmic: that of time where most samples are early.
+
+    The axes of a property of a material (J(t), G(t)) are logarithmic where times span more than a decade, and its values
+    where they are positive and not all alike: a misfit at early times, where values are small, is seen there alone.
+    """
+    later = t[t > 0.0]
+    if of_material and later.size and t[0] >= 0.0 and t[-1] > DECADES * later[0]:
+        # a first point at zero stays in view, left of the first decade
+        axes.set_xscale("log") if t[0] > 0.0 else axes.set_xscale("symlog", linthresh=later[0], linscale=0.3)
+        if np.all(values > 0.0) and np.max(values) > STEEP * np.min(values):
+            _logarithmic(axes, values)
+    else:
+        axes.set_xscale(_scale(t))
+
+
+def _logarithmic(axes: Any, values: np.ndarray) -> None:
+    """Make the vertical axis logarithmic, with more ticks where it spans few decades."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    formatter = axes.yaxis.get_major_formatter()
+    axes.set_yscale("log")
+    ratio = np.max(values) / np.min(values)
+    subs = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0) if ratio < 10.0 else (1.0, 2.0, 5.0) if ratio < 100.0 else (1.0,)
+    axes.yaxis.set_major_locator(LogLocator(subs=subs))
+    axes.yaxis.set_major_formatter(formatter)
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
 def _times(t: np.ndarray, begin: float, end: float) -> np.ndarray:
     """Return times from begin to end [s], with the spacing of the samples t."""
-    if _scale(t) == "linear":
+    later = t[t > begin]
+    if _scale(t) == "linear" and not end > DECADES * max(begin, later[0]):
         return np.linspace(begin, end, FINE)
-    return np.append(begin, np.geomspace(t[t > begin][0], end, FINE - 1))
+    return np.append(begin, np.geomspace(later[0], end, FINE - 1))
 
 
 def compliance(fit: Any, axes: Any) -> None:
@@ -155,8 +245,10 @@ def compliance(fit: Any, axes: Any) -> None:
     t = _times(since, 0.0, fit.duration)
     _band(axes, fit, t)
     axes.plot(t, fit.predict(t))
-    axes.set(xlabel="time [s]", xscale=_scale(since))
-    axis_label(axes.yaxis, "J", "1/Pa", fit.predict(t))
+    axes.set_xlabel("time [s]")
+    J = np.asarray(fit.predict(t))
+    axis_label(axes.yaxis, "J", "1/Pa", J)
+    scale_axes(axes, t, J, True)
     axes.legend()
 
 
@@ -173,6 +265,7 @@ def _band(axes: Any, fit: Any, t: np.ndarray) -> None:
 COLOURS = {"approach": "C0", "hold": "C1", "retract": "C2"}
 
 
+@styled
 def draw_curve(data: Any) -> Any:
     """Return a figure of load and depth over time and load over depth, with points that were left out in grey.
 

@@ -183,6 +183,7 @@ FLAGS = (
     (r"(?<!-)\b(start|segment|curve|stress)=", r"--\1="),
     (r"--(start|segment|curve|stress)=(?=[\s,;:]|$)", r"--\1"),
     (r"\bspring_constant=", "--spring-constant"),
+    (r"\bmodel= fits", "--model fits"),
     (r"\bsensitivity=", "--sensitivity"),
     (r"\btemperature= ", "--temperature "),
     (r"\bdrag=\"fit\"", "--drag fit"),

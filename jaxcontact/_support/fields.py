@@ -57,6 +57,7 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "moved_profile": Field(MAP, "m", "gap before contact where the indenter is, at no approach"),
     "pressure": Field(MAP, "Pa", "contact pressure, positive in compression"),
     "displacement": Field(MAP, "m", "sum of the displacements of both surfaces, each into its own body"),
+    "indenter_displacement": Field(MAP, "m", "displacement of the indenter's surface, into the indenter"),
     "gap": Field(MAP, "m", "gap between the surfaces, zero in contact"),
     "in_contact": Field(MAP, "1", "whether a cell is in contact"),
     "pressure_line": Field(LINE, "Pa", "pressure at the row of cells nearest to y = 0", from_maps=True),
@@ -76,6 +77,9 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "peak_dent": Field(TIME, "m", "depth of the deepest dent", shown=True, from_maps=True),
     "peak_temperature": Field(TIME, "K", "largest temperature of the surface", shown=True, from_maps=True),
     "film_strain": Field(TIME, "m/m", "shortening of the film over its thickness", shown=True),
+    "indenter_film_strain": Field(
+        TIME, "m/m", "shortening of the indenter's film over its thickness", shown=True
+    ),
     "tangential_force": Field(
         TIME, "N", "force against the motion, hysteresis and Coulomb friction", shown=True
     ),

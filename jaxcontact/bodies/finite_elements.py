@@ -78,7 +78,7 @@ def table(
     Terms below ``LEAST`` of G0 are left out, and one of rate zero is part of Ge. long_term: least Ge/G0; where it is more,
     the longest relaxation time gives up the difference. ValueError for a modulus that is not finite at t = 0.
     """
-    checks.between("long_term", long_term, -1e-300, 0.5)
+    checks.require(0.0 <= long_term <= 0.5, f"long_term: expected 0 to 0.5, got {long_term!r}")
     values = [np.asarray(value, float) for value in (equilibrium, weights, rates)]
     Ge, w, rho = float(values[0]), np.atleast_1d(values[1]), np.atleast_1d(values[2])
     G0 = Ge + float(np.sum(w))

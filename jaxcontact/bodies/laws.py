@@ -240,9 +240,7 @@ def is_sheared(law: Any) -> bool:
 
 
 def check_hardness(hardness: Any, shape: tuple[int, ...]) -> Verdict:
-    """Check a hardness: None, or pressures above zero, a number or of shape ``shape``; raise ValueError otherwise."""
-    if hardness is None:
-        return True
+    """Check a hardness: pressures above zero, a number or of shape ``shape``; raise ValueError otherwise."""
     given = np.shape(hardness)
     checks.require(
         given in ((), tuple(shape)),

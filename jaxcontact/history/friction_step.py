@@ -144,6 +144,8 @@ class ShearStepper(Stepper):
             "slip": sheared.slip,
             "stick": sheared.stick,
         }
+        if "indenter_displacement" in numbers:
+            shown["indenter_displacement"] = numbers.pop("indenter_displacement")
         numbers |= {
             "iterations": found.taken,
             "time_step_error": jnp.max(jnp.stack([jnp.zeros(()), *(each.estimate for each in judged)])),

@@ -399,6 +399,8 @@ class RubStepper(PressStepper):
             "displacement": predicted.earlier - second.raised + solution.displacement,
             "thickness": thickness / self.scale.length,
         }
+        if "indenter_displacement" in numbers:
+            shown["indenter_displacement"] = numbers.pop("indenter_displacement")
         if pressed.dent is not None:
             shown |= {"displacement": shown["displacement"] + pressed.dent, "dent": pressed.dent}
         if self.track is not None:

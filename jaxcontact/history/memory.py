@@ -75,17 +75,39 @@ class Memory(abc.ABC):
     def update(self, fields: Any, traction: Array, step: Any) -> Any:
         """Return the fields after the step, with its new traction."""
 
+    def of_body(self, fields: Any) -> Any:
+        """Return the fields of the memory of the body."""
+        return fields
+
     def stored_energy(self, fields: Any, pressure: Array) -> Array:
         """Return the elastic energy that the body stores under a pressure, (), nan where it is not known; scaled."""
         return jnp.asarray(jnp.nan)
 
+    @property
     @abc.abstractmethod
-    def delayed(self, fields: Any, pressure: Array) -> Delayed:
-        """Return the delayed compliance under a pressure (nx, ny), from the fields after a step."""
+    def delayed_rates(self) -> Array:
+        """The rates lambda_k of ``works`` [1/s], (K,)."""
 
     @abc.abstractmethod
-    def observe(self, fields: Any, traction: Array, step: Any) -> dict[str, Array]:
-        """Return scaled numbers by the names of a result, ``film_strain`` among them, from the fields after the step."""
+    def works(self, fields: Any, pressure: Array) -> Array:
+        """Return <p, C_0 p> and <p, lambda_k C_k p> [1/s] of a pressure (nx, ny), (1 + K,), from the fields after a step, up
+        to a common factor."""
+
+    def delayed(self, fields: Any, pressure: Array) -> Delayed:
+        """Return the delayed compliance under a pressure (nx, ny), from the fields after a step."""
+        at_once, *_ = works = self.works(fields, pressure)
+        some = at_once > 0.0
+        shares = works[1:] / jnp.where(some, at_once, 1.0)
+        return Delayed(self.delayed_rates, jnp.where(some, jnp.maximum(shares, 0.0), 0.0))
+
+    @abc.abstractmethod
+    def observe(
+        self, fields: Any, traction: Array, step: Any, other: Array | None = None
+    ) -> dict[str, Array]:
+        """Return scaled numbers by the names of a result, ``film_strain`` among them, from the fields after the step.
+
+        other: the displacement of the other surface of the contact where it creeps (``BothSurfaces``), (nx, ny), or None.
+        """
 
 
 # The direct superposition of all earlier steps: the oracle of the recursion, and the paper's method.
@@ -132,10 +154,16 @@ class DirectMemory(Memory):
     def update(self, increments: Array, pressure: Array, row: LagRow) -> Array:
         return increments.at[row.index].add(pressure)
 
-    def delayed(self, increments: Array, pressure: Array) -> Delayed:
-        return self.surface
+    @property
+    def delayed_rates(self) -> Array:
+        return self.surface.rates
 
-    def observe(self, increments: Array, pressure: Array, row: LagRow) -> dict[str, Array]:
+    def works(self, increments: Array, pressure: Array) -> Array:
+        return jnp.append(1.0, self.surface.shares)
+
+    def observe(
+        self, increments: Array, pressure: Array, row: LagRow, other: Array | None = None
+    ) -> dict[str, Array]:
         if self.images.film_coefficients is None:
             return {"film_strain": jnp.zeros(())}
         strain = jnp.tensordot(row.film, increments, 1) / self.images.scale.compliance
@@ -194,12 +222,12 @@ class ThicknessStep(NamedTuple):
 
 
 class Grown(NamedTuple):
-    """eta (K, nx, ny); displacement (nx, ny), both scaled; film and shares (``Delayed``): of the last step's kernels."""
+    """eta (K, nx, ny); displacement (nx, ny), both scaled; film and works: of the last step's kernels."""
 
     eta: Array
     displacement: Array
     film: Film | VaryingFilm | None
-    shares: Array
+    works: Array
 
 
 class PredictedFields(NamedTuple):
@@ -240,13 +268,19 @@ class IncrementalMemory(Memory):
         new = step.dt * ramps(self.rates * step.dt)[2]
         displacement = fields.earlier + fields.operator(pressure)
         kernels = fields.kernels
-        shares = kernels.delayed_shares(jax.lax.stop_gradient(pressure))
-        return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, kernels.film, shares)
+        works = kernels.works(jax.lax.stop_gradient(pressure))
+        return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, kernels.film, works)
 
-    def delayed(self, fields: Grown, pressure: Array) -> Delayed:
-        return Delayed(self.rates, fields.shares)
+    @property
+    def delayed_rates(self) -> Array:
+        return self.rates
 
-    def observe(self, fields: Grown, pressure: Array, step: Any) -> dict[str, Array]:
+    def works(self, fields: Grown, pressure: Array) -> Array:
+        return fields.works
+
+    def observe(
+        self, fields: Grown, pressure: Array, step: Any, other: Array | None = None
+    ) -> dict[str, Array]:
         """Return the strain of a film that has always been as thick as in the middle of the step."""
         if fields.film is None:
             return {"film_strain": jnp.zeros(())}
@@ -268,7 +302,8 @@ class GrowingMemory(IncrementalMemory):
 
     def start(self, shape: tuple[int, int]) -> Grown:
         eta = jnp.zeros((self.kernels.rates.size, *shape))
-        return Grown(eta, jnp.zeros(shape), jax.tree.map(jnp.zeros_like, self.kernels.film), eta[:, 0, 0])
+        none = jnp.zeros(1 + self.kernels.rates.size)
+        return Grown(eta, jnp.zeros(shape), jax.tree.map(jnp.zeros_like, self.kernels.film), none)
 
     def kernels_at(self, step: GrowthStep) -> Kernels:
         return build(self.body.with_thicknesses(step.thicknesses), self.indenter, self.grid)
@@ -290,7 +325,8 @@ class VaryingMemory(IncrementalMemory):
 
     def start(self, shape: tuple[int, int]) -> Grown:
         film = jax.tree.map(jnp.zeros_like, self.kernels.at(self.at_first).film)
-        return Grown(jnp.zeros((self.rates.size, *shape)), jnp.zeros(shape), film, jnp.zeros(self.rates.size))
+        none = jnp.zeros(1 + self.rates.size)
+        return Grown(jnp.zeros((self.rates.size, *shape)), jnp.zeros(shape), film, none)
 
     def kernels_at(self, step: ThicknessStep) -> Kernels:
         return self.kernels.at((step.before + step.after) / 2.0)
@@ -312,7 +348,9 @@ class VaryingMemory(IncrementalMemory):
 #
 #     F_h = -int p grad (f + u_q) dA = int p grad u_p dA,
 #
-# which is zero on an elastic body, and times the speed the power of the dashpots in the steady state. The difference,
+# which is zero on an elastic body, and times the speed the power of the dashpots in the steady state. An indenter that
+# creeps is at rest in its own frame: its displacement u_i under the pressure is that of a surface which keeps its place, and
+# the pressure acts on the profile f + u_i. Once relaxed it takes no force, int p grad u_i dA = 0. The difference,
 # int p grad u_q dA, is of the order of Dundurs' constant times mu W times a slope of the profile. Linear theory knows
 # such terms in part only (the slope under the traction and the elastic part of the slip velocity are of the same
 # order), so that the totals below leave them out: the coefficient of friction of an elastic body is mu.
@@ -361,18 +399,25 @@ class Observer:
         places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
         return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places, jnp.asarray(ratio))
 
-    def hysteresis(self, pressure: Array, by_traction: Array | None, direction: Array) -> Array:
-        """Return F_h against the motion, (); by_traction: the displacement u_q, (nx, ny), None without friction."""
-        slopes = self.slopes
-        if by_traction is not None:
-            along_x, along_y = (_central(by_traction, axis, False) for axis in (0, 1))
-            slopes = slopes + jnp.stack([along_x, along_y / self.ratio])  # bent at the edge of contact
-        return jnp.sum(jnp.tensordot(direction, slopes, 1) * pressure)
+    def hysteresis(self, pressure: Array, displaced: Array | None, direction: Array) -> Array:
+        """Return F_h against the motion, (); displaced: by other than the body's memory of the pressure, (nx, ny): u_q with
+        friction, and the displacement of an indenter that creeps; None for zero."""
+        return jnp.sum(jnp.tensordot(direction, self._slopes_with(displaced), 1) * pressure)
 
-    def surface(self, pressure: Array, direction: Array) -> tuple[Array, Array, Array]:
-        """Return the lateral force (2,), the centre (2,), and the peak ahead of the axis, ()."""
+    def _slopes_with(self, displaced: Array | None) -> Array:
+        """Return the slopes of the profile and of a displacement, (2, nx, ny)."""
+        if displaced is None:
+            return self.slopes
+        along_x, along_y = (_central(displaced, axis, False) for axis in (0, 1))
+        return self.slopes + jnp.stack([along_x, along_y / self.ratio])  # bent at the edge of contact
+
+    def surface(
+        self, pressure: Array, direction: Array, of_indenter: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Return the lateral force (2,), the centre (2,), and the peak ahead of the axis, (); of_indenter: the displacement
+        of an indenter that creeps, (nx, ny), or None."""
         total = jnp.sum(pressure)
-        force = -jnp.sum(self.slopes * pressure, (1, 2))
+        force = -jnp.sum(self._slopes_with(of_indenter) * pressure, (1, 2))
         centre = jnp.sum(self.places * pressure, (1, 2)) / jnp.where(total > 0.0, total, 1.0)
         ahead = jnp.tensordot(direction, self.places, 1) >= 0.0
         return force, centre, jnp.max(jnp.where(ahead, pressure, 0.0))
@@ -510,10 +555,30 @@ class RecursiveMemory(Memory):
         energies = jax.vmap(lambda s: inner_product(k.family.spectrum, s, shape))(squares)  # (K + 1, M + 1)
         return 0.5 * energies[0, 0] + 0.5 * jnp.sum(k.rates[:, None] * k.mix.T * energies[1:, 1:])
 
-    def delayed(self, eta: Array, pressure: Array) -> Delayed:
-        return Delayed(self.kernels.rates, self.kernels.delayed_shares(pressure))
+    @property
+    def delayed_rates(self) -> Array:
+        return self.kernels.rates
 
-    def observe(self, eta: Array, pressure: Array, dt: Array) -> dict[str, Array]:
+    def works(self, eta: Array, pressure: Array) -> Array:
+        return self.kernels.works(pressure)
+
+    def steady(self, pressure: Array) -> Array:
+        """Return the fields after a pressure that has stood for ever, p/lambda_k; zero for flow without limit."""
+        rates = self.kernels.rates[:, None, None]
+        return jnp.where(rates > 0.0, pressure / jnp.where(rates > 0.0, rates, 1.0), 0.0)
+
+    def steady_operator(self) -> Operator:
+        """Return the operator of a pressure that has stood for ever: the relaxed compliance, without unlimited flow."""
+        return self.kernels.family.combined(
+            [1.0, *(self.kernels.mix @ self.steady(jnp.ones((1, 1)))[:, 0, 0])]
+        )
+
+    def displacement(self, eta: Array, pressure: Array) -> Array:
+        """Return the displacement, (nx, ny), from the fields after a step and its pressure."""
+        k = self.kernels
+        return k.family.total(jnp.concatenate([pressure[None], jnp.tensordot(k.mix, eta, 1)]))
+
+    def observe(self, eta: Array, pressure: Array, dt: Array, other: Array | None = None) -> dict[str, Array]:
         film = self.kernels.film
         if film is None:
             return {"film_strain": jnp.zeros(())}
@@ -546,6 +611,17 @@ class TractionMemory(Memory):
         """The memory of the pressure alone."""
         return RecursiveMemory(self.kernels.normal)
 
+    def displacement(self, fields: TractionFields, traction: Array) -> Array:
+        """Return the normal displacement, (nx, ny), from the fields after a step and its traction."""
+        k = self.kernels
+        at_once = k.family.combined(jnp.zeros(1 + len(k.mix)).at[0].set(1.0))
+        operator = TractionOperator(
+            self.normal.steady_operator(), at_once
+        )  # of which the traction needs no more
+        by_traction = operator.normal_from_tangential(traction[:2])
+        by_traction = by_traction + k.family.normal_from_earlier(jnp.tensordot(k.mix, fields.traction, 1))
+        return self.normal.displacement(fields.pressure, traction[2]) + by_traction
+
     def start(self, shape: tuple[int, int]) -> TractionFields:
         return TractionFields(self.normal.start(shape), jnp.zeros((self.kernels.rates.size, 3, *shape)))
 
@@ -567,11 +643,91 @@ class TractionMemory(Memory):
         pressure = self.normal.update(fields.pressure, traction[2], dt)
         return TractionFields(pressure, fields.traction + jnp.tensordot(new, traction, 0))
 
-    def delayed(self, fields: TractionFields, pressure: Array) -> Delayed:
-        return self.normal.delayed(fields.pressure, pressure)
+    @property
+    def delayed_rates(self) -> Array:
+        return self.normal.delayed_rates
 
-    def observe(self, fields: TractionFields, traction: Array, dt: Array) -> dict[str, Array]:
+    def works(self, fields: TractionFields, pressure: Array) -> Array:
+        return self.normal.works(fields.pressure, pressure)
+
+    def observe(
+        self, fields: TractionFields, traction: Array, dt: Array, other: Array | None = None
+    ) -> dict[str, Array]:
         return self.normal.observe(fields.pressure, traction[2], dt)
+
+
+# The memories of both surfaces of a contact.
+#
+# Under one pressure the displacements of body and indenter add, and each surface remembers the pressure at its own rates
+# and with its own velocity: the body may move past the contact, while the surface of an indenter that slides is at rest in
+# it. So the operator of a step is the sum of those of the surfaces, and what earlier pressure has left is the sum of theirs.
+
+
+@pytree
+class BothSurfaces(Memory):
+    """The memories of the surfaces, that of the body first; the others, of an indenter, are at rest.
+
+    Fields: a tuple of those of each; step: that of the body's memory, of which the others take the time alone.
+    """
+
+    memories: tuple[Any, ...]
+
+    @property
+    def inherits(self) -> bool:
+        return any(memory.inherits for memory in self.memories)
+
+    def _each(self, fields: tuple[Any, ...], step: Any) -> list[tuple[Any, Any, Any]]:
+        """Return memory, fields and step of each surface."""
+        at_rest = getattr(step, "dt", step)
+        steps = [step, *[at_rest] * (len(self.memories) - 1)]
+        return list(zip(self.memories, fields, steps, strict=True))
+
+    def start(self, shape: tuple[int, int]) -> tuple[Any, ...]:
+        return tuple(memory.start(shape) for memory in self.memories)
+
+    def predict(self, fields: tuple[Any, ...], traction: Array, step: Any) -> Prediction:
+        found = [memory.predict(own, traction, at) for memory, own, at in self._each(fields, step)]
+        operator, earlier = found[0].operator, found[0].earlier
+        for more in found[1:]:
+            operator, earlier = operator.plus(more.operator), earlier + more.earlier
+        return Prediction(operator, earlier, tuple(each.fields for each in found), found[0].raised)
+
+    def update(self, fields: tuple[Any, ...], traction: Array, step: Any) -> tuple[Any, ...]:
+        return tuple(memory.update(own, traction, at) for memory, own, at in self._each(fields, step))
+
+    def stored_energy(self, fields: tuple[Any, ...], pressure: Array) -> Array:
+        each = zip(self.memories, fields, strict=True)
+        return sum((memory.stored_energy(own, pressure) for memory, own in each), start=jnp.zeros(()))
+
+    @property
+    def delayed_rates(self) -> Array:
+        return jnp.concatenate([memory.delayed_rates for memory in self.memories])
+
+    def works(self, fields: tuple[Any, ...], pressure: Array) -> Array:
+        found = [memory.works(own, pressure) for memory, own in zip(self.memories, fields, strict=True)]
+        at_once = sum((each[:1] for each in found), start=jnp.zeros(1))
+        return jnp.concatenate([at_once, *(each[1:] for each in found)])
+
+    def of_body(self, fields: tuple[Any, ...]) -> Any:
+        return fields[0]
+
+    def observe(
+        self, fields: tuple[Any, ...], traction: Array, step: Any, other: Array | None = None
+    ) -> dict[str, Array]:
+        """Return the observables of the body, and displacement (nx, ny) and film strain of the indenter."""
+        (body, own, at), (memory, of_indenter, time) = self._each(fields, step)
+        moved = memory.displacement(of_indenter, traction)
+        strain = memory.observe(of_indenter, traction, time)["film_strain"]
+        shown = {"indenter_displacement": moved, "indenter_film_strain": strain}
+        return body.observe(own, traction, at, moved) | shown
+
+
+def with_indenter(memory: Memory, kernels: Kernels | TractionKernels) -> Memory:
+    """Return the memory of a contact from that of its body; kernels: of the contact."""
+    own = kernels.indenter
+    if own is None:
+        return memory
+    return BothSurfaces((memory, RecursiveMemory(own) if isinstance(own, Kernels) else TractionMemory(own)))
 
 
 # Memory that moves past the indenter.
@@ -781,17 +937,23 @@ class MovingMemory(Memory):
         spectrum = spectrum + jnp.sum(self.spectra[1 + k :] * fields.eta[k:], 0)
         return spectral.inverse(spectrum, shape, self._periodic)
 
-    def delayed(self, fields: Fields, pressure: Array) -> Delayed:
-        """Return that of the pressure; friction adds little to it."""
-        return Delayed(self.kernels.rates, self.kernels.delayed_shares(pressure))
+    @property
+    def delayed_rates(self) -> Array:
+        return self.kernels.rates
 
-    def observe(self, fields: Fields, pressure: Array, motion: Motion) -> dict[str, Array]:
+    def works(self, fields: Fields, pressure: Array) -> Array:
+        """Return those of the pressure; friction adds little to them."""
+        return self.kernels.works(pressure)
+
+    def observe(
+        self, fields: Fields, pressure: Array, motion: Motion, other: Array | None = None
+    ) -> dict[str, Array]:
         """Return the observables of ``history.memory`` beside the strain of the film."""
         k, padded = self.kernels.rates.size, self._padded(pressure.shape)
         spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
         stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)
-        force, centre, leading_peak = self.observer.surface(pressure, motion.direction)
-        hysteresis, coulomb = self._against_the_motion(fields, pressure, motion)
+        force, centre, leading_peak = self.observer.surface(pressure, motion.direction, other)
+        hysteresis, coulomb = self._against_the_motion(fields, pressure, motion, other)
         return {
             "film_strain": self._film_strain(fields, pressure),
             "lateral_force": force,
@@ -804,12 +966,16 @@ class MovingMemory(Memory):
             "truncation_bound": fields.truncation_bound,
         }
 
-    def _against_the_motion(self, fields: Fields, pressure: Array, motion: Motion) -> tuple[Array, Array]:
+    def _against_the_motion(
+        self, fields: Fields, pressure: Array, motion: Motion, other: Array | None
+    ) -> tuple[Array, Array]:
         """Return hysteresis force and Coulomb's against the motion, () each."""
         hysteresis = coulomb = jnp.zeros(())
         if self.inherits:
-            by_traction = self._by_traction(fields, motion, pressure.shape)
-            hysteresis = self.observer.hysteresis(pressure, by_traction, motion.direction)
+            displaced = self._by_traction(fields, motion, pressure.shape)
+            if other is not None:
+                displaced = other if displaced is None else displaced + other
+            hysteresis = self.observer.hysteresis(pressure, displaced, motion.direction)
         if self.rubbing is not None:
             coulomb = self.rubbing.coulomb_force(pressure) * jnp.sum(motion.direction**2)
         return hysteresis, coulomb

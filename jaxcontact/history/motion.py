@@ -14,6 +14,7 @@ from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import check_friction
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.history.memory import Shift
+from jaxcontact.indenters.shapes import Indenter
 
 FARTHEST = 1 / 2  # of the grid's width: what one inner step may move
 GAUSS_PLACES, GAUSS_WEIGHTS = (
@@ -135,10 +136,15 @@ def directions(velocity: Array, times: Array, substeps: int) -> Array:
     return end / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
 
 
-def check_rubbing(friction: Any, grid: Grid, body: LayeredHalfSpace) -> Verdict:
+def check_rubbing(friction: Any, grid: Grid, body: LayeredHalfSpace, indenter: Indenter) -> Verdict:
     """None, or a coefficient of friction as in ``shear`` and bonded layers; tangential responses are those of free space."""
     if friction is None:
         return True
+    checks.require(
+        indenter.surface() is None,
+        "friction: expected None with an indenter that creeps or is coated: the normal displacement of its surface under the"
+        " traction is not available",
+    )
     checks.require(not any(grid.periodic), "friction: expected None on a periodic grid or in plane strain")
     check_bonded(body, "friction")
     return check_friction(friction, grid.shape)

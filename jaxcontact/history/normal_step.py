@@ -223,6 +223,8 @@ class PressStepper(Stepper):
             "pressure": numbers.pop("pressure"),
             "displacement": earlier - raised + solution.displacement,
         }
+        if "indenter_displacement" in numbers:
+            shown["indenter_displacement"] = numbers.pop("indenter_displacement")
         dent = self._dented(carry.dent, problem, solution)
         if dent is not None:  # a displacement that stays
             shown |= {"displacement": shown["displacement"] + dent, "dent": dent}

@@ -1,7 +1,8 @@
 """Indenters: their undeformed profile over the grid, and their material.
 
 A profile is the gap [m] to the undeformed body when the indenter just touches it, (nx, ny), with minimum zero.
-``material=None`` means rigid; an indenter's own material is elastic and acts as a half-space.
+``material=None`` means rigid; else the indenter's material acts as a half-space, or its layers as those on a half-space
+(a coated ball).
 """
 
 import abc
@@ -14,13 +15,14 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import is_concrete, pytree
-from jaxcontact.bodies.body import LayeredHalfSpace, at_its_thickest, check_material
+from jaxcontact._support.pytree import is_concrete, pytree, replace
+from jaxcontact.bodies.body import LayeredHalfSpace, at_its_thickest, check_material, checked_body
 from jaxcontact.bodies.controls import Control
 from jaxcontact.bodies.grid import Grid
-from jaxcontact.bodies.materials import Elastic
+from jaxcontact.bodies.materials import Elastic, Material
 from jaxcontact.indenters.predicted_contact import Outline, predicted
 from jaxcontact.reference import hertz
+from jaxcontact.response.normal import limits_of
 from jaxcontact.response.stack import surface_creep
 
 ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that elsewhere
@@ -33,7 +35,7 @@ class Indenter(abc.ABC):
     fills_grid: whether the indenter ends at the grid's edge, so that contact there is contact at its own edge.
     """
 
-    material: Elastic | None
+    material: Material | LayeredHalfSpace | None
     fills_grid = False
 
     @abc.abstractmethod
@@ -53,7 +55,12 @@ class Indenter(abc.ABC):
 
     def half_widths(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> tuple[float, float]:
         """Estimate the largest half-widths of the contact along x and y [m] over the history, for choosing a grid."""
-        radius = predicted(at_its_thickest(body), self.outline(), control, times).radius
+        surface, estimated = self.surface(), self
+        if surface is not None:  # as an elastic indenter of the largest compliance that it comes to have
+            limits, t = limits_of(checked_body(surface)[0]), float(times[-1] - times[0])
+            largest = max(float(limits.long_wave_compliance(t)), float(limits.short_wave_compliance(t)))
+            estimated = replace(self, material=Elastic(G=0.5 / largest, nu=0.5))
+        radius = predicted(at_its_thickest(body), estimated.outline(), control, times).radius
         return radius, radius
 
     def estimated_radius(self, body: LayeredHalfSpace, control: Control, times: np.ndarray) -> float:
@@ -64,9 +71,44 @@ class Indenter(abc.ABC):
         """Return the relative error of a size that is rounded to whole cells, in size, ()."""
         return jnp.zeros(())
 
+    def surface(self) -> LayeredHalfSpace | None:
+        """Return the layers and the substrate of an indenter that creeps or is coated.
+
+        None for a rigid indenter, and for an elastic half-space, whose ``compliance`` adds to that of the body.
+        """
+        if self.material is None or isinstance(self.material, Elastic):
+            return None
+        return (
+            self.material
+            if isinstance(self.material, LayeredHalfSpace)
+            else LayeredHalfSpace([], self.material)
+        )
+
     def compliance(self) -> Array:
-        """Return (1 - nu)/G of the indenter [1/Pa], zero if rigid."""
-        return jnp.zeros(()) if self.material is None else surface_creep(self.material).creep(0.0)
+        """Return (1 - nu)/G of an elastic indenter [1/Pa], zero if rigid; ValueError for one that creeps or is coated."""
+        if self.material is None:
+            return jnp.zeros(())
+        checks.require(
+            isinstance(self.material, Elastic),
+            f"indenter material: expected Elastic or None, got {type(self.material).__name__}: one that creeps or is"
+            " coated has no compliance of a single number",
+        )
+        return surface_creep(self.material).creep(0.0)
+
+    def compliance_of_short_waves(self, t: Array | float) -> Array:
+        """Return the compliance [1/Pa] at a time t [s] in contacts much narrower than the indenter's top layer."""
+        surface = self.surface()
+        return self.compliance() if surface is None else limits_of(surface).short_wave_compliance(t)
+
+    def flows(self) -> Array | bool:
+        """Return whether the indenter's surface creeps without limit under a load, () bool."""
+        surface = self.surface()
+        return False if surface is None else limits_of(surface).is_fluid()
+
+    def relaxed_compliance(self) -> Array:
+        """Return the relaxed compliance without steady-state flow [1/Pa] in contacts much wider than the layers."""
+        surface = self.surface()
+        return self.compliance() if surface is None else limits_of(surface).relaxed_compliance()
 
 
 def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:
@@ -78,14 +120,24 @@ def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:
         isinstance(indenter, Cylinder | HeightField) or not grid.plane_strain,
         f"indenter: expected a Cylinder or a HeightField in plane strain, got {type(indenter).__name__}",
     )
-    valid = indenter.check(grid)
-    if indenter.material is None:
+    valid, material = indenter.check(grid), indenter.material
+    if material is None:
         return valid
+    if isinstance(material, LayeredHalfSpace):
+        return valid & checked_body(material)[1]
     checks.require(
-        isinstance(indenter.material, Elastic),
-        f"indenter material: expected Elastic or None, got {type(indenter.material).__name__}",
+        isinstance(material, Material),
+        f"indenter material: expected a material, a LayeredHalfSpace or None, got {type(material).__name__}",
     )
-    return valid & check_material("indenter", indenter.material)
+    return valid & check_material("indenter", material)
+
+
+def with_layers_apart(indenter: Indenter) -> Indenter:
+    """Return a checked indenter whose graded layers are cut into uniform ones."""
+    material = indenter.material
+    if not isinstance(material, LayeredHalfSpace):
+        return indenter
+    return replace(indenter, material=checked_body(material)[0])
 
 
 @pytree
@@ -94,14 +146,17 @@ class Sphere(Indenter):
 
     Args:
         radius: R [m] > 0.
-        material: an ``Elastic`` material; None for a rigid indenter.
+        material: None for a rigid indenter; an ``Elastic`` material, one that creeps, or a ``LayeredHalfSpace`` (a coated
+            ball).
 
     Example:
         >>> ball = jc.Sphere(radius=5e-3, material=jc.Elastic.from_young(210e9, nu=0.3))
+        >>> film = jc.Layer(jc.Elastic.from_young(3e9, nu=0.4), thickness=10e-6)
+        >>> coated_ball = jc.Sphere(5e-3, jc.LayeredHalfSpace([film], substrate=ball.material))
     """
 
     radius: Array | float
-    material: Elastic | None = None
+    material: Material | LayeredHalfSpace | None = None
 
     def profile(self, grid: Grid) -> Array:
         x, y = grid.coordinates()
@@ -165,17 +220,17 @@ class Cone(Indenter):
 
     Args:
         half_angle: angle between axis and side [rad], above 0 and below pi/2.
-        material: an ``Elastic`` material; None for a rigid indenter.
+        material: None for a rigid indenter, else as of ``Sphere``.
 
     Example:
         >>> tip = jc.Cone(half_angle=np.radians(80.0))
     """
 
     half_angle: Array | float
-    material: Elastic | None = None
+    material: Material | LayeredHalfSpace | None = None
 
     @classmethod
-    def berkovich(cls, material: Elastic | None = None) -> Self:
+    def berkovich(cls, material: Material | LayeredHalfSpace | None = None) -> Self:
         """Return the cone with the area function of a Berkovich pyramid, 24.494 h^2 at each depth h: 70.3 degrees.
 
         Source: W. C. Oliver, G. M. Pharr, J. Mater. Res. 7 (1992) 1564.
@@ -208,7 +263,7 @@ class Cylinder(Indenter):
     Args:
         radius: R [m] > 0.
         length: length along y [m] > 0, rounded to whole cells, so that the derivative with respect to it is zero.
-        material: an ``Elastic`` material; None for a rigid indenter.
+        material: None for a rigid indenter, else as of ``Sphere``.
 
     Example:
         >>> roller = jc.Cylinder(radius=10e-3, length=2e-3)
@@ -216,7 +271,7 @@ class Cylinder(Indenter):
 
     radius: Array | float
     length: Array | float
-    material: Elastic | None = None
+    material: Material | LayeredHalfSpace | None = None
 
     def profile(self, grid: Grid) -> Array:
         x, y = grid.coordinates()
@@ -256,14 +311,14 @@ class FlatPunch(Indenter):
 
     Args:
         radius: radius [m] > 0, rounded to whole cells, so that the derivative with respect to it is zero.
-        material: an ``Elastic`` material; None for a rigid indenter.
+        material: None for a rigid indenter, else as of ``Sphere``.
 
     Example:
         >>> punch = jc.FlatPunch(radius=1e-3)
     """
 
     radius: Array | float
-    material: Elastic | None = None
+    material: Material | LayeredHalfSpace | None = None
 
     def profile(self, grid: Grid) -> Array:
         x, y = grid.coordinates()
@@ -296,14 +351,14 @@ class HeightField(Indenter):
 
     Args:
         heights: (nx, ny) [m], finite, on the grid.
-        material: an ``Elastic`` material; None for a rigid indenter.
+        material: None for a rigid indenter, else as of ``Sphere``.
 
     Example:
         >>> wavy = jc.HeightField(1e-8 * np.cos(np.arange(16.0))[:, None] * np.ones(16))
     """
 
     heights: Array
-    material: Elastic | None = None
+    material: Material | LayeredHalfSpace | None = None
     fills_grid = True
 
     def profile(self, grid: Grid) -> Array:

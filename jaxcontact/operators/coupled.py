@@ -95,6 +95,11 @@ class TractionOperator:
     normal: Operator
     tangential: Tangential
 
+    def plus(self, other: TractionOperator) -> TractionOperator:
+        """The sum of two surfaces under one traction, of one grid and both with couplings or both without."""
+        tangential = jax.tree.map(jnp.add, self.tangential, other.tangential)
+        return TractionOperator(self.normal.plus(other.normal), tangential)
+
     def tangential_from_tangential(self, q: Array) -> Array:
         """Tangential displacement under a tangential traction, (2, nx, ny); symmetric and positive."""
         return self.tangential.inverse(

@@ -17,8 +17,8 @@ from jaxcontact._support.reductions import total
 from jaxcontact._support.scale import Scale
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
-from jaxcontact.bodies.materials import Material
-from jaxcontact.indenters.shapes import Indenter, checked_indenter
+from jaxcontact.bodies.materials import Elastic, Material
+from jaxcontact.indenters.shapes import Indenter, checked_indenter, with_layers_apart
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import CoupledFamily, Tangential, spectrum
 from jaxcontact.operators.operator import Family, Operator, series_entries
@@ -235,7 +235,8 @@ class Kernels:
     most bodies; image_errors: relative errors of the
     images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
     at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``; varying: for a film
-    whose thickness varies in the plane, or None; all else is then of one thickness, until ``at``; rigid_base: whether the
+    whose thickness varies in the plane, or None; all else is then of one thickness, until ``at``; indenter: the kernels of
+    an indenter that creeps or is coated, in the same scale, or None: an elastic one is in C_0; rigid_base: whether the
     displacement of a periodic grid has a mean.
     """
 
@@ -251,6 +252,7 @@ class Kernels:
     grid: Grid
     nodes: int = static()
     varying: VaryingThickness | None = None
+    indenter: Kernels | None = None
     rigid_base: bool = static(default=False)
 
     def __repr__(self) -> str:
@@ -262,6 +264,8 @@ class Kernels:
             f"  separation error {value_in_words(self.separation_error)}",
             f"  image error {value_in_words(self.image_error)}",
         ]
+        if self.indenter is not None:
+            rows += ["of the indenter:", *repr(self.indenter).splitlines()[1:]]
         return "\n".join(rows)
 
     @property
@@ -269,25 +273,28 @@ class Kernels:
         """The largest of ``image_errors``, ()."""
         return jnp.max(self.image_errors[:, 1])
 
-    def delayed_shares(self, pressure: Array) -> Array:
-        """Return <p, lambda_k C_k p>/<p, C_0 p> [1/s] of a pressure (nx, ny), (K,), from the periodic operators nearest to
-        C_0 and S_m; zero without pressure."""
+    def works(self, pressure: Array) -> Array:
+        """Return <p, C_0 p> and <p, lambda_k C_k p> [1/s] of a pressure (nx, ny), (1 + K,), from the periodic operators
+        nearest to C_0 and S_m."""
         circulants, shape = self.family.nearest(pressure), pressure.shape
         periodic = self.grid.periodic
         if all(periodic) and not self.rigid_base:  # the displacement is measured from the mean
             pressure = pressure - jnp.mean(pressure)
         waves = spectral.transform(pressure, (True, True))
         squares = jnp.sum(circulants * (waves.real**2 + waves.imag**2), -1)
-        energies = squares @ spectral.both_signs(shape[1])
-        some = energies[0] > 0.0
-        shares = self.mix.T @ energies[1:] / jnp.where(some, energies[0], 1.0)
-        return jnp.where(some, jnp.maximum(shares, 0.0), 0.0)
+        works = squares @ spectral.both_signs(shape[1])
+        return jnp.concatenate([works[:1], self.mix.T @ works[1:]])
 
     def errors(self, duration: Array | float = jnp.inf) -> Errors:
         """Return the errors reported for a run of a duration [s]."""
         images = largest_until(self.image_errors, jnp.minimum(duration, self.horizon))
         thickness = 0.0 if self.varying is None else self.varying.error
-        return Errors(self.separation_error, images, self.horizon, thickness)
+        own = Errors(self.separation_error, images, self.horizon, thickness)
+        if self.indenter is None:
+            return own
+        other = self.indenter.errors(duration)
+        separation, images = jnp.maximum(own.separation, other.separation), jnp.maximum(images, other.images)
+        return Errors(separation, images, jnp.minimum(own.horizon, other.horizon), thickness)
 
     def at(self, thickness: Array) -> Kernels:
         """Return the kernels for a thickness (nx, ny) [m] of a film that varies in the plane."""
@@ -328,7 +335,7 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
 
     Args:
         body: a ``LayeredHalfSpace``.
-        indenter: the indenter, of which only the material is used.
+        indenter: the indenter, of which only the material is used; one that creeps or is coated has kernels of its own.
         grid: the ``Grid`` of the runs.
         nodes: number of common decay rates in each band of rates, static, 1 to 8. With two, the error of the displacement
             is 4e-7 for a film a tenth as stiff as its substrate and 3e-4 for a film as stiff as its substrate; use more for
@@ -351,14 +358,22 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
     """
     body, valid = checked_body(body)
     valid = valid & check_grid(grid) & checked_indenter(indenter, grid) & check_stiffness(body)
+    indenter = with_layers_apart(indenter)
+    surface = indenter.surface()
+    if surface is not None:
+        valid = valid & check_stiffness(surface)
     checks.whole("nodes", nodes, 1, 8)
     built = compiled_build(*as_float64((body, indenter, grid)), nodes=nodes)
     return built if valid is True else jax.tree.map(lambda a: jnp.where(valid, a, jnp.nan), built)
 
 
-def check_kernels(kernels: Kernels, grid: Grid) -> Verdict:
-    """Kernels of that grid."""
-    built = kernels.grid
+def check_kernels(kernels: Kernels, grid: Grid, indenter: Indenter) -> Verdict:
+    """Kernels of that grid, with those of an indenter that has kernels of its own."""
+    built, names = kernels.grid, ("of one that is elastic or rigid", "of one that creeps or is coated")
+    has, needs = kernels.indenter is not None, indenter.surface() is not None
+    checks.require(
+        has == needs, f"kernels: expected those {names[needs]}, as the indenter is, got those {names[has]}"
+    )
     checks.require(
         tuple(built.shape) == tuple(grid.shape),
         f"kernels: expected those of a grid of {tuple(grid.shape)} cells, got {tuple(built.shape)}",
@@ -395,7 +410,7 @@ def scale_of(limits: BodyLimits, indenter: Indenter, grid: Grid) -> Scale:
     The length is not held: it is by dx itself that cells are counted, also where no unit is converted, as in the cells that
     a velocity passes in a second.
     """
-    compliance = jax.lax.stop_gradient(limits.relaxed_compliance() + indenter.compliance())
+    compliance = jax.lax.stop_gradient(limits.relaxed_compliance() + indenter.relaxed_compliance())
     return Scale(jnp.asarray(grid.spacing[0]), compliance, jnp.asarray(grid.cell_area))
 
 
@@ -417,16 +432,34 @@ def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
 
 
 def assembled(
-    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, expansion: Expansion, nodes: int
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    grid: Grid,
+    expansion: Expansion,
+    of_indenter: Expansion | None,
+    nodes: int,
 ) -> Kernels:
-    """The kernels of a body's expansion, with the indenter's compliance, on a grid."""
+    """The kernels of the expansion of a body, and of that of an indenter that has one, else with the indenter's compliance,
+    on a grid."""
+    scale, surface = scale_of(limits_of(body), indenter, grid), indenter.surface()
+    images = scaled_images(expansion, indenter, scale)
+    kernels = _of_surface(body, grid, expansion, images, scale, nodes)
+    if surface is None or of_indenter is None:
+        return kernels
+    images = scaled_images(of_indenter, None, scale)
+    return replace(kernels, indenter=_of_surface(surface, grid, of_indenter, images, scale, nodes))
+
+
+def _of_surface(
+    body: LayeredHalfSpace, grid: Grid, expansion: Expansion, scaled: Images, scale: Scale, nodes: int
+) -> Kernels:
+    """Return the kernels of one surface, from its expansion and its images in the scale of the contact."""
     limits, (separable, _, errors) = limits_of(body), expansion
-    scale = scale_of(limits, indenter, grid)
     mean = None
     if body.substrate is None:
         mean = separable.terms[:, 0] * body.height / scale.length
         mean = mean.at[0].divide(scale.compliance)
-    family, coefficients = on_grid(grid, scaled_images(expansion, indenter, scale), mean)
+    family, coefficients = on_grid(grid, scaled, mean)
     mix = separable.mix / scale.compliance
     film = None
     if limits.film is not None:
@@ -450,23 +483,39 @@ def assembled(
     )
 
 
-def scaled_images(expansion: Expansion, indenter: Indenter, scale: Scale) -> Images:
-    """Return the images of C_0, with the indenter's compliance, and of the shapes, scaled; depths in m."""
-    images = expansion.images
-    heights = images.heights.at[0].add(indenter.compliance()) / scale.length
+def scaled_images(expansion: Expansion, indenter: Indenter | None, scale: Scale) -> Images:
+    """Return the images of C_0, with the compliance of an elastic indenter, and of the shapes, scaled; depths in m."""
+    images, elastic = expansion.images, indenter is not None and indenter.surface() is None
+    own = indenter.compliance() if indenter is not None and elastic else 0.0
+    heights = images.heights.at[0].add(own) / scale.length
     return Images(images.depths, heights.at[0].divide(scale.compliance))
 
 
 def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:
     """``kernels`` without checks, for use inside jit."""
-    return assembled(body, indenter, grid, expansion(body, nodes), nodes)
+    surface = indenter.surface()
+    own = None if surface is None else expansion(surface, nodes)
+    return assembled(body, indenter, grid, expansion(body, nodes), own, nodes)
+
+
+def build_surface(body: LayeredHalfSpace, grid: Grid, scale: Scale, nodes: int = DEFAULT_NODES) -> Kernels:
+    """Return the kernels of one surface alone, of a body or an indenter, in a scale; for use inside jit."""
+    found = expansion(body, nodes)
+    return _of_surface(body, grid, found, scaled_images(found, None, scale), scale, nodes)
 
 
 def compiled_build(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES
 ) -> Kernels:
     """``build`` in two programs: an expensive one, the same for all grids, and one for each shape of them."""
-    return _assembled(body, indenter, grid, compiled_expansion(body, nodes=nodes), nodes=nodes)
+    of_body = compiled_expansion(body, nodes=nodes)
+    return _assembled(body, indenter, grid, of_body, _compiled_own(indenter, nodes), nodes=nodes)
+
+
+def _compiled_own(indenter: Indenter, nodes: int) -> Expansion | None:
+    """Return the expansion of an indenter that creeps or is coated, None of any other."""
+    surface = indenter.surface()
+    return None if surface is None else compiled_expansion(surface, nodes=nodes)
 
 
 compiled_expansion = Program(expansion, ("nodes",))
@@ -537,7 +586,7 @@ def image_weights(
 @pytree
 class TractionKernels:
     """normal: as in ``indent``; family: the tangential operators C_0 and S_m; rates [1/s], (K,); mix (M, K); expansion: the
-    tangential response that they come from.
+    tangential response that they come from; indenter: those of an indenter that creeps or is coated, or None.
 
     The tangential rates are their own; what a pressure draws along, too, is remembered at them.
     """
@@ -547,10 +596,17 @@ class TractionKernels:
     rates: Array
     mix: Array
     expansion: TangentialExpansion
+    indenter: TractionKernels | None = None
 
     def errors(self, duration: Array | float = jnp.inf) -> Errors:
         """Return the errors of a run of a duration [s], the larger ones of the normal and the tangential response."""
-        return joint_errors(self.normal, self.expansion, duration)
+        found = joint_errors(self.normal, self.expansion, duration)
+        if self.indenter is None:
+            return found
+        other = self.indenter.errors(duration)
+        separation = jnp.maximum(found.separation, other.separation)
+        images = jnp.maximum(found.images, other.images)
+        return Errors(separation, images, jnp.minimum(found.horizon, other.horizon))
 
 
 def joint_errors(
@@ -564,24 +620,45 @@ def joint_errors(
 
 
 def assembled_traction(
-    normal: Kernels, expansion: TangentialExpansion, indenter: Indenter, grid: Grid, *, coupled: bool
+    normal: Kernels,
+    expansion: TangentialExpansion,
+    of_indenter: TangentialExpansion | None,
+    indenter: Indenter,
+    grid: Grid,
+    *,
+    coupled: bool,
 ) -> TractionKernels:
-    """Return the kernels of an expansion on a grid; ``normal``: those of the same body, indenter and grid.
+    """Return the kernels of the expansions of body and indenter on a grid; ``normal``: those of the same body, indenter and
+    grid; of_indenter: of one that creeps or is coated, or None.
 
     Tangential compliances of the two solids add, while their couplings of normal and tangential subtract.
     """
-    coefficients = scaled_coefficients(expansion, indenter, grid, normal.scale)
-    family = CoupledFamily(Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic))
-    mix = expansion.separable.mix / normal.scale.compliance
-    return TractionKernels(normal, family, expansion.separable.rates, mix, expansion)
+
+    def of(normal: Kernels, expansion: TangentialExpansion) -> TractionKernels:
+        coefficients = scaled_coefficients(expansion, indenter, grid, normal.scale)
+        family = CoupledFamily(Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic))
+        mix = expansion.separable.mix / normal.scale.compliance
+        return TractionKernels(normal, family, expansion.separable.rates, mix, expansion)
+
+    kernels = of(normal, expansion)
+    if of_indenter is None or normal.indenter is None:
+        return kernels
+    separable, images = of_indenter.separable, of_indenter.images
+    facing = lambda a: a * jnp.array([1.0, 1.0, -1.0])[:, None, None]  # of alpha (L, T, K)
+    mirrored = of_indenter._replace(
+        separable=replace(separable, terms=facing(separable.terms)),
+        images=replace(images, weights=facing(images.weights)),
+    )
+    return replace(kernels, indenter=of(normal.indenter, mirrored))
 
 
 def compiled_traction(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, coupled: bool
 ) -> TractionKernels:
     """Return the kernels of a body, an indenter and a grid; the programs of the expansions hold for all grids."""
-    normal = compiled_build(body, indenter, grid)
-    return _assembled_tractions(normal, _expansion(body), indenter, grid, coupled=coupled)
+    normal, surface = compiled_build(body, indenter, grid), indenter.surface()
+    own = None if surface is None else _expansion(surface)
+    return _assembled_tractions(normal, _expansion(body), own, indenter, grid, coupled=coupled)
 
 
 _expansion = Program(tangential_expansion)
@@ -601,11 +678,12 @@ def scaled_coefficients(
 
 
 def _of_indenter(indenter: Indenter) -> Array:
-    """Return the contribution of the indenter to alpha (L, T, K) [1/Pa], (3,)."""
-    if indenter.material is None:
+    """Return the contribution of an elastic indenter to alpha (L, T, K) [1/Pa], (3,); zero of any other."""
+    material = indenter.material
+    if not isinstance(material, Elastic):
         return jnp.zeros(3)
-    shares = half_space_shares(indenter.material) * jnp.array([1.0, 1.0, -1.0])
-    return shares * indenter.material.spectrum().instantaneous
+    shares = half_space_shares(material) * jnp.array([1.0, 1.0, -1.0])
+    return shares * material.spectrum().instantaneous
 
 
 # The normal displacement under the tractions of sliding friction, which come with the pressure.
@@ -699,7 +777,8 @@ def compiled_varying(
     expansion = compiled_expansion(body, nodes=nodes)
     if terms is None:
         terms = _terms_for(body, grid, expansion, thickness)
-    return _assembled_varying(body, indenter, grid, expansion, thickness, nodes=nodes, terms=terms)
+    own = _compiled_own(indenter, nodes)
+    return _assembled_varying(body, indenter, grid, expansion, own, thickness, nodes=nodes, terms=terms)
 
 
 def assembled_varying(
@@ -707,12 +786,13 @@ def assembled_varying(
     indenter: Indenter,
     grid: Grid,
     expansion: Expansion,
+    of_indenter: Expansion | None,
     thickness: Array,
     nodes: int,
     terms: int,
 ) -> Kernels:
-    """Return the kernels from the expansion of a film of one thickness."""
-    uniform = assembled(body, indenter, grid, expansion, nodes)
+    """Return the kernels from the expansion of a film of one thickness, and that of the indenter as in ``assembled``."""
+    uniform = assembled(body, indenter, grid, expansion, of_indenter, nodes)
     scaled = scaled_images(expansion, indenter, uniform.scale)
     film = limits_of(body).film
     assert film is not None and uniform.film is not None

@@ -105,6 +105,19 @@ class Operator:
         assert self.entries == SINGLE
         return jax.tree.map(lambda a: 1j * a.imag, self)
 
+    def plus(self, other: Operator) -> Operator:
+        """K + K', with one even or moving kernel K' of the same grid: both surfaces of a contact under one pressure."""
+        assert other.entries == SINGLE and other.lift is None and self.entries[0] == SINGLE[0]
+        both = lambda a, b: None if a is None or b is None else a + b
+        window = None if self.window is None or other.window is None else self.window.plus(other.window)
+        return replace(
+            self,
+            spectra=jnp.concatenate([self.spectra[:1] + other.spectra, self.spectra[1:]]),
+            circulant=self.circulant + other.circulant,
+            window=window,
+            wide=both(self.wide, other.wide),
+        )
+
     def plus_even(self, share: Array | float) -> Operator:
         """K and a share of ``even``."""
         kept = {k for *_, k in self._mutual}

@@ -35,6 +35,7 @@ from jaxcontact.response.stack import (
     solids,
     spectra,
     surface_compliance,
+    uniaxial_strain_creep,
 )
 
 Entries = tuple[Array, Array, Array, Array, Array]  # rr, rz, zr, zz, ss
@@ -222,6 +223,24 @@ def _mean(body: LayeredHalfSpace, wavenumber: Array, z: Array, lag: Lags) -> Arr
     return mean_in_time(on_contour, lag.start, lag.end)
 
 
+def of_uniform(body: LayeredHalfSpace, z: Array, changes: Array, lags: Lags | None) -> Array:
+    """Return the displacement (x, y, z) at a depth z [m] of layers on a rigid base under uniform tractions, (3,).
+
+    Under these the layers between the depth and the base are sheared, and shortened without widening. changes: of (q_x, q_y,
+    p), (nt, 3) [Pa], as in ``kernels_at_lags``.
+    """
+    bottom = depths_of_interfaces(body)
+    below = jnp.maximum(bottom - jnp.maximum(jnp.append(0.0, bottom[:-1]), z), 0.0)
+    total = jnp.zeros(3)
+    for layer, part in zip(body.sublayers(), below, strict=True):
+        each = layer.material.spectrum(), uniaxial_strain_creep(layer.material)
+        along, across = (
+            one.instantaneous[None] if lags is None else one.mean_creep(lags.start, lags.end) for one in each
+        )
+        total = total + part * jnp.sum(jnp.stack([along, along, across], 1) * changes, 0)
+    return total
+
+
 # Influence coefficients inside a body: stresses, strains and displacements at a depth under a loaded cell.
 #
 # The transfer functions to a depth z decay like exp(-alpha z). Each function of the
@@ -281,6 +300,34 @@ def displacements(x: Array, y: Array, z: Array) -> Kinds:
     """Return the corresponding integrals for displacements, in units of x: x, y; m^2, m n and n^2 over alpha^2."""
     k = jax.tree.map(jnp.add, on_surface(x, y), of_image(x, y, z))
     return jnp.stack([k.x, k.y]), jnp.stack([k.xx, k.xy, k.yy])
+
+
+# In plane strain the same functions are integrals over y as well: with l = ln(x^2 + z^2) and a = atan(x/z) the differences
+# over y tend to
+#
+#     1: 2 a      x: -l      xx: -2 a      xxx: l      all with a y: 0
+#
+# and those with one more factor 1/alpha to the F and H of ``response.coefficients.tangential_lines``, with its datum d.
+
+
+def line_gradients(x: Array, _y: Array, z: Array) -> Kinds:
+    """Return the kinds of ``gradients`` in plane strain, y without meaning; x not zero."""
+    angle, log, zero = 2.0 * jnp.arctan2(x, z), jnp.log(x**2 + z**2), jnp.zeros_like(x)
+    return (
+        angle[None],
+        jnp.stack([-log, zero]),
+        jnp.stack([-angle, zero, zero]),
+        jnp.stack([log, zero, zero, zero]),
+    )
+
+
+def line_displacements(x: Array, _y: Array, z: Array) -> Kinds:
+    """Return the kinds of ``displacements`` in plane strain, relative to the surface at the distance d, one width of the
+    grid, from a line load; x, in units of dx, at the edges of all its cells."""
+    datum, zero = 1.0 * (x.shape[0] - 1), jnp.zeros_like(x)
+    even = 2.0 * x - x * jnp.log((x**2 + z**2) / datum**2) - 2.0 * z * jnp.arctan2(x, z)
+    odd = z * jnp.log(x**2 + z**2) - 2.0 * x * jnp.arctan2(x, z)
+    return jnp.stack([odd, zero]), jnp.stack([even, zero, zero])
 
 
 # the functions of a ``Transfer`` that multiply the kinds of ``gradients`` and of ``displacements``
@@ -406,11 +453,13 @@ def over_cells(
     """
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
     x, y = jnp.arange(nx + 1)[:, None] - 0.5, (jnp.arange(ny + 1) - 0.5) * (dy / dx)
+    y = y[:1] if grid.plane_strain else y
     z = jnp.asarray(z / dx)
     values, slopes = jax.jvp(lambda z: integrals(x, y, z), (z,), (-jnp.ones_like(z),))
     # without the barrier, fusion with the differences would compute and compile each logarithm four times
     values, slopes = jax.lax.optimization_barrier((values, slopes))
-    difference = lambda f: jnp.diff(jnp.diff(f, axis=-1), axis=-2) / (2.0 * jnp.pi)
+    across = lambda f: f if grid.plane_strain else jnp.diff(f, axis=-1)
+    difference = lambda f: jnp.diff(across(f), axis=-2) / (2.0 * jnp.pi)
     return jax.tree.map(difference, values), jax.tree.map(difference, slopes)
 
 

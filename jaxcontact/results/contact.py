@@ -147,6 +147,10 @@ class ContactHistory(ContactResult):
     film_strain is the shortening of the film, the top layer, over its thickness at its deepest point (computed as on a
     rigid base; 0 without a film). Above 0.2 linear theory is inaccurate.
 
+    indenter_displacement, of the shape of ``displacement`` [m], and indenter_film_strain (nt,) are those of the indenter's
+    surface into the indenter, and of its own film, where it creeps or is coated; otherwise None. The displacement of the
+    body is the difference.
+
     time_step_error: estimate of the relative error of the pressure due to the time steps, in which the pressure is linear
     (``history.time_loop``): of the largest error at any cell over the largest pressure; mostly one to three times that, and
     zero without creep. Above 1 % there is a note, above 10 % the status is 12, for the times concerned alone.
@@ -173,6 +177,8 @@ class ContactHistory(ContactResult):
     error: Array
     status: Array
     time_step_error: Array | None = dataclasses.field(kw_only=True, default=None)
+    indenter_displacement: Array | None = dataclasses.field(kw_only=True, default=None)
+    indenter_film_strain: Array | None = dataclasses.field(kw_only=True, default=None)
     dent: Array | None = dataclasses.field(kw_only=True, default=None)
 
     @property
@@ -395,9 +401,14 @@ class SteadyRolling(SteadyContact):
     hysteresis_power over |v|, the rolling resistance without friction, positive against the motion. For a roller without
     torque, the force at the axle is power over |v|. The convention is that of ``history.memory``; approach, load,
     contact_area, smooth_area, film_strain, error, status: as in ``ShearHistory``; iterations: of the last step.
+
+    indenter_displacement (nx, ny) [m] (normal) and indenter_film_strain: of the surface of an indenter that creeps or is
+    coated, otherwise None; hysteresis_power is then that of both surfaces.
     """
 
     view: ClassVar[str] = "rolling"
+    indenter_displacement: Array | None = field(kw_only=True, default=None)
+    indenter_film_strain: Array | None = field(kw_only=True, default=None)
     grid: Grid
     velocity: Array
     profile: Array
@@ -544,7 +555,8 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
     elastic one), coulomb_force = sum of mu p times a cell's area, and friction_power = coulomb_force times speed. Without
     friction the totals equal the hysteresis parts. See ``history.memory`` for the convention, and for a term of the
     order of the slope of the profile times coulomb_force that is neglected. lateral_force (nt, 2) [N]: force of the
-    pressure on the indenter due to the slopes of its profile (slopes above 1 are left out).
+    pressure on the indenter due to the slopes of its profile (slopes above 1 are left out), of an indenter that creeps as
+    it is deformed. Energies and powers are those of the body, not of an indenter that creeps.
 
     hysteresis_force times speed plus load times rate of approach (without friction) equals hysteresis_power plus the rate
     of stored_energy, as long as no part of the history leaves the grid.
@@ -642,9 +654,14 @@ class SteadySliding(_RenamedTotal, SteadyContact):
     without walls it equals hysteresis_force times speed. approach_drift [m]: on a half-space with steady-state viscous
     flow, the increase of the approach for each factor e of the distance slid; ``approach`` is then that after sliding one
     width of the grid. Zero otherwise.
+
+    indenter_displacement (nx, ny) [m] and indenter_film_strain: as in ``ContactHistory``, relaxed; None of an indenter that
+    does not creep and is not coated.
     """
 
     view: ClassVar[str] = "steady sliding"
+    indenter_displacement: Array | None = field(kw_only=True, default=None)
+    indenter_film_strain: Array | None = field(kw_only=True, default=None)
     grid: Grid
     velocity: Array
     profile: Array

@@ -296,11 +296,26 @@ def _draw_dimensions(ax: Axes, result: Any, sizes: Sizes) -> None:
         ax.annotate("", (0.0, -approach), (0.0, 0.0), arrowprops=ARROW)
         ax.text(0.03 * half, -0.5 * approach, "\N{GREEK SMALL LETTER DELTA}", va="center", **SMALL)
     if radius > 0.0:
+        # the edges of the contact: a circle's from its area, which is finer than cells; elsewhere those of the cells
+        edges, words = _edges_of_contact(result), "2a"
+        if abs(edges[0] + edges[1]) > 2.0 * float(result.grid.spacing[0]):
+            words = "contact"
+        else:
+            edges = (-radius, radius)
         height = low - 0.1 * span
-        ax.annotate("", (-radius, height), (radius, height), arrowprops=ARROW)
+        ax.annotate("", (edges[0], height), (edges[1], height), arrowprops=ARROW)
         ax.text(
-            0.0, height - 0.05 * span, f"2a = {_short(2.0 * radius, 'm')}", ha="center", va="top", **SMALL
-        )
+            0.5 * (edges[0] + edges[1]), height - 0.05 * span, f"{words} = {_short(edges[1] - edges[0], 'm')}",
+            ha="center", va="top", **SMALL,
+        )  # fmt: skip
+
+
+def _edges_of_contact(result: Any) -> tuple[float, float]:
+    """Return the first and the last x [m] of the cells that are pressed at y = 0 and the last time; zeros without any."""
+    x, middle = np.asarray(result.grid.axes()[0]), result.grid.shape[1] // 2
+    pressed = x[last_map(result.pressure)[:, middle] > 0.0]
+    half = 0.5 * float(result.grid.spacing[0])
+    return (float(pressed[0]) - half, float(pressed[-1]) + half) if pressed.size else (0.0, 0.0)
 
 
 def _short(value: float, unit: str) -> str:

@@ -177,7 +177,10 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
     step_error = getattr(result, "time_step_error", None)
     times = result.times if over_time else 0.0
     off = 0.0 if step_error is None else step_error
-    series = (result.status, result.film_strain, result.contact_area, times, *adhesion, off)
+    strain, on_indenter = result.film_strain, getattr(result, "indenter_film_strain", None)
+    if on_indenter is not None:
+        strain = np.maximum(np.asarray(strain), np.asarray(on_indenter))
+    series = (result.status, strain, result.contact_area, times, *adhesion, off)
     single = (result.grid.cell_area, result.grid.width[0], *vars(diagnostics).values())
     whole = [np.broadcast_to(np.asarray(a), batch + steps) for a in series]
     whole += [np.broadcast_to(np.asarray(a), batch) for a in single]

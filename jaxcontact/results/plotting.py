@@ -5,6 +5,7 @@ Only the modules of pictures in this folder and those of ``paper`` import matplo
 """
 
 import functools
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, ParamSpec, TypeVar
 
@@ -15,6 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, NullLocator
 
 from jaxcontact._support.fields import FIELDS
 from jaxcontact._support.prefixes import fitting_prefix, prefixed
@@ -28,8 +30,9 @@ from jaxcontact._support.prefixes import fitting_prefix, prefixed
 
 COLOURS = "viridis"
 STYLE = "jaxcontact.style"
-# fraction of the duration; if it holds more than half of the times, the axis of time is logarithmic
-EARLY = 0.1
+# a part of the duration: where the middle one of the times after zero is earlier, times and their colours are logarithmic;
+# of times with equal ratios it is where they span 1.2 decades, of evenly spaced ones it is half
+EARLY = 0.25
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -55,8 +58,8 @@ def scale_of(values: Any, unit: str) -> tuple[float, str]:
 def shows_decades(times: Any) -> bool:
     """Return whether times [s] span decades: none is negative, and most of them are early."""
     times = np.asarray(times, dtype=float)
-    early = np.mean((times > 0.0) & (times <= EARLY * times[-1]))
-    return bool(times[0] >= 0.0 and times.size > 3 and early > 0.5)
+    later = times[times > 0.0]
+    return bool(times[0] >= 0.0 and times.size > 3 and np.median(later) < EARLY * times[-1])
 
 
 def first_after_zero(times: Any) -> float:
@@ -186,6 +189,7 @@ def history_figure(history: Any) -> Figure:
 
 
 MOST_LINES, MOST_ARROWS = 40, 24
+ABSENT = 1e-6  # of the largest pressure: a traction that is not drawn
 TENSION = 0.02  # of the largest pressure: a tension that is shown
 
 
@@ -252,12 +256,7 @@ def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, appro
     return ax
 
 
-MAPS = {
-    "thickness": "m",
-    "pressure": "Pa",
-    "temperature": "K",
-    "dent": "m",
-}  # of a film that forms, with units
+MAPS = {"thickness": "m", "pressure": "Pa", "temperature": "K"}  # of a film that forms, with units
 
 
 def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highest: Any = None) -> Axes:
@@ -381,7 +380,8 @@ def tractions_on_the_axis(ax: Axes, result: Any) -> Axes:
     (p_unit, p_name), (x_unit, x_name) = scale_of(pressure, "Pa"), scale_of(x, "m")
     lines = {"pressure": (pressure, "-"), "traction x": (traction[0], "--"), "traction y": (traction[1], ":")}
     for shade, (label, (line, style)) in zip((0.2, 0.5, 0.75), lines.items(), strict=True):
-        ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
+        if np.any(np.abs(line) > ABSENT * np.max(np.abs(pressure))):
+            ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
     stick = np.asarray(result.stick)[..., middle].reshape(-1, x.size)[-1]
     lowest, highest = ax.get_ylim()
     ax.fill_between(
@@ -451,6 +451,7 @@ def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any
 # The figure of a parameter study: one result over the values that its cases vary.
 
 
+MOST_TICKS = 8  # values of an axis that have a tick each
 EQUAL = 1e-6  # relative difference between equal steps or ratios
 
 
@@ -469,20 +470,48 @@ def studies_figure(cases: Sequence[Mapping[str, Any]], values: Mapping[str, np.n
 
 
 def draw_study(ax: Axes, cases: Sequence[Mapping[str, Any]], values: np.ndarray, name: str) -> None:
-    """Draw values (n,) over the varied numbers: a line over one, a map over two."""
+    """Draw values (n,) over the varied numbers: a line over one, a map over two.
+
+    A name that ends with a unit in brackets is that of an axis in a multiple of the unit; the name of a field of a result
+    has its unit. Axes of few values have their ticks at these.
+    """
     varied = varied_numbers(cases)
     if not 1 <= len(varied) <= 2:
         raise ValueError(f"cases: expected one or two numbers that vary, got {sorted(varied) or 'none'}")
-    (x_name, x), *second = varied.items()
+    if name in FIELDS:
+        name = f"{name.replace('_', ' ')} [{FIELDS[name].symbol}]"
+    (x_name, x), *second = (_in_multiples(*one) for one in varied.items())
+    name, values = _in_multiples(name, values)
     ax.set_xlabel(x_name)
     if second:
         ((y_name, y),) = second
         ax.set(ylabel=y_name, title=name)
         _draw_map(ax, x, y, values)
-        return
-    order = np.argsort(x)
-    ax.plot(x[order], values[order], marker=".", color=colormaps[COLOURS](0.3), ls="-")
-    ax.set(ylabel=name, xscale=_scale(np.unique(x)), ylim=(0.0, None) if np.nanmin(values) >= 0.0 else None)
+        _ticks_at(ax.yaxis, y)
+    else:
+        order = np.argsort(x)
+        ax.plot(x[order], values[order], marker=".", color=colormaps[COLOURS](0.3), ls="-")
+        low = 0.0 if np.nanmin(values) >= 0.0 else None
+        ax.set(ylabel=name, xscale=_scale(np.unique(x)), ylim=(low, None))
+    _ticks_at(ax.xaxis, x)
+
+
+def _in_multiples(name: str, values: np.ndarray) -> tuple[str, np.ndarray]:
+    """Return the name and values of an axis with an SI prefix, for a name such as "layer.thickness [m]"."""
+    found = re.fullmatch(r"(.*) \[([A-Za-z]+)\]", name)
+    if found is None or found[2] in ("rad", "m2", "m3"):
+        return name, values
+    factor, symbol = scale_of(values[np.isfinite(values)], found[2])
+    return f"{found[1]} [{symbol}]", values / factor
+
+
+def _ticks_at(axis: Any, values: np.ndarray) -> None:
+    """Put the ticks of an axis at its values, where these are few."""
+    few = np.unique(values)
+    if few.size <= MOST_TICKS:
+        axis.set_major_locator(FixedLocator(few))
+        axis.set_major_formatter(lambda value, _: f"{value:.4g}")
+        axis.set_minor_locator(NullLocator())
 
 
 def varied_numbers(cases: Sequence[Mapping[str, Any]]) -> dict[str, np.ndarray]:

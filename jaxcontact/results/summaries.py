@@ -164,7 +164,8 @@ def _values(result: Any, field: str) -> np.ndarray | None:
     vector = field.removesuffix("_x").removesuffix("_y")
     if vector != field:
         return component(getattr(result, vector), field[-1]) if hasattr(result, vector) else None
-    return np.asarray(getattr(result, field)) if hasattr(result, field) else None
+    values = getattr(result, field, None)
+    return None if values is None else np.asarray(values)
 
 
 def not_defined(values: np.ndarray, field: str) -> bool:
@@ -207,7 +208,7 @@ def values_of(result: Any) -> dict[str, np.ndarray]:
     values = {"peak_pressure": np.max(np.asarray(result.pressure), axis=(-2, -1))}
     for name in shown():
         vector, _, axis = name.rpartition("_")
-        if hasattr(result, name):
+        if getattr(result, name, None) is not None:
             values[name] = np.asarray(getattr(result, name))
         elif axis in ("x", "y") and hasattr(result, vector):
             values[name] = component(getattr(result, vector), axis)

@@ -45,6 +45,7 @@ from jaxcontact.shell.case_keys import (
     choice,
     in_si,
     kept_unless_said,
+    take_up_material,
 )
 from jaxcontact.shell.case_schema import KIND, KINDS, OPTIONAL_SECTIONS, PARTS, SEVERAL, sections_of
 from jaxcontact.simulate.run import Experiment
@@ -295,7 +296,10 @@ def _case(tables: Table, folder: Path) -> Case:
         raise CaseError(
             "[sweep]: found a study, accepted: a single case; jaxcontact sweep checks and runs a study"
         )
-    # the keys of every table, and the values in SI
+    # the keys of every table, with those of materials of plug-ins, and the values in SI
+    for _, solid in [*tables_named("layer", tables), ("substrate", tables.get("substrate"))]:
+        if isinstance(solid, dict) and isinstance(solid.get("material"), str):
+            take_up_material(solid["material"])
     kind, sections = kind_of(tables)
     adhesive = "adhesion" in tables
     sections = sections_of(kind, adhesive=True) if adhesive else sections

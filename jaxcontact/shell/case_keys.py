@@ -4,6 +4,7 @@
 the tables of each kind of experiment.
 """
 
+import dataclasses
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -13,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from jaxcontact._support import plugins
 from jaxcontact._support.fields import FIELDS, TIME
 from jaxcontact._support.prefixes import PREFIXES
 from jaxcontact.bodies import materials
@@ -279,12 +281,47 @@ LAWS: dict[str, tuple[type, dict[str, Key]]] = {
     ),
 }
 
+
+def take_up_material(name: str) -> None:
+    """Add the material of a plug-in (``jaxcontact.materials``) to ``MATERIALS`` and ``BASES`` unless it is there.
+
+    Its keys are the fields of the class: positive numbers, or as ``may_be_zero`` and ``lists`` of the class say, required
+    where they have no default. Units stand in ``units`` of the class, such as {"G": "Pa"}, and let text have a unit.
+
+    Raises:
+        ValueError: the plug-in cannot be imported, or is no material.
+    """
+    if name in MATERIALS or name not in plugins.names(plugins.MATERIALS):
+        return
+    found = plugins.load(plugins.MATERIALS, name)
+    if not (isinstance(found, type) and issubclass(found, materials.Material)):
+        raise ValueError(f"plug-in {name!r}: expected a subclass of jaxcontact.abc.Material, got {found!r}")
+    keys = {}
+    for each in dataclasses.fields(found):  # type: ignore[arg-type]
+        zero, several = each.name in found.may_be_zero, each.name in found.lists
+        unit = getattr(found, "units", {}).get(each.name)
+        own = Key(
+            {(False, False): POSITIVE, (False, True): POSITIVE_LIST, (True, False): NOT_NEGATIVE}.get(
+                (zero, several), NOT_NEGATIVE_LIST
+            ),
+            f"{each.name} [{unit}]" if unit in UNITS else each.name,
+        )
+        keys[each.name] = dataclasses.replace(
+            VOLUME.get(each.name, own),
+            required=each.default is dataclasses.MISSING,
+            default=each.default if isinstance(each.default, int | float) else None,
+        )
+    MATERIALS[name] = BASES[name] = found, keys
+
+
 MATERIAL = Key(
-    choice(*MATERIALS), "the material model, whose parameters are keys of the same table", required=True
+    Accept(lambda v: v in MATERIALS, f"{choice(*MATERIALS).words}, or a material of a plug-in"),
+    "the material model, whose parameters are keys of the same table",
+    required=True,
 )
 
 BASE = Key(
-    choice(*BASES),
+    Accept(lambda v: v in BASES, f"{choice(*BASES).words}, or a material of a plug-in"),
     "the material model, whose parameters are keys of the same table, or a rigid base below layers",
     required=True,
 )
@@ -365,6 +402,7 @@ UNITS = {  # by the SI unit of a key: the units accepted after a number
     "1/Pa": _prefixed("1/?Pa", -1),
     "1/(Pa s)": _prefixed("1/(?Pa s)", -1),
     "m/s": {f"{length}/{time}": LENGTHS[length] / SECONDS[time] for length in LENGTHS for time in SECONDS},
+    "1/m": _prefixed("1/?m", -1),
     "1/s": {f"1/{unit}": 1 / size for unit, size in SECONDS.items()},
     "J": {"J": Decimal(1), "eV": ELECTRONVOLT, "kJ/mol": Decimal(1000) / AVOGADRO},
     "m3": {"m3": Decimal(1), "nm3": Decimal("1e-27"), "A3": Decimal("1e-30"), "Å3": Decimal("1e-30")},

@@ -18,6 +18,7 @@ from jax import Array
 
 from jaxcontact._compile.programs import Program
 from jaxcontact._support import checks
+from jaxcontact._support.prefixes import prefixed
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, untupled
 from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
@@ -51,6 +52,14 @@ class Deflection:
     truncation_bound: Array
     response_error: Array
     status: Array
+
+    def __repr__(self) -> str:
+        nx, ny = self.grid.shape
+        what = f"Deflection of {nx} x {ny} cells at {jnp.size(self.times)} times"
+        if not is_concrete(self) or not hasattr(self.displacement, "__array__"):
+            return what
+        rows = [f"{what}: at most {prefixed(float(jnp.max(jnp.abs(self.displacement))), 'm')}"]
+        return "\n".join([*rows, *(f"note: {note}" for note in self.notes)])
 
     @property
     def notes(self) -> tuple[Note, ...]:
@@ -99,8 +108,8 @@ def deflection(
     bound on its displacement under the pressure: the grid must hold the load and the part of the track that matters. On a
     grid that is periodic along both axes displacement is relative to the mean, unless the base is rigid.
 
-    The result is differentiable with respect to all numbers. Stresses under a pressure at rest: ``subsurface`` with the same
-    pressure and times.
+    The result is differentiable with respect to all numbers. ``subsurface`` has the stresses, for a pressure that moves from
+    its history in the frame of the body, p(x - v t), at times between which it moves by less than a cell or two.
 
     Args:
         body: a ``LayeredHalfSpace``.

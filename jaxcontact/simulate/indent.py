@@ -26,6 +26,7 @@ from jaxcontact.history.memory import (
     ThicknessStep,
     VaryingMemory,
     rows,
+    with_indenter,
 )
 from jaxcontact.history.normal_step import PressStepper
 from jaxcontact.history.time_loop import Delayed
@@ -81,7 +82,9 @@ def indent(
         body: a ``LayeredHalfSpace`` in SI units. The thickness of a ``Layer`` may be (nt,), one value for each time,
             which requires new kernels at each step (``history.memory``), or (nx, ny) or (nt, nx, ny) if it varies in the
             plane (``operators.kernels``). With such a layer, ``kernels`` cannot be given.
-        indenter: ``Sphere``, ``Cone``, ``Cylinder``, ``FlatPunch`` or ``HeightField``.
+        indenter: ``Sphere``, ``Cone``, ``Cylinder``, ``FlatPunch`` or ``HeightField``, rigid, elastic, or of a material that
+            creeps or a ``LayeredHalfSpace`` (a coated ball): its surface then has a memory of its own, as the body has, and
+            displacement and film strain in the result. Not with ``correspondence="quasi-elastic"``.
         control: ``Load`` [N] or ``Approach`` [m], a number or (nt,). It is applied as a step at times[0] and is linear
             between the times.
         times: (nt,) [s], not decreasing; two equal times define a step change.
@@ -200,7 +203,14 @@ class Indentation(Experiment):
         )
         adhesive = adhesion is not None
         experiment = Experiment.of(
-            body, indenter, control, times, grid, film_map=film_map, adhesive=adhesive, **given
+            body,
+            indenter,
+            control,
+            times,
+            grid,
+            film_map=film_map,
+            adhesive=adhesive,
+            **given,
         ).also(good)
         if thicknesses is not None or film_map is not None:
             plain = experiment.kernels is None and experiment.correspondence == "exact"
@@ -255,6 +265,9 @@ class Indentation(Experiment):
                 middle = (ends + jnp.concatenate([ends[:1], ends[:-1]])) / 2.0
                 memory = GrowingMemory(self.body, self.indenter, self.grid, self.kernels)
                 more = GrowthStep(dt, middle.reshape(fine.shape))
+
+        if self.kernels is not None:
+            memory = with_indenter(memory, self.kernels)
 
         course, makes = {"times": self.times}, ContactHistory if self.adhesion is None else AdhesiveHistory
         contact = self.contact(scale)

@@ -87,6 +87,14 @@ class RolledSurface:
             spectra = spectra + self.coupling * tangential.transform(p)
         return tangential.inverse(spectra, p.shape)
 
+    def plus(self, other: RolledSurface) -> RolledSurface:
+        """The sum of two surfaces under one traction, both with couplings or both without."""
+        coupling = None
+        if self.coupling is not None and other.coupling is not None:
+            coupling = self.coupling + other.coupling
+        relaxed = self.relaxed.plus(other.relaxed)
+        return RolledSurface(self.normal.plus(other.normal), self.plane + other.plane, coupling, relaxed)
+
     def normal_from_tangential(self, q: Array) -> Array:
         """Normal displacement under a tangential traction, (nx, ny)."""
         if self.coupling is None:
@@ -406,7 +414,8 @@ def roll_steady(
 
     Args:
         body: a ``LayeredHalfSpace``.
-        indenter, grid: as in ``indent``; a grid that is periodic along both axes is rejected.
+        indenter, grid: as in ``indent``; a grid that is periodic along both axes is rejected. The surface of an indenter
+            that creeps or is coated moves through the contact as the body's does, with a wake of its own.
         control: ``Load`` or ``Approach`` with a single value.
         velocity: velocity of the indenter over the body [m/s], not zero: a number (along x) or (2,). For elastic bodies
             only its direction matters.
@@ -435,7 +444,8 @@ def roll_steady(
     solver = {"tolerance": tolerance, "max_iterations": max_iterations}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, **solver)
     check_free_along_x(grid, "roll_steady")
-    check_bonded(experiment.body, "roll_steady")
+    for each in experiment.surfaces:
+        check_bonded(each, "roll_steady")
 
     # one value of the control, one direction, and a creepage or a tangential load
     shape = np.shape(getattr(control, "value", 0.0))
@@ -458,7 +468,9 @@ def roll_steady(
         checks.require(shape == (2,), f"creepage: expected (x, y) or a TangentialLoad, got shape {shape}")
         valid = valid & checks.finite("creepage", creepage)
     valid = valid & check_friction(friction, grid.shape)
-    valid = valid & check_along_x(np.shape(velocity), grid) & check_steady(experiment, velocity)
+    valid = valid & check_along_x(np.shape(velocity), grid)
+    for each in experiment.surfaces:
+        valid = valid & check_steady(experiment, each, velocity)
     checks.require(np.shape(spin) == (), f"spin: expected one number, got shape {np.shape(spin)}")
     checks.require(
         not grid.plane_strain or (is_concrete(spin) and float(spin) == 0.0),
@@ -489,22 +501,31 @@ def _compiled(
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     speed, step = jnp.sqrt(jnp.sum(vector**2)), jnp.min(spacing)
 
-    # the surface, elastic or with the wake of the tractions, and what it shows of a pressure
-    observed: Callable[[Array], dict[str, Array]]
-    if not kernels.normal.rates.size:
-        memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
-        no_history = memory.start(grid.shape)
-        operator = memory.predict(no_history, jnp.zeros(grid.shape), no_time).operator
-        surface = elastic_surface(kernels, operator)
-        observed = lambda p: {**memory.observe(no_history, p, no_time), "hysteresis_power": no_time}
-    else:
-        wake = wake_of(experiment, kernels.normal, vector / scale.length, across=velocity.ndim > 0)
+    # the surface, elastic or with the wake of the tractions, and what it shows of a pressure: of the body, and of an
+    # indenter that creeps or is coated, which moves through the contact with the same velocity
+    def rolled_over(
+        body: LayeredHalfSpace, kernels: TractionKernels
+    ) -> tuple[RolledSurface, Callable[[Array], dict[str, Array]]]:
+        if not kernels.normal.rates.size:
+            memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
+            no_history = memory.start(grid.shape)
+            operator = memory.predict(no_history, jnp.zeros(grid.shape), no_time).operator
+            seen = lambda p: {**memory.observe(no_history, p, no_time), "hysteresis_power": no_time}
+            return elastic_surface(kernels, operator), seen
+        moved = vector / scale.length
+        wake = wake_of(body, grid, kernels.normal, moved, across=velocity.ndim > 0)
         symbols = wake.symbols()
         surface = creeping_surface(experiment, kernels, wake, wake.operator(symbols), coupled=coupled)
-        observed = lambda p: {
+        return surface, lambda p: {
             "film_strain": wake.film_strain(symbols, p),
             "hysteresis_power": wake.lost_power(symbols, p),
         }
+
+    surface, observed = rolled_over(experiment.body, kernels)
+    of_indenter, own = None, experiment.indenter.surface()
+    if own is not None and kernels.indenter is not None:
+        of_indenter, seen_of_indenter = rolled_over(own, kernels.indenter)
+        surface = surface.plus(of_indenter)
 
     # the contact, in steps of the shorter side of a cell
     profile = experiment.indenter.profile(grid) / scale.length
@@ -552,7 +573,17 @@ def _compiled(
         asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
         held = jnp.sum(asked**2) < room**2
         status = most_serious((~held & jnp.any(asked != 0.0), Status.GROSS_SLIP), status=status)
-    numbers["status"] = with_no_steady_state(status, experiment, vector)
+    for each in experiment.surfaces:
+        status = with_no_steady_state(status, experiment, each, vector)
+    numbers["status"] = status
+
+    # what each surface shows of the pressure; both lose power
+    numbers |= observed(pressed.pressure)
+    if of_indenter is not None:
+        seen = seen_of_indenter(pressed.pressure)
+        numbers["hysteresis_power"] = numbers["hysteresis_power"] + seen["hysteresis_power"]
+        moved = of_indenter.normal(pressed.pressure) + of_indenter.normal_from_tangential(sheared.traction)
+        numbers |= {"indenter_film_strain": seen["film_strain"], "indenter_displacement": moved}
 
     # Friction takes the work of the tangential force and of the moment and, where the solids are unlike, of the pressure on
     # a surface that the traction moves: -int q . slip = Q . creepage + M spin + int q . du/ds, and of u only the part due to
@@ -562,7 +593,7 @@ def _compiled(
     if coupled:
         flat = Observer.of(jnp.zeros_like(profile), spacing[1] / spacing[0])
         raised = -flat.hysteresis(pressed.pressure, by_traction, vector / speed)
-    in_si = scale.to_si(**numbers, **observed(pressed.pressure), profile=profile, lateral_force=raised)
+    in_si = scale.to_si(**numbers, profile=profile, lateral_force=raised)
     raised = in_si.pop("lateral_force")
     q_x, q_y = in_si["traction"]
     moment = grid.cell_area * jnp.sum(x * q_y - y * q_x)

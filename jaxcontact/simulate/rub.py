@@ -17,7 +17,7 @@ from jaxcontact.bodies.controls import Control, check_friction
 from jaxcontact.bodies.grid import Grid, MovedGrid
 from jaxcontact.bodies.laws import SumOfLaws, Thermal, check_law, check_thermal, is_sheared, temperatures_of
 from jaxcontact.history.growth_step import Heated, RubStep, RubStepper, Track, check_path
-from jaxcontact.history.memory import Memory, RecursiveMemory, VaryingMemory
+from jaxcontact.history.memory import Memory, RecursiveMemory, VaryingMemory, with_indenter
 from jaxcontact.history.motion import as_array, at_fine_times, mean_speed, over_times, speed_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
@@ -107,7 +107,8 @@ def rub(
             and grad.
         hardness: as in ``indent``, in the frame of the body: with ``path`` the dent is that of the track. With
             wears="indenter" it is of the body too. A film that wears keeps its dent, which wear deepens.
-        indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``.
+        indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``. An indenter that
+            creeps or is coated is for rubbing in place, with a film that wears, or, if it is not coated, its own profile.
 
     Returns:
         A ``RubbingHistory``; status, notes and warnings are as in ``indent``.
@@ -204,6 +205,14 @@ class RubExperiment(Experiment):
                 "body: expected one Layer of a thickness that is a number or (nx, ny) in rub",
             )
         experiment = Experiment.of(body, indenter, control, times, grid, film_map=film_map, **given)
+        if experiment.indenter.surface() is not None:
+            coated = isinstance(indenter.material, LayeredHalfSpace)
+            moves, warms = path is not None, thermal is not None and thermal.shift is not None
+            checks.require(
+                not (moves or warms or (coated and wears == "indenter")),
+                "indenter material: expected Elastic or None with path=, with a shift in thermal=, and of a coated indenter"
+                f' with wears="indenter", got {type(indenter.material).__name__}',
+            )
 
         # the law, and the motion: a velocity in place, or positions (nt, 2)
         law, heated, count = SumOfLaws(()) if law is None else law, thermal is not None, np.shape(times)[0]
@@ -267,6 +276,7 @@ class RubExperiment(Experiment):
             memory, scale = RecursiveMemory(kernels), kernels.scale
         else:
             memory, scale = VaryingMemory(kernels, self.film_map.values), kernels.scale
+        memory = with_indenter(memory, kernels)
 
         # speed and length of way of the inner steps: in place from the velocity, else constant between two times
         dt, when = fine_steps(self.times, substeps), fine_values(self.times, substeps)

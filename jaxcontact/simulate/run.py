@@ -46,7 +46,7 @@ from jaxcontact.history.time_loop import (
     march,
     march_from_rest,
 )
-from jaxcontact.indenters.shapes import HeightField, Indenter, Sphere, checked_indenter
+from jaxcontact.indenters.shapes import HeightField, Indenter, Sphere, checked_indenter, with_layers_apart
 from jaxcontact.operators.kernels import (
     Errors,
     check_kernels,
@@ -113,13 +113,16 @@ class Experiment:
         times = untupled(times)
         body, valid = checked_body(body)
         valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
+        indenter = with_layers_apart(indenter)
+        surface = indenter.surface()
         valid = valid & checks.not_decreasing("times [s]", times)
         valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
-        valid = valid & check_hardness(hardness, grid.shape)
-        checks.require(
-            hardness is None or not adhesive,
-            "hardness: expected None with adhesion, got a hardness: surfaces that yield are computed without attraction",
-        )
+        if hardness is not None:
+            valid = valid & check_hardness(hardness, grid.shape)
+            checks.require(
+                not adhesive,
+                "hardness: expected None with adhesion, got a hardness: surfaces that yield are computed without attraction",
+            )
         valid = valid & checks.between("tolerance", tolerance, 0.0, LOOSEST)
         if is_concrete(max_iterations):
             checks.whole("max_iterations", np.asarray(max_iterations).item(), 1, 10**9)
@@ -133,8 +136,14 @@ class Experiment:
         exact = correspondence == "exact"
         if kernels is not None:
             checks.require(exact, 'kernels: expected correspondence="exact" with them')
-            valid = valid & check_kernels(kernels, grid)
+            valid = valid & check_kernels(kernels, grid, indenter)
         valid = valid & check_stiffness(body)
+        if surface is not None:
+            checks.require(
+                exact,
+                f'correspondence: expected "exact" with an indenter that creeps or is coated, got "{correspondence}"',
+            )
+            valid = valid & check_stiffness(surface)
         checks.require(
             exact or all(solid.bulk_modulus is None for solid in solids(body)),
             f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}", whose error would reach 5 %',
@@ -154,20 +163,25 @@ class Experiment:
 
         # a surface with J(0) = 0 is rigid at first: the contact then needs an elastic indenter, and a film of it has no
         # largest decay rate, which the exact response needs
-        limits = limits_of(body)
+        limits, of_indenter = limits_of(body), None if surface is None else limits_of(surface)
         rigid = limits.has_zero_instantaneous_compliance()
-        alone, film = indenter.material is None, limits.film is not None and exact
-        if not is_concrete(rigid):
-            valid = valid & ~(jnp.asarray(rigid) & (alone or film))
+        alone: Array | bool = indenter.material is None
+        film, its_film = limits.film is not None and exact, False
+        if of_indenter is not None:
+            alone, its_film = of_indenter.has_zero_instantaneous_compliance(), of_indenter.film is not None
+        if not is_concrete(rigid, alone):
+            first, second = jnp.asarray(rigid), jnp.asarray(alone)
+            valid = valid & ~((first & second) | (first & film) | (second & its_film))
         else:
+            film = (bool(rigid) and film) or (bool(alone) and its_film)
             checks.require(
-                not (bool(rigid) and alone),
+                not (bool(rigid) and bool(alone)),
                 "a Kelvin-Voigt surface has J(0) = 0 and is rigid at first: a rigid indenter cannot be pressed on it, not"
                 " even by a load that rises from zero; expected an elastic indenter or a material with an instantaneous"
                 " compliance",
             )
             checks.require(
-                not (bool(rigid) and film),
+                not film,
                 "layer: a material with J(0) = 0 has no bound on its decay rates over a substrate; expected one with an"
                 ' instantaneous compliance (StandardLinearSolid, say), or correspondence="quasi-elastic"',
             )
@@ -245,6 +259,12 @@ class Experiment:
         return profile_over_film(self.indenter, self.grid, self.film_map)
 
     @property
+    def surfaces(self) -> list[LayeredHalfSpace]:
+        """The body, and the indenter where it creeps or is coated."""
+        own = self.indenter.surface()
+        return [self.body] if own is None else [self.body, own]
+
+    @property
     def load_controlled(self) -> bool:
         return isinstance(self.control, Load)
 
@@ -314,7 +334,9 @@ def tabor_numbers(law: Adhesion, experiment: Experiment) -> Array:
     times, indenter = experiment.times, experiment.indenter
     if not isinstance(indenter, Sphere):
         return jnp.full(times.shape, jnp.nan)
-    compliance = limits_of(experiment.body).short_wave_compliance(times - times[0]) + indenter.compliance()
+    since = times - times[0]
+    compliance = limits_of(experiment.body).short_wave_compliance(since)
+    compliance = compliance + indenter.compliance_of_short_waves(since)
     return law.tabor_number(indenter.radius, 2.0 / compliance)
 
 

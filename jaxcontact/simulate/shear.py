@@ -18,7 +18,7 @@ from jaxcontact.bodies.controls import (
 )
 from jaxcontact.bodies.grid import Grid, check_free_along_x
 from jaxcontact.history.friction_step import ShearStepper
-from jaxcontact.history.memory import TractionMemory
+from jaxcontact.history.memory import TractionMemory, with_indenter
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.kernels import TractionKernels, compiled_traction
 from jaxcontact.results.contact import ShearHistory, ShearStep
@@ -60,7 +60,8 @@ def shear(
 
     Args:
         body, indenter, times, grid: as in ``indent``; a grid that is periodic along both axes is rejected. In plane
-            strain, tangential displacements are also measured from the surface at a distance of one width of the grid.
+            strain, tangential displacements are also measured from the surface at a distance of one width of the grid. Those
+            of an indenter that creeps or is coated have a memory of their own.
         control: ``Load`` or ``Approach``, as in ``indent``.
         tangential: ``TangentialLoad`` [N] or ``TangentialDisplacement`` [m] of the indenter, (2,) or (nt, 2). It is applied
             as a step at times[0] together with the control, and is linear between the times.
@@ -118,7 +119,8 @@ class Shearing(Experiment):
         """Check the arguments of ``shear``; contact and given: the arguments of ``Experiment.of``."""
         experiment = Experiment.of(*contact, **given)
         check_free_along_x(experiment.grid, "shear")
-        check_bonded(experiment.body, "shear")
+        for each in experiment.surfaces:
+            check_bonded(each, "shear")
         valid = check_tangential(tangential, experiment.times.size)
         experiment = experiment.also(valid & check_friction(friction, experiment.grid.shape))
         tangential, friction = as_float64((tangential, friction))
@@ -134,7 +136,7 @@ class Shearing(Experiment):
         kernels: TractionKernels = self.kernels
         scale, forced = kernels.normal.scale, isinstance(self.tangential, TangentialLoad)
         stepper = ShearStepper(
-            memory=TractionMemory(kernels),
+            memory=with_indenter(TractionMemory(kernels), kernels),
             coefficient=jnp.broadcast_to(self.friction, self.grid.shape),
             tangential_load_controlled=forced,
             coupled=self.coupled,

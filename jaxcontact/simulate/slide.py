@@ -22,7 +22,7 @@ from jaxcontact.bodies.laws import Adhesion, Thermal, check_adhesion, check_ther
 from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.contact.law import Hardness
 from jaxcontact.history.growth_step import Heated, in_reduced_time, reduced
-from jaxcontact.history.memory import Motion, Shift, moving_memory
+from jaxcontact.history.memory import BothSurfaces, Motion, Shift, moving_memory, with_indenter
 from jaxcontact.history.motion import (
     FARTHEST,
     as_array,
@@ -89,6 +89,9 @@ def slide(
     With friction, the traction mu p along the velocity also causes normal displacement and changes the pressure; see
     ``slide_steady``.
 
+    The surface of an indenter that creeps or is coated is at rest in its own frame: it creeps as in ``indent``, and once
+    relaxed takes no part in the hysteresis force. Powers and energies of the result are those of the body alone.
+
     On a grid that is periodic along both axes no history leaves the grid. A step may then have any length, and the
     indenter encounters the tracks of its periodic images. In plane strain the velocity has one component.
 
@@ -115,7 +118,8 @@ def slide(
         velocity: velocity of the indenter over the body [m/s]: a number (along x), (2,) for (vx, vy), or (nt, 2) over
             the times, linear between them. With a velocity along +x, the leading edge and the higher pressure are on the
             +x side. The motion starts with the load at times[0].
-        friction: as in ``slide_steady``, along the velocity at the end of each inner step.
+        friction: as in ``slide_steady``, along the velocity at the end of each inner step; None with an indenter that creeps
+            or is coated.
         thermal: None, or ``Thermal`` with a diffusivity; friction is then > 0, the velocity constant, and the grid not
             periodic.
         adhesion: as in ``indent``, without friction; None for surfaces without attraction.
@@ -187,7 +191,13 @@ class Sliding(Experiment):
             f"friction: expected None with adhesion, got {friction!r}: Coulomb's law holds under pressure alone",
         )
         experiment = Experiment.of(
-            body, indenter, control, times, grid, adhesive=adhesion is not None, **given
+            body,
+            indenter,
+            control,
+            times,
+            grid,
+            adhesive=adhesion is not None,
+            **given,
         )
         velocity = as_array(velocity)
         valid = checked_track(velocity, times, experiment.grid, experiment.substeps)
@@ -208,7 +218,8 @@ class Sliding(Experiment):
                 "Thermal diffusivity [m2/s]: expected a number in slide, got None",
             )
             valid = valid & check_peclet(experiment.grid, velocity, thermal.diffusivity)
-        valid = valid & adheres & check_rubbing(friction, experiment.grid, experiment.body)
+        rubs = check_rubbing(friction, experiment.grid, experiment.body, experiment.indenter)
+        valid = valid & adheres & rubs
         velocity, friction, thermal, adhesion = as_float64((velocity, friction, thermal, adhesion))
         more = {"velocity": velocity, "friction": friction, "thermal": thermal, "adhesion": adhesion}
         return cls(**vars(experiment.also(valid)), **more)
@@ -250,7 +261,7 @@ class Sliding(Experiment):
             speed = speed_of(over_times(self.velocity, self.times)[0])
             heating = Heating(heated, self.friction * speed * scale.unit("pressure"))
 
-        stepper = SlideStepper(memory, **contact, farthest=farthest, heating=heating)
+        stepper = SlideStepper(with_indenter(memory, kernels), **contact, farthest=farthest, heating=heating)
         course, makes = {"velocity": over_times(self.velocity, self.times)}, sliding_history
         if self.adhesion is not None:
             law = Attraction(self.adhesion.scaled(scale.length, scale.compliance), grid.periodic)
@@ -350,7 +361,8 @@ class SlideStepper(PressStepper):
         moved = step.more.shift
         way = jnp.stack([moved.x, jnp.zeros(()) if moved.y is None else moved.y])
         far = carry.far | jnp.any(jnp.abs(way) > self.farthest * (1.0 + 1e-9))
-        back = reentered(contact.memory.overlaps, contact.memory.truncation_bound, depth)
+        track = self.memory.of_body(contact.memory)
+        back = reentered(track.overlaps, track.truncation_bound, depth)
         status = most_serious((far, Status.MOVED_TOO_FAR), (back, Status.REENTERED_TRACK), status=status)
         return SlideCarry(contact, depth, far, shift, carry.way), outcome._replace(
             numbers=outcome.numbers | {"status": status}
@@ -359,7 +371,11 @@ class SlideStepper(PressStepper):
     def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
         shift = step.more.shift
         way = jnp.abs(shift.x) if shift.y is None else jnp.hypot(shift.x, shift.y)
-        return Lapse(step.dt, drift=in_radii(way, contact_area, plane_strain(self.profile)))
+        drift = in_radii(way, contact_area, plane_strain(self.profile))
+        if isinstance(self.memory, BothSurfaces):  # what the indenter remembers stays in the contact
+            body, indenter = (memory.delayed_rates.size for memory in self.memory.memories)
+            drift = jnp.concatenate([jnp.broadcast_to(drift, (body,)), jnp.zeros(indenter)])
+        return Lapse(step.dt, drift=drift)
 
     def _energies(self, adhering: Adhering, fields: Any, pressure: Array) -> dict[str, Array]:
         """Return nothing: what a moving body dissipates is in the observables of its memory."""

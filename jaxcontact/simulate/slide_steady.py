@@ -21,7 +21,7 @@ from jaxcontact.bodies.grid import Grid
 from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
-from jaxcontact.history.memory import Observer, Shift, along
+from jaxcontact.history.memory import Observer, RecursiveMemory, Shift, along
 from jaxcontact.history.motion import as_array, check_along_x, check_rubbing
 from jaxcontact.history.normal_step import contact_outcome, status_of
 from jaxcontact.indenters.shapes import Indenter
@@ -31,7 +31,7 @@ from jaxcontact.operators.kernels import (
     Kernels,
     Rubbing,
     VaryingFilm,
-    build,
+    build_surface,
     deepest_strain,
     joint_errors,
     rub,
@@ -257,15 +257,15 @@ class Wake:
         return self.kernels.at_zero @ self.kernels.mix * cell / (2.0 * jnp.pi)
 
 
-def wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
-    """The wake at a velocity in cells per second; that of a half-space reaches beyond the grid."""
-    grid, far_off = experiment.grid, limits_of(experiment.body).creeps_far
+def wake_of(body: LayeredHalfSpace, grid: Grid, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
+    """The wake in a surface, of a body or an indenter, at a velocity in cells per second; that of a half-space reaches
+    beyond the grid. kernels: of the surface."""
+    far_off = limits_of(body).creeps_far
     if not far_off or all(grid.periodic):
         shapes = extended(kernels, grid.shape)
     else:
         wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
-        again = build(experiment.body, experiment.indenter, wide, kernels.nodes)
-        shapes = again.family.spectrum[1:]
+        shapes = build_surface(body, wide, kernels.scale, kernels.nodes).family.spectrum[1:]
     return Wake(kernels, shapes, velocity, grid.spacing[1] / grid.spacing[0], far_off, grid.shape, across)
 
 
@@ -410,15 +410,16 @@ class FilmWake:
 
 def film_wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, thickness: Array) -> FilmWake:
     """Return the wake at a velocity along x, in cells per second."""
+    body, grid = experiment.body, experiment.grid
     here, varying = kernels.at(thickness), kernels.varying
     assert varying is not None
 
     def of_term(spectra: Array, circulants: Array) -> Wake:
         family = Family(spectra[:, None], circulants[:, None], periodic=varying.family.periodic)
-        return wake_of(experiment, replace(kernels, family=family), velocity, across=False)
+        return wake_of(body, grid, replace(kernels, family=family), velocity, across=False)
 
     terms = jax.vmap(of_term, 1)(varying.family.spectra, varying.family.circulants)
-    one = wake_of(experiment, kernels, velocity, across=False)
+    one = wake_of(body, grid, kernels, velocity, across=False)
     return FilmWake(terms, one, varying.series.shares(thickness), here.film)
 
 
@@ -514,10 +515,11 @@ def slide_steady(
             (nx, ny) with equal values along x, if the velocity is a number and there is no friction. The film's surface is
             then higher where it is thicker.
         indenter, grid, tolerance, max_iterations, kernels: as in ``indent``. Kernels of a half-space save little
-            time, since its wake is computed on a larger grid.
+            time, since its wake is computed on a larger grid. The surface of an indenter that creeps or is coated is at rest
+            in its own frame, so that in the steady state it has relaxed; its material does not flow without limit.
         friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
             contact slips. With None, and at zero velocity, there is no traction. ``friction_coefficient`` of the result is
-            the total, which includes hysteresis.
+            the total, which includes hysteresis. None with an indenter that creeps or is coated.
         control: as in ``indent``, with a single value.
 
     Since there is no time integration, there are no arguments ``times``, ``save``, ``substeps`` and ``checkpoint``.
@@ -547,7 +549,14 @@ def slide_steady(
     body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
     solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, film_map=film_map, **solver)
-    valid = valid & check_steady(experiment, velocity) & check_rubbing(friction, grid, experiment.body)
+    valid = valid & check_steady(experiment, experiment.body, velocity)
+    valid = valid & check_rubbing(friction, grid, experiment.body, experiment.indenter)
+    flows = experiment.indenter.flows()
+    checks.require(
+        not is_concrete(flows) or not bool(flows),
+        "indenter material: expected one that does not flow without limit: its surface stays in the contact, where it creeps"
+        " indefinitely, so that there is no steady state",
+    )
 
     # a film that stays as it is in the frame of the indenter: its thickness varies across the track alone
     if film_map is not None:
@@ -577,10 +586,10 @@ def slide_steady(
     return reported(result, errors, experiment)
 
 
-def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
-    """A finite velocity; ValueError where there is no steady state."""
+def check_steady(experiment: Experiment, body: LayeredHalfSpace, velocity: Array) -> Verdict:
+    """A finite velocity; ValueError where there is no steady state. body: of a surface that moves through the contact."""
     finite = checks.finite("velocity [m/s]", velocity)
-    limits, grid = limits_of(experiment.body), experiment.grid
+    limits, grid = limits_of(body), experiment.grid
     checks.require(
         not limits.creeps_far or all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
         "grid: expected one that is periodic along both axes, along none, or in plane strain, under a half-space or"
@@ -595,7 +604,7 @@ def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
         " indefinitely and there is no steady state",
     )
     checks.require(
-        not _tilts_or_thins(experiment),
+        not _tilts_or_thins(grid, body),
         "body: expected one that does not flow without limit, on this grid: in plane strain a half-space tilts indefinitely"
         " under an indenter, and on a periodic grid the body creeps indefinitely under the mean pressure",
     )
@@ -607,10 +616,9 @@ def check_steady(experiment: Experiment, velocity: Array) -> Verdict:
     return finite
 
 
-def _tilts_or_thins(experiment: Experiment) -> bool:
+def _tilts_or_thins(grid: Grid, body: LayeredHalfSpace) -> bool:
     """Return whether a fluid body could have no steady state on this grid."""
-    grid, far_off = experiment.grid, limits_of(experiment.body).creeps_far
-    return all(grid.periodic) or (grid.plane_strain and far_off)
+    return all(grid.periodic) or (grid.plane_strain and limits_of(body).creeps_far)
 
 
 @Program
@@ -624,7 +632,8 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
         moved = vector / kernels.scale.length
         wake = film_wake_of(experiment, kernels, moved, experiment.film_map.values)
     else:
-        wake = wake_of(experiment, kernels, vector / kernels.scale.length, across=velocity.ndim > 0)
+        moved = vector / kernels.scale.length
+        wake = wake_of(experiment.body, grid, kernels, moved, across=velocity.ndim > 0)
     scale, symbols, direction = wake.kernels.scale, wake.symbols(), wake.direction
     operator = wake.operator(symbols)
 
@@ -636,6 +645,11 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
         rubbed = RubbedWake(wake, rubbing, direction)
         operator = rubbed.added_to(operator)
 
+    # an indenter that creeps is at rest in its own frame: under a steady pressure it has relaxed
+    at_rest = None if kernels.indenter is None else RecursiveMemory(kernels.indenter)
+    if at_rest is not None:
+        operator = operator.plus(at_rest.steady_operator())
+
     # the contact
     profile = experiment.profile / scale.length
     target = experiment.target(scale)
@@ -643,38 +657,50 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
     solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
-    status = with_no_steady_state(status, experiment, vector)
+    status = with_no_steady_state(status, experiment, experiment.body, vector)
+    status = most_serious((jnp.asarray(experiment.indenter.flows()), Status.NOT_STEADY), status=status)
 
     # forces and powers, from the pressure on the slope of the indenter's own profile
     p, none = solution.pressure, jnp.zeros(())
+    displaced = None if rubbed is None else rubbed.displacement(p)
+    of_indenter: dict[str, Array] = {}
+    if at_rest is not None:
+        stood = at_rest.steady(p)
+        displaced = at_rest.displacement(stood, p)
+        strain = at_rest.observe(stood, p, none)["film_strain"]
+        of_indenter = {"indenter_displacement": displaced, "indenter_film_strain": strain}
     observer = Observer.of(experiment.indenter.profile(grid) / scale.length, wake.ratio, wake.periodic)
     pushed, centre, leading = observer.surface(p, direction)
-    hysteresis = none
-    if wake.kernels.rates.size:
-        by_traction = None if rubbed is None else rubbed.displacement(p)
-        hysteresis = observer.hysteresis(p, by_traction, direction)
-    fields = contact_outcome(problem, solution) | {
-        "profile": problem.gap,
-        "displacement": solution.displacement,
-        "film_strain": wake.film_strain(symbols, p),
-        "lateral_force": pushed,
-        "hysteresis_force": hysteresis,
-        "coulomb_force": none if rubbed is None else rubbed.coulomb_force(p),
-        "approach_drift": wake.drift(jnp.sum(p)) + (none if rubbed is None else rubbed.drift(p)),
-        "pressure_centre": centre,
-        "leading_peak": leading,
-        "hysteresis_power": wake.lost_power(symbols, p),
-        "status": status,
-    }
+    hysteresis = observer.hysteresis(p, displaced, direction) if wake.kernels.rates.size else none
+    fields = (
+        contact_outcome(problem, solution)
+        | of_indenter
+        | {
+            "profile": problem.gap,
+            "displacement": solution.displacement,
+            "film_strain": wake.film_strain(symbols, p),
+            "lateral_force": pushed,
+            "hysteresis_force": hysteresis,
+            "coulomb_force": none if rubbed is None else rubbed.coulomb_force(p),
+            "approach_drift": wake.drift(jnp.sum(p)) + (none if rubbed is None else rubbed.drift(p)),
+            "pressure_centre": centre,
+            "leading_peak": leading,
+            "hysteresis_power": wake.lost_power(symbols, p),
+            "status": status,
+        }
+    )
     in_si = with_totals(scale.to_si(**fields), vector)
     errors = kernels.errors() if rubbed is None else joint_errors(wake.kernels, rubbed.rubbing.expansion)
     mu = jnp.broadcast_to(none if friction is None else friction, profile.shape)
     return SteadySliding(grid=grid, velocity=vector, friction=mu, **in_si), errors
 
 
-def with_no_steady_state(status: Array, experiment: Experiment, velocity: Array) -> Array:
-    """Return the status, ``NOT_STEADY`` where a body that flows without limit has no steady state."""
-    limits = limits_of(experiment.body)
+def with_no_steady_state(
+    status: Array, experiment: Experiment, body: LayeredHalfSpace, velocity: Array
+) -> Array:
+    """Return the status, ``NOT_STEADY`` where a body that flows without limit has no steady state; body: as in
+    ``check_steady``."""
+    limits = limits_of(body)
     sinks = limits.creeps_far and not experiment.load_controlled
-    endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment)
+    endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment.grid, body)
     return most_serious((limits.is_fluid() & endless, Status.NOT_STEADY), status=status)

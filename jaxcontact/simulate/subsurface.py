@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import warnings
 from typing import Any
 
@@ -14,20 +15,26 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, untupled
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
-from jaxcontact.bodies.grid import Grid, check_grid, check_not_periodic
+from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.operators import spectral
-from jaxcontact.operators.coupled import spectrum
+from jaxcontact.operators.coupled import spectrum as padded_spectrum
 from jaxcontact.response.in_time import creeps
 from jaxcontact.response.interior import (
     OF_DISPLACEMENTS,
     OF_GRADIENTS,
     Lags,
     SubsurfaceImages,
+    Transfer,
     depths_of_interfaces,
     displacements,
     gradients,
+    kernels_at_lags,
     lags_before_the_last,
+    line_displacements,
+    line_gradients,
+    of_uniform,
     poisson_at,
+    sampled,
     subsurface_images,
     summed,
 )
@@ -67,7 +74,9 @@ def subsurface(
 
     Args:
         body: a ``LayeredHalfSpace``. Without ``times`` the response is the instantaneous one.
-        grid: a ``Grid``.
+        grid: a ``Grid``; along one periodic axis with several cells it is refused. On a grid that is periodic along both
+            axes tractions are trigonometric polynomials, whose waves have the exact response, and displacement is relative
+            to the mean of the surface (absolute on a rigid base).
         pressure: (nx, ny) [Pa], positive in compression, as in ``ContactHistory.pressure``; (nt, nx, ny) with times.
         traction: (2, nx, ny) [Pa] on the body, or (nt, 2, nx, ny), as in ``ShearHistory.traction``; None for zero.
         depths: (nz,) [m] >= 0, above a rigid base or at it, where stresses are those of the layer on it.
@@ -91,8 +100,12 @@ def subsurface(
     """
     body, valid = checked_body(body)
     depths, times = untupled(depths), untupled(times)
-    check_not_periodic(grid, "subsurface")
     valid = valid & check_grid(grid)
+    checks.require(
+        grid.plane_strain or grid.periodic in ((False, False), (True, True)),
+        "grid: expected one that is not periodic, one that is periodic along both axes, or plane strain, got"
+        f" periodic={grid.periodic} with {tuple(grid.shape)} cells in subsurface",
+    )
 
     # shapes and values of tractions, times and depths
     over_time: tuple[int, ...] = ()
@@ -162,14 +175,22 @@ def _fields(
 ) -> InteriorFields:
     """Return the interior fields from changes of (q_x, q_y, p), (nt, 3, nx, ny), and the lags since each."""
 
+    if all(grid.periodic):
+        stress, displacement, error = jax.lax.map(lambda z: _of_waves(body, grid, changes, z, lags), depths)
+        interfaces = depths_of_interfaces(body)
+        return InteriorFields(
+            grid, depths, stress, displacement, error, interfaces if interfaces.size else None
+        )
     sizes = jnp.max(jnp.abs(changes), (-1, -2))
 
     def at(z: Array) -> tuple[Array, Array, Array]:
         images = subsurface_images(body, z, lags)
-        mixed = spectral.transform(jnp.tensordot(images.shares, changes, (0, 0)))
+        mixed = spectral.transform(jnp.tensordot(images.shares, changes, (0, 0)), grid.periodic)
         passed, strains = _kernels_of_stress(grid, images)
         apply = lambda kernels: spectral.inverse(
-            jnp.stack([jnp.einsum("kmyx,mkyx->yx", jnp.stack(row), mixed) for row in kernels]), grid.shape
+            jnp.stack([jnp.einsum("kmyx,mkyx->yx", jnp.stack(row), mixed) for row in kernels]),
+            grid.shape,
+            grid.periodic,
         )
         stress = _stress(apply(passed), apply(strains), poisson_at(body, z))
         displacement = apply(_kernels_of_displacement(grid, images)) * grid.spacing[0]
@@ -180,13 +201,71 @@ def _fields(
     return InteriorFields(grid, depths, stress, displacement, error, interfaces if interfaces.size else None)
 
 
+def _of_waves(
+    body: LayeredHalfSpace, grid: Grid, changes: Array, z: Array, lags: Lags | None
+) -> tuple[Array, Array, Array]:
+    """Return stress, displacement and error at a depth under tractions that are periodic along both axes.
+
+    Each wave of the grid has the transfer functions of ``response.interior`` at its wavevector, in the directions along it
+    (r) and across (s), of cosines c and s. Waves of an odd factor that alternate from cell to cell have no sine on the grid.
+    """
+    (nx, ny), (dx, dy) = grid.shape, grid.spacing
+    kx = 2.0 * jnp.pi * jnp.fft.fftfreq(nx)[None, :] / dx
+    ky = 2.0 * jnp.pi * jnp.fft.rfftfreq(ny)[:, None] / dy
+    at_zero = (kx == 0.0) & (ky == 0.0)
+    alpha = jnp.sqrt(jnp.where(at_zero, 1.0, kx**2 + ky**2))
+    recalled = kernels_at_lags(body, jnp.where(at_zero, 0.0, alpha).ravel(), z, lags)
+    F = Transfer(*recalled.kernels.reshape(len(Transfer._fields), -1, *alpha.shape))
+    q_x, q_y, p = jnp.moveaxis(
+        spectral.transform(jnp.tensordot(recalled.shares, changes, (0, 0)), grid.periodic), 1, 0
+    )
+
+    # the cosines; in odd powers those of waves that alternate from cell to cell are zero; any direction at wavenumber zero
+    c, s = jnp.where(at_zero, 1.0, kx / alpha), jnp.where(at_zero, 0.0, ky / alpha)
+    alternates = lambda n: (jnp.arange(n) == n // 2) & (n % 2 == 0)
+    c1 = jnp.where(alternates(nx)[None, :], 0.0, c)
+    s1 = jnp.where(alternates(ny)[: ny // 2 + 1, None], 0.0, s)
+    cc, ss, cs = c**2, s**2, c1 * s1
+
+    def plane(F_rr: Array, F_rz: Array, F_zr: Array, F_zz: Array, F_ss: Array) -> Array:
+        """The components x, y and z of tractions or displacements, summed over the mixtures, (3, my, mx)."""
+        x = (cc * F_rr + ss * F_ss) * q_x + cs * (F_rr - F_ss) * q_y + 1j * c1 * F_rz * p
+        y = cs * (F_rr - F_ss) * q_x + (ss * F_rr + cc * F_ss) * q_y + 1j * s1 * F_rz * p
+        z = -1j * F_zr * (c1 * q_x + s1 * q_y) + F_zz * p
+        return jnp.sum(jnp.stack([x, y, z]), 1)
+
+    # strains xx, yy and 2 xy times the modulus, i k u G
+    rr, rz, tt = F.e_rr, F.e_rz, F.e_ss
+    xx = -cc * rz * p + 1j * ((cc * c1 * rr + c1 * ss * tt) * q_x + cc * s1 * (rr - tt) * q_y)
+    yy = -ss * rz * p + 1j * (c1 * ss * (rr - tt) * q_x + (ss * s1 * rr + cc * s1 * tt) * q_y)
+    twice = -2.0 * cs * rz * p + 1j * (
+        (2.0 * cc * s1 * rr - s1 * (cc - ss) * tt) * q_x + (2.0 * c1 * ss * rr + c1 * (cc - ss) * tt) * q_y
+    )
+    strains = jnp.where(at_zero, 0.0, jnp.sum(jnp.stack([xx, yy, twice]), 1))
+
+    field = lambda spectra: spectral.inverse(spectra, grid.shape, grid.periodic)
+    tractions = plane(F.t_rr, F.t_rz, F.t_zr, F.t_zz, F.t_ss)
+    displacement = field(jnp.where(at_zero, 0.0, plane(F.u_rr, F.u_rz, F.u_zr, F.u_zz, F.u_ss) / alpha))
+    if body.substrate is None:
+        displacement = displacement + of_uniform(body, z, jnp.mean(changes, (-1, -2)), lags)[:, None, None]
+    stress = _stress(field(tractions), field(strains), poisson_at(body, z))
+
+    # the error of the combination of lags, relative to the largest value of each function
+    found = jnp.einsum("nm,fms->nfs", recalled.shares, recalled.kernels[..., sampled(alpha.size)])
+    size = jnp.max(jnp.abs(recalled.exact), (0, 2))
+    off = jnp.max(jnp.abs(found - recalled.exact), (0, 2)) / jnp.where(size > 0.0, size, 1.0)
+    return stress, displacement, jax.lax.stop_gradient(jnp.max(off))
+
+
 Rows = list[list[Array]]
 
 
 def _kernels_of_stress(grid: Grid, images: SubsurfaceImages) -> tuple[Rows, Rows]:
     """Spectra (M, my/2 + 1, mx) from (q_x, q_y, p) to the tractions (x, y, z), and to the strains xx, yy and 2 xy times
     the modulus, at a depth."""
-    zero, one, two, three = summed(grid, gradients, OF_GRADIENTS, images)
+    of_kinds = line_gradients if grid.plane_strain else gradients
+    zero, one, two, three = summed(grid, of_kinds, OF_GRADIENTS, images)
+    spectrum = functools.partial(padded_spectrum, periodic=grid.periodic)
     t_zz = spectrum(zero[0, 0], 1, 1)
     (rz_x, zr_x), (rz_y, zr_y) = spectrum(one[:, 0], -1, 1), spectrum(one[:, 1], 1, -1)
     (rr_xx, ss_xx, u_xx), (rr_yy, ss_yy, u_yy) = spectrum(two[:, 0], 1, 1), spectrum(two[:, 2], 1, 1)
@@ -208,7 +287,9 @@ def _kernels_of_stress(grid: Grid, images: SubsurfaceImages) -> tuple[Rows, Rows
 
 def _kernels_of_displacement(grid: Grid, images: SubsurfaceImages) -> Rows:
     """Spectra from (q_x, q_y, p) to the displacements (x, y, z) in cells of dx."""
-    one, two = summed(grid, displacements, OF_DISPLACEMENTS, images)
+    of_kinds = line_displacements if grid.plane_strain else displacements
+    one, two = summed(grid, of_kinds, OF_DISPLACEMENTS, images)
+    spectrum = functools.partial(padded_spectrum, periodic=grid.periodic)
     (rz_x, zr_x), (rz_y, zr_y) = spectrum(one[:, 0], -1, 1), spectrum(one[:, 1], 1, -1)
     (rr_xx, ss_xx, zz_xx), (rr_yy, ss_yy, zz_yy) = spectrum(two[:, 0], 1, 1), spectrum(two[:, 2], 1, 1)
     rr_xy, ss_xy, _ = spectrum(two[:, 1], -1, -1)

@@ -1,5 +1,7 @@
 """Fits of samples that slide on their base: the factor against published and independent forces, and each fit."""
 
+import json
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -7,6 +9,7 @@ import pytest
 import fitting
 import jaxcontact as jc
 from fitting.models.thin_layer import Base, compliance
+from jaxcontact.__main__ import main
 
 # f of F = E h^3/((1 - nu^2) R) f(R d/h^2) at nu 0.5, bonded by N. Hermanowicz, Int. J. Mech. Sci. 193 (2021) 106138, loose
 # by an axisymmetric solution that shares no code with the package
@@ -58,7 +61,20 @@ def test_force_curve_of_a_loose_gel():
         fitting.fit_force(curve, indenter=BALL, thickness=h, unbonded="yes")
 
 
-@pytest.mark.parametrize("substrate", [None, jc.Elastic(G=2e3, nu=0.3)])
+def test_the_command(tmp_path, monkeypatch, capsys):
+    """``--unbonded`` in the shell, and in the summary."""
+    t = np.linspace(0.0, 1.0, 201)
+    depth = 1e-6 * t
+    rows = np.column_stack([t, 1e9 * loose_forces(500.0, np.maximum(depth - 4e-7, 0.0)), 1e9 * depth])
+    np.savetxt(tmp_path / "gel.csv", rows, delimiter=",", header="t [s],load [nN],depth [nm]", comments="")
+    monkeypatch.chdir(tmp_path)
+    assert main(["fit", "force", "gel.csv", "--radius", "1e-3", "--thickness", "2e-5", "--unbonded"]) == 0
+    found = json.loads((tmp_path / "gel-fit" / "summary.json").read_text())
+    assert found["unbonded"] and abs(found["youngs_modulus_Pa"]["value"] / 1500.0 - 1.0) < 1e-3
+    assert "loose on a rigid base" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("substrate", [None, pytest.param(jc.Elastic(G=2e3, nu=0.3), marks=pytest.mark.slow)])
 def test_stiffness_over_depth_of_a_loose_film(substrate):
     """Data by differences of the force of the contact solver on a grid; the modulus within their error of a per cent."""
     G, nu, thickness = 500.0, 0.45, 2e-5
@@ -92,7 +108,7 @@ def test_creep_of_a_loose_gel():
         )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_creep_of_a_loose_film_by_the_contact_solver():
     """``layer=`` with an elastic base: data of ``indent`` on a finer grid."""
     t, nu, base = np.linspace(0.0, 4.0, 9), 0.45, jc.Elastic(G=5e3, nu=0.3)

@@ -1,4 +1,4 @@
-"""Maps of force curves: one table and one figure of a folder, from curves with a known modulus."""
+"""Maps of force curves: moduli, verdicts and files, from curves with a known modulus and known faults."""
 
 import csv
 import json
@@ -6,12 +6,215 @@ import json
 import numpy as np
 import pytest
 
-from fitting.cli import maps
-from fitting.cli.maps import MapPoint
+import fitting
+import jaxcontact as jc
+from fitting.fits import force_map
 from jaxcontact.__main__ import main
+from tests.support.force_curves import RADIUS as ADHESIVE
+from tests.support.force_curves import UNITS, WORK, force_curve
+from tests.support.maps_of_curves import RADIUS, simulated
+from tests.support.thin_samples import LAYER, noisy, thin
+from tests.support.thin_samples import E as THIN_E
+from tests.support.thin_samples import T as THIN_T
 
+BALL = jc.Sphere(RADIUS)
+MAP = simulated(96, 200, faulty=0.25, seed=5)
+STEP = 1.5e-6  # between the curves of the scan [m]
 T = np.linspace(0.0, 1.0, 300)
 Z = np.linspace(-1e-6, 1e-6, 300)
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    depth, load, times, *_ = MAP
+    x, y = (STEP * v.ravel() for v in np.meshgrid(np.arange(12.0), np.arange(8.0)))
+    return fitting.fit_map(depth, load, times, indenter=BALL, x=x, y=y)
+
+
+def alone(k):
+    """The approach of a curve of the map."""
+    depth, load, times, *_ = MAP
+    on = np.isfinite(depth[k])
+    marks = np.full(on.sum(), "approach")
+    return fitting.IndentationData(t=times[k, on], load=load[k, on], depth=depth[k, on], marks=marks)
+
+
+def test_good_curves_are_accepted_with_intervals_that_hold_the_truth_and_bad_ones_are_not(fitted):
+    *_, E, touch, kinds = MAP
+    good = kinds == "good"
+    assert np.all(fitted.accepted[good]) and all(why == "" for why in np.array(fitted.reasons)[good])
+    # a jump that looks like correlated noise is accepted by fit_force as well
+    wrong = np.flatnonzero(fitted.accepted & ~good)
+    assert wrong.size <= 1 and all(
+        fitting.fit_force(alone(k), indenter=BALL).verdict == "accepted" for k in wrong
+    )
+    low, high = fitted.youngs_interval[good].T
+    assert np.mean((low < E[good]) & (high > E[good])) >= 0.87  # 63 to 72 of 72 with a probability of 0.99
+    low, high = fitted.contact_interval[good].T
+    assert np.mean((low < touch[good]) & (high > touch[good])) >= 0.87
+    np.testing.assert_allclose(fitted.youngs_modulus[good], E[good], rtol=0.04, atol=0.0)
+    reasons = {kind: " ".join(np.array(fitted.reasons)[kinds == kind]) for kind in set(kinds)}
+    assert "spikes:" in reasons["spikes"] and "trend" in reasons["saturated"]
+    assert "no indentation" in reasons["no contact"]
+    largest = 16.0 / 9.0 * E * np.sqrt(RADIUS) * (2e-6 - touch) ** 1.5
+    assert np.median((fitted.noise / largest)[good]) == pytest.approx(0.01, rel=0.05)
+
+
+def test_a_curve_has_the_fit_of_fit_force(fitted):
+    kinds = MAP[-1]
+    good = np.flatnonzero(kinds == "good")[:4]
+    for k in [*good, *(np.flatnonzero(kinds == kind)[0] for kind in ("saturated", "jump", "step", "spikes"))]:
+        fit = fitting.fit_force(alone(k), indenter=BALL)
+        assert fit.verdict == fitted.verdict[k]
+        assert [words[:40] for words in fit.refused[:1]] == [fitted.reasons[k][:40]] * bool(fit.refused)
+        if fit.verdict == "accepted":
+            value, low, high = fit.youngs_modulus
+            assert fitted.youngs_modulus[k] == pytest.approx(value, rel=1e-4)
+            assert np.diff(np.log(fitted.youngs_interval[k]))[0] == pytest.approx(
+                np.log(high / low), rel=0.05
+            )
+            point, first, last = fit.nuisances["contact_point"]
+            assert fitted.contact_point[k] == pytest.approx(point, rel=1e-4)
+            assert np.diff(fitted.contact_interval[k])[0] == pytest.approx(last - first, rel=0.05)
+            assert fitted.r2[k] == pytest.approx(fit.r2, abs=1e-6)
+
+
+def test_the_shape_of_the_scan_its_table_its_arrays_and_its_pictures(fitted, tmp_path):
+    pandas, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
+    assert fitted.shape == (8, 12)
+    shown = fitted.over_scan(fitted.values["G"])
+    assert np.isnan(shown).sum() == np.sum(~fitted.accepted)
+    fitted.to_csv(tmp_path / "map.csv")
+    table = pandas.read_csv(tmp_path / "map.csv", keep_default_na=False, na_values=[""])
+    np.testing.assert_allclose(table["E [Pa]"], fitted.youngs_modulus, rtol=1e-9, atol=0.0)
+    assert list(table["verdict"]) == list(fitted.verdict) and table["x [m]"].max() == pytest.approx(11 * STEP)
+    fitted.to_netcdf(tmp_path / "map.nc")
+    with xarray.open_dataset(tmp_path / "map.nc", engine="h5netcdf") as stored:
+        assert stored.youngs_modulus.dims == ("y", "x") and stored.youngs_modulus.attrs["units"] == "Pa"
+        np.testing.assert_array_equal(stored.verdict.values.ravel() == 0, fitted.accepted)
+        np.testing.assert_allclose(stored.x, STEP * np.arange(12.0))
+    axes = fitted.plot(tmp_path / "map.png").axes
+    assert axes[0].get_xlabel() == "x [µm]" and "Young's modulus" in axes[0].get_title()
+    assert axes[0].collections[1].get_array().size == fitted.accepted.sum()
+    labels = [text.get_text() for text in axes[2].get_legend().get_texts()]
+    assert labels[0] == f"accepted: {fitted.accepted.sum()}" and len(labels) == 3
+    assert (tmp_path / "map.png").stat().st_size > 1e4
+    assert (
+        f"{fitted.accepted.sum()} of 96 curves accepted" in fitted.summary()
+        and "MapFit: 96 curves" in repr(fitted)
+    )
+
+
+def test_a_map_that_was_stopped_is_continued_from_its_store(fitted, tmp_path, monkeypatch):
+    depth, load, times, *_ = MAP
+    whole, calls = force_map.searched, []
+
+    def stopped(curves, *given):
+        *rest, done = given
+
+        def once(first, found):
+            done(first, found)
+            raise KeyboardInterrupt
+
+        return whole(curves, *rest, once)
+
+    monkeypatch.setattr(force_map, "searched", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        fitting.fit_map(depth, load, times, indenter=BALL, store=tmp_path)
+    assert len(list(tmp_path.glob("*.npz"))) == 1
+
+    def counted(curves, *given):
+        calls.append(len(curves))
+        return whole(curves, *given)
+
+    monkeypatch.setattr(force_map, "searched", counted)
+    again = fitting.fit_map(depth, load, times, indenter=BALL, store=tmp_path)
+    fitting.fit_map(depth, load, times, indenter=BALL, store=tmp_path)  # nothing is left to do
+    fitting.fit_map(depth[:3], load[:3], times[:3], indenter=BALL, nu=0.3, store=tmp_path)  # other options
+    failed = int(np.sum(fitted.verdict == "failed"))
+    assert calls == [96 - failed - force_map.BATCH, 3]
+    np.testing.assert_allclose(again.youngs_modulus, fitted.youngs_modulus, rtol=1e-9, atol=0.0)
+    assert again.shape is None and "number of the curve" in again.plot().axes[0].get_xlabel()
+
+
+def test_arguments_that_do_not_fit_together_are_refused():
+    depth, load, times, *_ = MAP
+    for words, given in {
+        "load: expected rows": {"depth": depth},
+        "load: expected 96 curves": {"depth": depth, "load": load[:5]},
+        "t: expected 200 times": {"depth": depth, "load": load, "t": times[0, :7]},
+        "shape: expected rows x columns = 96": {"depth": depth, "load": load, "shape": (9, 9)},
+        "x: expected 96 places": {"depth": depth, "load": load, "x": [0.0]},
+        "adhesion: expected": {"depth": depth, "load": load, "adhesion": "DMT"},
+        "level: expected": {"depth": depth, "load": load, "level": 95},
+    }.items():
+        with pytest.raises(ValueError, match=words):
+            fitting.fit_map(**given, indenter=BALL)
+    few = fitting.fit_map(depth[:1, :4], load[:1, :4], indenter=BALL)
+    assert few.verdict[0] == "failed" and "at least 10 points" in few.reasons[0]
+
+
+@pytest.mark.slow
+def test_a_thin_sample_and_a_cone_of_a_map_are_those_of_fit_force():
+    depth, force = thin(0.5, 1.5)
+    loads = np.array([noisy(force, seed) for seed in range(4)])
+    bead, many = jc.Sphere(5e-6), np.tile(depth, (4, 1))
+    found = fitting.fit_map(many, loads, THIN_T, indenter=bead, thickness=LAYER)
+    assert np.all(found.accepted)
+    np.testing.assert_allclose(found.youngs_modulus, THIN_E, rtol=4e-3, atol=0.0)
+    errors = {"errors": {"spring_constant": 0.1, "sensitivity": 0.03}, "spring_constant": 0.1}
+    # Love's cone, K. L. Johnson, Contact Mechanics, 1985
+    sharp = 2.0 / np.pi * THIN_E / 0.75 * np.tan(0.6) * np.maximum(depth, 0.0) ** 2
+    sharp = np.array([noisy(sharp, seed) for seed in range(4)])
+    cones = fitting.fit_map(many, sharp, THIN_T, indenter=jc.Cone(0.6), **errors)
+    np.testing.assert_allclose(cones.youngs_modulus, THIN_E, rtol=2e-2, atol=0.0)
+    marks = np.full(THIN_T.size, "approach")
+    data, other = (
+        fitting.IndentationData(t=THIN_T, load=force, depth=depth, marks=marks)
+        for force in (loads[0], sharp[0])
+    )
+    for one, fit in (
+        (found, fitting.fit_force(data, indenter=bead, thickness=LAYER)),
+        (cones, fitting.fit_force(other, indenter=jc.Cone(0.6), **errors)),
+    ):
+        value, low, high = fit.youngs_modulus
+        assert fit.verdict == one.verdict[0] and one.youngs_modulus[0] == pytest.approx(value, rel=1e-3)
+        assert np.diff(np.log(one.youngs_interval[0]))[0] == pytest.approx(np.log(high / low), rel=0.1)
+
+
+@pytest.mark.slow
+def test_the_work_of_adhesion_of_a_map_and_options_that_fit_curves_one_by_one():
+    curves = [force_curve(None, seed=seed) for seed in range(2)]
+    found = fitting.fit_map(
+        [*curves, "no curve"], indenter=jc.Sphere(ADHESIVE), nu=0.5, adhesion="JKR", processes=1
+    )
+    assert list(found.verdict) == ["accepted", "accepted", "failed"] and found.reasons[2] == "no curve"
+    low, high = found.intervals["work"][:2].T
+    assert np.all((low > 0.98 * WORK) & (low < 1.01 * WORK) & (high > 0.99 * WORK) & (high < 1.02 * WORK))
+    assert (
+        found.noise[0] == pytest.approx(0.01 * UNITS.load, rel=0.3) and "work of adhesion" in found.summary()
+    )
+    assert (
+        found.plot().axes[2].get_ylabel().startswith("work of adhesion") and "work [J/m2]" in found.table()[0]
+    )
+    depth, load, times, *_ = MAP
+    k = int(np.flatnonzero(MAP[-1] == "good")[0])
+    one = fitting.fit_map(depth[[k]], load[[k]], times[[k]], indenter=BALL, weights="absolute", processes=1)
+    fit = fitting.fit_force(alone(k), indenter=BALL, weights="absolute")
+    np.testing.assert_allclose(
+        [one.youngs_modulus[0], *one.youngs_interval[0]], fit.youngs_modulus, rtol=1e-9, atol=0.0
+    )
+
+
+@pytest.mark.slow
+def test_of_a_large_map_the_intervals_hold_and_the_bad_curves_are_found():
+    depth, load, times, E, _, kinds = simulated(1000, 512, faulty=0.1, seed=11)
+    found = fitting.fit_map(depth, load, times, indenter=BALL)
+    good = kinds == "good"
+    both = good & found.accepted
+    low, high = found.youngs_interval[both].T
+    assert 0.93 <= np.mean((low < E[both]) & (high > E[both])) <= 0.97
+    assert np.mean(found.accepted[~good]) <= 0.01 and np.mean(~found.accepted[good]) <= 0.02
 
 
 def write(path, E, seed):
@@ -52,20 +255,3 @@ def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys
     with pytest.raises(SystemExit) as ended:
         raise SystemExit(main([*command, "--nu", "0.3"]))
     assert ended.value.code not in (0, None) and "not of a map with these options" in capsys.readouterr().err
-
-
-def test_the_figure_of_a_map_shows_places_and_verdicts():
-    points = [
-        MapPoint("a", k, 1e-6 * (k % 3), 1e-6 * (k // 3), 1e3 + k, 900.0, 2e3, 1e-7 * k, 1e-7, verdict)
-        for k, verdict in enumerate(["accepted"] * 5 + ["rejected", "failed"])
-    ]
-    axes = maps.draw(points).axes
-    assert axes[0].get_xlabel() == "x [µm]" and "Young's modulus" in axes[0].get_title()
-    assert [text.get_text() for text in axes[2].get_legend().get_texts()] == [
-        "accepted: 5",
-        "rejected: 1",
-        "failed: 1",
-    ]
-    assert axes[0].collections[1].get_array().size == 5
-    alone = maps.draw([MapPoint("a", 0, np.nan, np.nan, 1e3, 900.0, 2e3, 0.0, 1e-7, "accepted")])
-    assert alone.axes[0].get_xlabel() == "number of the curve"

@@ -1,13 +1,15 @@
 """Poroelastic fits against the formulas of Hu et al. written out, and the ramp against a numerical solution."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
 
 import fitting
 import jaxcontact as jc
-from tests.support.poroelastic_contact import BALL, CONE, Drained, hu
+from jaxcontact.__main__ import main
+from tests.support.poroelastic_contact import BALL, CONE, Drained, Sealed, hu
 
 BEAD = jc.Sphere(50e-6)
 G, NU, D = 8e3, 0.25, 2e-10
@@ -135,6 +137,24 @@ def test_the_ramp_is_a_superposition_over_the_final_contact(ramp):
     assert np.max(np.abs(by_radius - (F - Finf) / (F0 - Finf))) > 0.05
 
 
+@pytest.mark.long
+def test_the_ramp_under_a_sealed_indenter_is_within_what_the_intervals_include():
+    sealed = Sealed(0.2)
+    F0, Finf = 8 / 3, 8 / 3 / 1.6
+    t = np.append(0.0, np.geomspace(1e-4, 5.0, 45))
+    g = (sealed.force(t, np.ones(t.size), sealed.x**2, step=True) - Finf) / (F0 - Finf)
+    share = (np.arange(400) + 0.5) / 400
+    for ramp in (0.03, 0.1):
+        times = np.append(np.linspace(0.0, ramp, 16), ramp + np.geomspace(0.05 * ramp, 2.0, 18))
+        F = sealed.force(times, np.minimum(times / ramp, 1.0), sealed.x**2)[15:]
+        roots = lambda s: np.interp(np.sqrt(s), np.sqrt(t), g)
+        rule = np.array([np.mean(roots(one - ramp * share ** (2 / 3))) for one in times[15:]])
+        after = (times[15:] - ramp) / ramp
+        stated = 0.007 * np.exp(-3 * np.sqrt(after)) + 0.35 * ramp * np.exp(-after / 5)
+        error = np.abs(rule - (F - Finf) / (F0 - Finf))
+        assert np.all(error < stated + 5e-3) and np.max(error) > 0.3 * np.max(stated)
+
+
 def test_thin_samples_and_strong_relaxation_are_named():
     data = curve(5e-6, noise=0.005)
     thin = fitting.fit_poroelastic(data, indenter=BEAD, thickness=60e-6)
@@ -163,3 +183,17 @@ def test_what_has_no_hold_is_refused():
     ):  # fmt: skip
         with pytest.raises(ValueError, match=words):
             call()
+
+
+def test_the_command_reads_a_hold_and_writes_its_parameters(tmp_path, capsys):
+    data = curve(5e-6, noise=0.01)
+    columns = np.column_stack([data.t, data.load, data.depth])
+    path, out = tmp_path / "hold.csv", tmp_path / "out"
+    np.savetxt(path, columns, delimiter=",", header="t [s],load [N],depth [m]", comments="")
+    words = ["fit", "poroelastic", str(path), "-o", str(out), "--radius", "50e-6", "--viscosity", "1e-3"]
+    assert main(words) == 0
+    printed = capsys.readouterr().out
+    summary = json.loads((out / "summary.json").read_text())
+    assert "permeability" in printed and (out / "fit.png").exists() and (out / "curve.csv").exists()
+    low, high = summary["intervals"]["D_m2_per_s"]
+    assert low < D < high and summary["permeability_m2"]["value"] > 0

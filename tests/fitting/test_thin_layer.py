@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import jax
+import matplotlib
 import numpy as np
 import pytest
 
@@ -178,7 +179,8 @@ def test_glass_is_rigid_below_ten_megapascals():
 def test_the_lines_of_the_documentation_print_its_table(tmp_path, monkeypatch, capsys):
     page = (Path(__file__).parents[2] / "docs" / "thin_samples.md").read_text()
     monkeypatch.chdir(tmp_path)
-    exec(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0], {})
+    with matplotlib.rc_context():  # the lines choose the style of pictures
+        exec(re.findall(r"```python\n(.*?)```", page, re.DOTALL)[0], {})
     printed = re.findall(r"[-+]?\d+\.\d{5}|[-+]\d+\.\d %", capsys.readouterr().out)
     rows = [line for line in page.splitlines() if line.startswith("|") and "chi" not in line]
     assert printed == re.findall(r"[-+]?\d+\.\d{5}|[-+]\d+\.\d %", "\n".join(rows))

@@ -5,9 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
-from scripts import DOCS, script
+from scripts import DOCS, assert_printed_as_shown, script
 
 import fitting
 import jaxcontact as jc
@@ -33,17 +32,26 @@ SETUP, RECIPES, OUTPUTS = recipes()
 
 def test_there_are_twenty_recipes_of_about_ten_lines():
     assert len(RECIPES) >= 20
-    assert max(len(block.splitlines()) for block in RECIPES.values()) <= 14
+    assert max(sum(map(bool, block.splitlines())) for block in RECIPES.values()) <= 16
     assert max(len(line) for block in RECIPES.values() for line in block.splitlines()) <= 90  # no scrolling
 
 
-NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
-
-
-def assert_printed_as_shown(found, shown):
-    assert NUMBER.sub("#", found).split() == NUMBER.sub("#", shown).split()
-    numbers = [np.array(NUMBER.findall(text), float) for text in (found, shown)]
-    np.testing.assert_allclose(*numbers, rtol=1e-3)
+def test_each_recipe_is_on_the_page_of_its_subject_and_in_the_list(tmp_path):
+    """The pages that the build makes: each link of the list, and each link between recipes, leads to a heading."""
+    page = recipes_page.PAGE.read_text(encoding="utf-8")
+    listed = recipes_page.write_pages(page, tmp_path)
+    pages = {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()}
+    assert len(pages) >= 6 and max(text.count("\n## ") for text in pages.values()) <= 16
+    headings = {f"{name}#{recipes_page.anchor_of(one)}" for name, text in pages.items()
+                for one in re.findall(r"^## (.*)$", text, re.MULTILINE)}  # fmt: skip
+    links = re.findall(rf"\]\({tmp_path.name}/(\S+)\)", listed)
+    assert len(links) == len(RECIPES) and set(links) == headings
+    others = [path.read_text(encoding="utf-8") for path in DOCS.glob("*.md") if path != recipes_page.PAGE]
+    between = re.findall(
+        r"how_do_i/(\S+?#[^)\s]+)\)", recipes_page.linked("".join([*others, *pages.values()]), page)
+    )
+    assert len(between) >= 4 and set(between) <= headings
+    assert not re.search(r"how_do_i\.md#", recipes_page.linked("".join([*others, *pages.values()]), page))
 
 
 @pytest.mark.slow

@@ -1,16 +1,20 @@
 """What is shipped: wheel and sdist build, and the wheel works where there is no source."""
 
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 import venv
 import zipfile
 from pathlib import Path
 
 import pytest
+
+import jaxcontact as jc
 
 ROOT = Path(__file__).parents[2]
 CASE = """
@@ -105,3 +109,38 @@ def test_the_paper_has_the_sections_and_the_length_that_its_journal_asks_for_and
     assert 750 <= len(text.split()) <= 1750
     entries = re.findall(r"@\w+\{(\w+)", (ROOT / "docs/paper/paper.bib").read_text(encoding="utf-8"))
     assert set(re.findall(r"@(\w+)", text)) == set(entries)
+
+
+def test_what_services_read_of_the_project_says_the_same_as_the_package():
+    """Version, licence, authors, keywords and Python of pyproject.toml, CITATION.cff and codemeta.json."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    meta = json.loads((ROOT / "codemeta.json").read_text(encoding="utf-8"))
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    (author,) = project["authors"]
+    assert project["version"] == meta["version"] == jc.__version__
+    assert f"version: {jc.__version__}\n" in citation and f"license: {project['license']}\n" in citation
+    assert meta["license"].endswith(f"/{project['license']}") and meta["keywords"] == project["keywords"]
+    assert meta["author"] == [{"@type": "Organization", **author}] and f'name: "{author["name"]}"' in citation
+    assert meta["description"] == project["description"]
+    assert meta["programmingLanguage"]["version"] == project["requires-python"]
+
+
+def test_the_files_of_the_hosting_service_are_there_and_name_no_address():
+    """Forms, workflow and set-ups are YAML; what is run is a command of the repository; no address is invented."""
+    yaml = pytest.importorskip("yaml", reason="comes with the extra jaxcontact[docs]")
+    read = lambda name: yaml.safe_load((ROOT / name).read_text(encoding="utf-8"))
+    forms = [read(f".github/ISSUE_TEMPLATE/{path.name}") for path in (ROOT / ".github").glob("*/[0-9]*.yml")]
+    assert len(forms) == 3 and all({"name", "description", "body"} <= set(form) for form in forms)
+    steps = read(".github/workflows/check.yml")["jobs"]["check"]["steps"]
+    assert [step["run"] for step in steps if "run" in step] == [".ci/run"] and (ROOT / ".ci/run").is_file()
+    check = (ROOT / ".ci/run").read_text(encoding="utf-8")
+    for hook in read(".pre-commit-config.yaml")["repos"][0]["hooks"]:
+        assert hook["entry"] in check, hook
+    site = read(".readthedocs.yaml")["build"]["commands"][-1]
+    assert site.split(" docs ")[0] in (ROOT / "docs/developers.md").read_text(encoding="utf-8")
+    extras = set(tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"])
+    (pip,) = read(".binder/environment.yml")["dependencies"][-1]["pip"]
+    assert set(re.findall(r"\w+", pip.partition("[")[2])) <= extras
+    for path in (ROOT / ".github").rglob("*.*"):
+        text = path.read_text(encoding="utf-8")
+        assert not re.search(r"https?://|\w@\w+\.\w", text), path

@@ -62,6 +62,9 @@ OBJECTS = {
     "Ellipsoid": lambda: jc.Ellipsoid((1e-3, 2e-3)),
     "HeightField": lambda: jc.HeightField(HEIGHTS, STEEL),
     **{name: lambda kind=kind: made_up(kind) for name, kind in storage.result_classes().items()},
+    "Deflection": lambda: jc.Deflection(
+        GRID, np.arange(3.0), np.full((3, *GRID.shape), 1e-6), np.zeros(3), np.zeros(()), np.zeros(3, int)
+    ),
     "ContactClusters": lambda: jc.contact_clusters(HISTORY),
     "ContactStatistics": lambda: jc.contact_statistics(HISTORY),
     "PressureHistogram": lambda: jc.pressure_histogram(HISTORY),
@@ -153,6 +156,13 @@ def field_fit():
     return fitting.fit_fields(fields(), body, {"G": 2e9}, indenter=ball, grid=grid, align="none")
 
 
+def gel_hold(depth):
+    gel, t = fitting.Poroelastic(G=10e3, nu=0.2, D=1e-10), np.geomspace(0.01, 50.0, 80)
+    noise = 1.0 + 0.01 * np.random.default_rng(0).standard_normal(80)
+    load = gel.force(t, depth, jc.Sphere(50e-6)) * noise
+    return fitting.IndentationData(t=t, load=load, depth=np.full(80, depth))
+
+
 OF_FITS = {
     "ContactData": fields,
     "FieldFit": field_fit,
@@ -180,7 +190,16 @@ OF_FITS = {
     "StiffnessData": stiffness,
     "SpectrumFit": lambda: fitting.fit_spectrum(oscillation()),
     "StiffnessFit": lambda: fitting.fit_stiffness(stiffness(), indenter=jc.Sphere(5e-6)),
+    "Poroelastic": lambda: fitting.Poroelastic(G=1e4, nu=0.2, D=1e-10),
+    "PoroelasticFit": lambda: fitting.fit_poroelastic(gel_hold(2e-6), indenter=jc.Sphere(50e-6)),
+    "RelaxationCause": lambda: fitting.relaxation_cause(
+        [gel_hold(2e-6), gel_hold(6e-6)], indenter=jc.Sphere(50e-6)
+    ),
     "ForceFit": lambda: fitting.fit_force(microscope_curve(), indenter=jc.Sphere(5e-6)),
+    "MapFit": lambda: fitting.fit_map([microscope_curve()], indenter=jc.Sphere(5e-6)),
+    "ViscoelasticForceFit": lambda: fitting.fit_force(
+        microscope_curve(), indenter=jc.Sphere(5e-6), model="Springpot"
+    ),
     "AdhesiveFit": lambda: fitting.fit_indentation(
         force_curve(None),
         "Elastic",
@@ -196,12 +215,14 @@ OF_FITS = {
     ),
 }
 DEAR = {
+    "MapFit",
     "AdhesiveFit",
     "BatchFit",
     "Design",
     "FieldFit",
     "GrowthFit",
     "ModulusFit",
+    "PoroelasticFit",
     "PronyFit",
     "JointFit",
     "IndentationFit",

@@ -35,10 +35,10 @@ IndentationData
 IndentationFit JointFit ModulusFit OscillationData Posterior PronyFit Propagated RelaxationData compare design
 fit_creep fit_creep_batch fit_force fit_indentation fit_oscillation fit_prony fit_relaxation fit_together posterior propagate
 read_creep read_force read_growth read_indentation read_oscillation read_relaxation resample Minimum minimise
-thin_layer_factor
+thin_layer_factor ViscoelasticForceFit
 ContactData FieldFit fit_fields RubbedContact
-StiffnessData StiffnessFit fit_stiffness read_stiffness SpectrumFit fit_spectrum
-Poroelastic PoroelasticFit fit_poroelastic
+StiffnessData StiffnessFit fit_stiffness read_stiffness SpectrumFit fit_spectrum MapFit fit_map
+Poroelastic PoroelasticFit fit_poroelastic RelaxationCause relaxation_cause
 """
 
 

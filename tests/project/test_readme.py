@@ -5,10 +5,12 @@ The two set-up commands are run by .ci/run, the blocks of *Start here* and *How 
 
 import re
 import shlex
+import tomllib
 import warnings
 from pathlib import Path
 
 import pytest
+from scripts import assert_printed_as_shown
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
@@ -20,6 +22,7 @@ README, SHELL, PYTHON, DEVELOPERS = (
     for name in ("README.md", "docs/shell.md", "docs/python.md", "docs/developers.md")
 )
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
+OUTPUT = re.compile(r"```text\n(.*?)```", re.DOTALL)
 LINES = [
     line
     for page in (README, SHELL, DEVELOPERS)
@@ -39,23 +42,29 @@ HERE = {  # the other commands, and what runs them
 
 @pytest.mark.slow
 def test_the_readmes_ten_lines_print_what_it_shows(capsys):
-    """The shown text was printed on another processor: its numbers agree to the digits shown, or in the last one."""
+    """The result and its gradient, shown as they were printed on another processor."""
     exec("\n".join(BLOCK.findall(README)), {"__name__": "__main__"})
-    printed = capsys.readouterr().out
-    (shown,) = re.findall(r"```text\n(.*?)```", README, re.DOTALL)
-    assert printed.startswith(shown)
-    assert "Burgers(" in printed
+    shown = OUTPUT.findall(README)
+    assert len(shown) == len(BLOCK.findall(README)) == 2
+    assert_printed_as_shown(capsys.readouterr().out, "\n".join(shown))
 
 
 @pytest.mark.slow
 def test_the_page_on_python_runs(capsys, tmp_path, monkeypatch):
     pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
     monkeypatch.chdir(tmp_path)
+    session, compared = {"__name__": "__main__"}, 0
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        exec("\n".join(BLOCK.findall(PYTHON)), {"__name__": "__main__"})
-    out = capsys.readouterr().out
-    assert "Burgers(" in out and "converged: " in out
+        for block, shown in re.findall(BLOCK.pattern + r"\n*(?:```text\n(.*?)```)?", PYTHON, re.DOTALL):
+            exec(block, session)
+            out = capsys.readouterr().out
+            assert bool(out) == ("print(" in block)
+            assert "minimise(" not in block or "converged: " in out
+            if shown:
+                assert_printed_as_shown(out, shown)
+                compared += 1
+    assert compared == len(OUTPUT.findall(PYTHON)) == 2
     assert len(list(tmp_path.glob("creep/*.vtr"))) == 31
 
 
@@ -89,6 +98,15 @@ def test_every_command_is_run_somewhere():
     assert len(LINES) > 15
     for line in LINES:
         assert line.startswith(tuple(HERE)), line
+
+
+def test_the_readme_is_read_in_two_minutes_and_its_picture_is_drawn_from_its_lines():
+    assert 100 <= len(README.splitlines()) <= 140
+    drawn = (ROOT / "docs/gallery/draw.py").read_text(encoding="utf-8")
+    assert "README.md" in drawn and README.index("docs/gallery/front.png") < README.index("```python")
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    table = README.partition("## Extras")[2].partition("## ")[0]
+    assert set(extras) - {"test"} <= set(re.findall(r"`(\w+)`", table))
 
 
 def test_pictures_and_links_of_the_readme_are_there():

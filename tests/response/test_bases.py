@@ -158,7 +158,13 @@ def test_a_uniform_pressure_shortens_layers_that_cannot_widen():
 
 @pytest.mark.parametrize("base", [None, jc.Elastic(7.0, 0.2)], ids=["rigid", "elastic"])
 @pytest.mark.parametrize("bonded", [True, False])
-@pytest.mark.parametrize("law", [{"nu": 0.4}, {"bulk_modulus": 5.0}], ids=["nu", "bulk"])
+@pytest.mark.parametrize(
+    "law",
+    [
+        pytest.param({"nu": 0.4}, id="nu", marks=pytest.mark.slow),
+        pytest.param({"bulk_modulus": 5.0}, id="bulk"),
+    ],
+)
 def test_creep_by_the_correspondence_principle(base, bonded, law):
     """A Maxwell layer, by an inverse transform of the elastic 60-digit response with G(s) and nu(s)."""
     times = np.array([0.1, 1.0, 20.0])

@@ -227,6 +227,14 @@ MOTION = {
         lambda: steady(1.0, friction=np.full((8, 7), 0.3)),
         r"friction: expected a number or shape \(8, 8\), got shape \(8, 7\)",
     ),
+    "friction under a creeping ball": (
+        lambda: steady(1.0, on_steel(), indenter=jc.Sphere(1e-3, jc.Maxwell(1e9, 1e9)), friction=0.3),
+        r"friction: expected None with an indenter that creeps or is coated",
+    ),
+    "a ball that flows in steady sliding": (
+        lambda: steady(1.0, on_steel(), indenter=jc.Sphere(1e-3, jc.Maxwell(1e9, 1e9))),
+        r"indenter material: expected one that does not flow without limit",
+    ),
     "negative friction in sliding": (
         lambda: slide(1.0, times=[0.0], friction=-0.3),
         r"friction: expected >= 0, got -0.3",
@@ -334,9 +342,15 @@ MOTION = {
         lambda: roll(grid=jc.Grid((8, 8), (1e-6, 1e-6), periodic=(False, True))),
         r"along y in plane strain only, in roll_steady, got periodic=\(False, True\) with \(8, 8\) cells",
     ),
-    "stresses under a periodic grid": (
-        lambda: jc.subsurface(BODY, PERIODIC, np.ones((8, 8)), depths=[0.0]),
-        r"subsurface supports free space only",
+    "stresses under a grid that is periodic along one axis": (
+        lambda: jc.subsurface(
+            BODY, jc.Grid((8, 8), GRID.spacing, periodic=(True, False)), np.ones((8, 8)), depths=[0.0]
+        ),
+        r"periodic along both axes, or plane strain, got periodic=\(True, False\) with \(8, 8\) cells in subsurface",
+    ),
+    "heat on a periodic grid": (
+        lambda: rub(grid=PERIODIC, thermal=jc.Thermal(373.0, 46.0)),
+        r"grid: expected a grid that is not periodic: rub with thermal supports free space only",
     ),
     "notes of what is not computed yet": (
         lambda: jax.eval_shape(indent).notes,

@@ -249,6 +249,19 @@ PRESSING = {
         lambda: steady(1.0, body=jc.LayeredHalfSpace([jc.Layer(FILM, [1e-7, 2e-7])], STEEL)),
         r"layer thickness \[m\]: expected a number, got shape \(2,\); only a Layer in indent accepts one value per time",
     ),
+    "an impulse in a Prony table": (
+        lambda: jc.KelvinVoigt(1e3, 1e3).to_abaqus(),
+        r"expected a finite modulus at t = 0 for a Prony table, got inf Pa",
+    ),
+    "an unknown system of units": (
+        lambda: STEEL.to_abaqus(units="inch"),
+        r"units: expected one of m, mm, um \(the unit of length\), got 'inch'",
+    ),
+    "a density below zero": (lambda: STEEL.to_ansys(density=-1.0), r"density .*expected > 0, got -1"),
+    "a long-term modulus above that at first": (
+        lambda: FILM.to_comsol(long_term=2.0),
+        r"long_term: expected 0 to 0\.5, got 2\.0",
+    ),
     "a material for a profile": (
         lambda: indent(body=jc.LayeredHalfSpace([jc.Graded(FILM, 1e-7)], STEEL)),
         r"Graded profile: expected a function of depth, got Burgers",
@@ -336,9 +349,25 @@ PRESSING = {
         lambda: indent(indenter=jc.FlatPunch(jnp.nan)),
         r"punch radius \[m\]: expected > 0, got nan",
     ),
-    "a creeping ball": (
-        lambda: indent(indenter=jc.Sphere(1.0, FILM)),
-        r"indenter material: expected Elastic or None",
+    "a coated ball that wears": (
+        lambda: rub(indenter=jc.Sphere(1.0, BODY), wears="indenter"),
+        r"indenter material: expected Elastic or None with path=.* coated indenter with .*, got LayeredHalfSpace",
+    ),
+    "one compliance of a creeping ball": (
+        lambda: jc.Sphere(1.0, FILM).compliance(),
+        r"indenter material: expected Elastic or None, got Burgers",
+    ),
+    "a number for a ball's material": (
+        lambda: indent(indenter=jc.Sphere(1.0, 3.0)),
+        r"indenter material: expected a material, a LayeredHalfSpace or None, got float",
+    ),
+    "a creeping ball by superposition": (
+        lambda: indent(indenter=jc.Sphere(1.0, FILM), correspondence="quasi-elastic"),
+        r'correspondence: expected "exact" with an indenter that creeps or is coated, got "quasi-elastic"',
+    ),
+    "kernels of a rigid ball for a creeping one": (
+        lambda: indent(indenter=jc.Sphere(1.0, FILM), kernels=jc.kernels(BODY, BALL, GRID)),
+        r"kernels: expected those of one that creeps or is coated, as the indenter is, got those of one that is elastic",
     ),
     "heights of another grid": (
         lambda: indent(indenter=jc.HeightField(jnp.zeros((4, 4)))),

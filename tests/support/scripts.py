@@ -1,9 +1,13 @@
-"""Scripts of the documentation, imported as modules."""
+"""Scripts of the documentation, imported as modules, and its printed blocks, compared with what a run prints."""
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 
+import numpy as np
+
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 DOCS = Path(__file__).parents[2] / "docs"
 
 
@@ -16,3 +20,10 @@ def script(path):
     sys.modules[found.name] = module
     found.loader.exec_module(module)
     return module
+
+
+def assert_printed_as_shown(found, shown):
+    """Words are equal, and numbers within 1e-3: compilers and processors round differently."""
+    assert NUMBER.sub("#", found).split() == NUMBER.sub("#", shown).split()
+    numbers = [np.array(NUMBER.findall(text), float) for text in (found, shown)]
+    np.testing.assert_allclose(*numbers, rtol=1e-3)

@@ -1,0 +1,931 @@
+"""Fit of a viscoelastic material to a force curve of a microscope: approach, dwell and retraction in one.
+
+The contact grows, stays and shrinks as the tip moves, and the force follows from the motion alone. Let F(d) be the elastic
+force of the tip at the depth d for J = 1, which a contact of the radius a(d) has, and F'(d) its stiffness, that of a punch
+of this radius. The contact is then a row of elements y > 0, each of the stiffness F''(y) dy, that the tip meets one after
+the other at the depth y (for a ball y = x^2/R, where x is the distance of the element from the axis; on a half-space this
+is the Abel transform of the pressure, V. L. Popov, M. Hess, Method of Dimensionality Reduction, 2015). With the
+displacement w(y, t) of an element and G the relaxation modulus,
+
+    q(y, t) = int_0^t G(t - s) dw(y, s),     force = int F''(y) q(y, t) dy,
+    in contact   w = d(t) - y and q >= 0;     free   q = 0 and w >= d(t) - y.
+
+This is the solution of T. C. T. Ting (J. Appl. Mech. 33 (1966) 845; 35 (1968) 248), at any history of the tip, with further
+approaches after a retraction as well. Proof: expand the pressure in those of punches, p(r, t) = -int dq/dy p_a(y)(r) dy,
+which is zero outside the contact where q is. The displacement is int -dw/dy u_a(y)(r) dy, and u_a = 1 inside the punch, so
+that inside a contact of elastic depth Y it is (Y - profile) + w(Y, t) = d(t) - profile. Only a constant Poisson's ratio has
+been used, which makes the modulus a common factor; the punches may stand on a layer bonded to a rigid base
+(``thin_layer.py``). While the contact grows, the force is int G(t - s) dF(d(s)) (Lee and Radok), and after a single maximum
+int_0^t1 G(t - s) dF(d(s)) with int_t1^t G(t - s) dd(s) = 0.
+
+The measured load has a baseline besides, which drifts in time and is inclined in depth, and the depth of the contact point
+is unknown. All of them are fitted together.
+"""
+
+import dataclasses
+import functools
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from fitting.data.contact import UNTIMED, baseline, sample_noise, signs, smooth
+from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
+from fitting.data.weights import choose_weights
+from fitting.fits.fractional import LAWS, Law, creep_structure, orders, within
+from fitting.inference import noise, verdict
+from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
+from fitting.inference.result import Fit, plain
+from fitting.inference.verdict import Deviation, Sample, Solved
+from fitting.models.parameters import Parameters, spectrum
+from fitting.models.structure import Sought
+from fitting.models.thin_layer import Base, ThinLayer
+from fitting.search import nonlinear
+from fitting.search.nonlinear import Objective
+from fitting.views import sheet
+from jaxcontact._support.exponential import phi1
+from jaxcontact.bodies import materials
+
+# 1. The relaxation modulus of a material as a sum of exponentials, G(t) = sum_m weights_m exp(-rates_m t).
+
+MODELS = (
+    "StandardLinearSolid", "KelvinVoigt", "Maxwell", "Burgers", "FractionalKelvinVoigt", "Springpot",
+)  # fmt: skip
+SLOWEST, FASTEST = (
+    0.02,
+    20.0,
+)  # rates of a springpot's modes: times the reciprocals of the duration and of a gap
+SPACING = 0.8  # of the logarithms of these rates; the error of the sum is about 2 exp(-pi^2/SPACING)
+INSTANT = 2.0  # rate of what is faster than a gap, times FASTEST/gap
+
+
+def modulus_of(
+    theta: Array, unit: Array, extra: Array | float, model: str, decades: int
+) -> tuple[Array, Array]:
+    """Return weights and rates (k,) of the scaled relaxation modulus at the coordinates (m,) of a material.
+
+    unit (3,): logarithms of the compliance [1/Pa] and of the duration [s], and the gap between samples over the duration;
+    extra: compliance of the tip. A Kelvin-Voigt element has the modulus G + eta/gap exp(-t/gap), with an instantaneous
+    compliance, because the force on it alone would contain the rate of the measured depth.
+
+    A springpot has G(t) = V t^-alpha/Gamma(1 - alpha) = V sin(pi alpha)/pi int exp(alpha x) exp(-t exp(x)) dx, by the
+    trapezoidal rule. The slower terms, a geometric series, become one mode of their mean rate, and the faster ones a
+    dashpot.
+    """
+    log_compliance, lapse, gap = unit
+    if model not in LAWS:
+        c = spectrum(jnp.append(theta, jnp.zeros(3)), None)
+        if model == "KelvinVoigt":
+            J, r = c.amplitudes, c.rates
+            c = materials.Spectrum(
+                (J * r * gap / (1.0 + r * gap))[0], J / (1.0 + r * gap), r / (1.0 + r * gap), 0.0
+            )
+        order = jnp.argsort(c.rates)
+        sorted_ = materials.Spectrum(c.instantaneous, c.amplitudes[order], c.rates[order], c.fluidity)
+        rates, weights = materials.relaxation_modes(sorted_, extra)
+        return weights, rates
+    *spring, log_V, alpha = theta
+    V = jnp.exp(log_V + log_compliance - alpha * lapse)
+    first = math.log(SLOWEST)
+    count = math.ceil((math.log(FASTEST) + decades * math.log(10.0) - first) / SPACING)
+    x, h = first + SPACING * jnp.arange(count), SPACING
+    size = V * h * jnp.sin(jnp.pi * alpha) / jnp.pi
+    series = lambda power, start: jnp.exp(power * start) / -jnp.expm1(-jnp.abs(power) * h)
+    slow = series(alpha, first - h)  # sum of exp(power x) over the terms beyond
+    slow_rate = series(alpha + 1.0, first - h) / slow
+    instant = INSTANT * jnp.exp(x[-1] + h)
+    fast = series(alpha - 1.0, x[-1] + h) * instant
+    weights = size * jnp.concatenate([jnp.stack([slow]), jnp.exp(alpha * x), jnp.stack([fast])])
+    rates = jnp.concatenate([jnp.stack([slow_rate]), jnp.exp(x), jnp.stack([instant])])
+    if spring:
+        weights = jnp.append(weights, jnp.exp(spring[0] + log_compliance))
+        rates = jnp.append(rates, 0.0)
+    return weights, rates
+
+
+# 2. The force over a history of the depth.
+
+CELLS = 64  # elements along the largest contact radius
+
+
+class History(NamedTuple):
+    """A scaled force curve.
+
+    t, depth (n,): at the samples and turning points; pick (m,): places of the samples among them; power: of the depth in F;
+    widening: power of the contact radius in the depth; layer over scaled depths, None on a half-space; extra: compliance of
+    the tip; unit (3,): of ``modulus_of``.
+    """
+
+    t: Array
+    depth: Array
+    pick: Array
+    power: Array | float
+    widening: Array | float
+    layer: ThinLayer | None
+    extra: Array | float
+    unit: Array
+
+    def elastic_force(self, depth: Array) -> Array:
+        """Return F at a depth () > 0."""
+        return depth**self.power * (1.0 if self.layer is None else self.layer.factor(depth))
+
+    def elements(self, deepest: Array, cells: int) -> tuple[Array, Array]:
+        """Return depths y (cells,) at which the tip meets the elements, and their stiffnesses.
+
+        They have equal widths along the contact radius of a ball or cone. An element stands for all y of its width by the
+        mean of these with the weight F'', so that the elastic force at the largest depth is exact.
+        """
+        ends = deepest * jnp.linspace(0.0, 1.0, cells + 1)[1:] ** self.widening
+        force, slope = jax.vmap(jax.value_and_grad(self.elastic_force))(ends)
+        stiffness = jnp.diff(slope, prepend=0.0)
+        moment = jnp.diff(ends * slope - force, prepend=0.0)
+        return moment / stiffness, stiffness
+
+
+def contact_force(
+    weights: Array, rates: Array, t: Array, depth: Array, places: Array, stiffness: Array
+) -> Array:
+    """Return the force (n,) of elements at depths ``places`` (c,) of some ``stiffness`` (c,) over a depth (n,) at t (n,).
+
+    weights, rates (k,): of the relaxation modulus. The displacement of an element is linear between the times.
+    """
+    x = rates * jnp.diff(t, prepend=t[:1])[:, None]
+    decay, rise = jnp.exp(-x), weights * phi1(x)
+
+    def step(
+        carry: tuple[Array, Array], now: tuple[Array, Array, Array]
+    ) -> tuple[tuple[Array, Array], Array]:
+        (stress, place), (decay, rise, depth) = carry, now
+        stress = stress * decay
+        # where the surface of an element would be without a tip, and the tip that pushes it further
+        free = place - stress.sum(-1) / rise.sum()
+        after = jnp.maximum(depth - places, free)
+        force = stiffness @ (after - free) * rise.sum()
+        return (stress + (after - place)[:, None] * rise, after), force
+
+    start = jnp.zeros((places.size, rates.size)), jnp.zeros(places.size)
+    return jax.lax.scan(step, start, (decay, rise, depth))[1]
+
+
+def indentation_force(theta: Array, curve: History, model: str, decades: int, cells: int = CELLS) -> Array:
+    """Return the scaled force (n,) without the baseline at the samples; theta = (material, *``NUISANCES``)."""
+    weights, rates = modulus_of(theta[:-4], curve.unit, curve.extra, model, decades)
+    depth = curve.depth - theta[-4]
+    deepest = jnp.maximum(jnp.max(depth), 1e-6)
+    return contact_force(weights, rates, curve.t, depth, *curve.elements(deepest, cells))[curve.pick]
+
+
+def force_with_baseline(theta: Array, curve: History, model: str, decades: int) -> Array:
+    """Return the scaled load (n,) at the samples."""
+    t, depth = curve.t[curve.pick], curve.depth[curve.pick]
+    return indentation_force(theta, curve, model, decades) + theta[-3] + theta[-2] * t + theta[-1] * depth
+
+
+COARSE = 24  # elements in the comparison of starts
+
+
+@functools.partial(jax.jit, static_argnames=("model", "decades"))
+def unit_forces(thetas: Array, curve: History, model: str, decades: int) -> Array:
+    """Return the scaled forces (k, n) without the baseline at trial coordinates (k, m)."""
+    return jax.lax.map(lambda theta: indentation_force(theta, curve, model, decades, COARSE), thetas)
+
+
+# 3. The curve: signs, zeros, and means of neighbouring points.
+
+MOST = 500  # largest number of points, or means of neighbours
+LEAST = 10  # fewest points of an approach
+BASE = 3.0  # longest baseline before and after the contact, in largest depths
+ROUGH_POINTS = 120  # points on which starts are compared
+TRIALS = 40  # trial contact points
+QUIET = (
+    3.0  # running median of the load over the standard deviation of its noise below which there is no contact
+)
+PULLS = 5.0, 0.02  # least tension, in standard deviations of the noise and of the largest force
+ADHESIVE = 0.1  # tension over the largest force, above which the contact of a retraction is not fitted
+AFTER = 3  # further points that are left out after the last one that pulls
+TURN, SHARP = 3, 0.2  # points of a line at a turn of the motion, and least relative change of its speed
+NUISANCES = {"contact_point": "m", "baseline": "N", "drift": "N/s", "slope": "N/m"}
+
+
+class Curve(NamedTuple):
+    """A force curve: t [s], load [N] and depth [m] (n,), positive inwards, from the first point on; kept (n,) bool: points
+    that are fitted, while all of them are history; marks (n,) of its parts, integers; parts: name of each.
+
+    zero [m]: inward depth of the first point; inward: its sign in the file; each: number of samples in a point; notes.
+    """
+
+    t: np.ndarray
+    load: np.ndarray
+    depth: np.ndarray
+    kept: np.ndarray
+    marks: np.ndarray
+    parts: tuple[str, ...]
+    zero: float
+    inward: int
+    each: int
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, data: IndentationData) -> "Curve":
+        """Return all segments of a curve; ValueError without times, an approach, or contact."""
+        if UNTIMED in data.notes:
+            raise ValueError(
+                "data: expected a curve with times for a viscoelastic model, got numbered points"
+            )
+        segments = data.segments
+        first = segments == "approach"
+        if first.sum() < LEAST:
+            raise ValueError(f"data: expected an approach of at least {LEAST} points, got {int(first.sum())}")
+        force = data.load[first] - baseline(data.load[first])
+        inward, pushed = signs(force, data.depth[first])
+        load, depth = pushed * data.load, inward * data.depth
+        rise, scatter = float(np.max(smooth(pushed * force))), sample_noise(data.load[first])
+        if rise <= QUIET * scatter:
+            raise ValueError(
+                f"data: expected a force that rises with depth, got one within {rise:.2g} N of its baseline, where its"
+                f" noise is {scatter:.2g} N: no contact in the curve"
+            )
+        marks = np.cumsum(np.append(False, segments[1:] != segments[:-1]))
+        parts = tuple(str(segments[marks == mark][0]) for mark in range(marks[-1] + 1))
+        notes = [
+            f"{name} with the other sign" for name, sign in (("depth", inward), ("load", pushed)) if sign < 0
+        ]
+        zero, kept = float(depth[0]), np.ones(load.size, dtype=bool)
+        found = cls(data.t - data.t[0], load, depth - zero, kept, marks, parts, zero, inward, 1, tuple(notes))
+        return found._without_tension(rise, scatter)
+
+    def _without_tension(self, rise: float, scatter: float) -> "Curve":
+        """Return the curve without the points of a retraction that pulls, or without all of its contact where it pulls with
+        more than ``ADHESIVE`` of the largest force, since the model has no adhesion."""
+        back = np.flatnonzero(np.array(self.parts)[self.marks] == "retract")
+        if back.size < LEAST:
+            return self
+        load = smooth(self.load[back])
+        first = baseline(self.load[self.marks == self.marks[0]])
+        zero = min(first, float(np.median(self.load[back[-max(back.size // 10, 5) :]])))
+        tension, least = zero - float(load.min()), max(PULLS[0] * scatter, PULLS[1] * rise)
+        if tension <= least:
+            return self
+        pulls = np.flatnonzero(load < zero - 0.5 * least)
+        whole = tension > ADHESIVE * rise
+        kept = self.kept.copy()
+        kept[back[0 if whole else pulls[0] : pulls[-1] + 1 + AFTER]] = False
+        note = (
+            f"the retraction pulls with up to {tension * PICO:.3g} pN, {100 * tension / rise:.2g} % of the largest force,"
+            f" and this model has no adhesion: {'its contact' if whole else 'the part that pulls'} left out"
+            f" ({int(np.sum(~kept))} of {back.size} points)"
+        )
+        return self._replace(kept=kept, notes=(*self.notes, note))
+
+    def near_contact(self, point: float) -> "Curve":
+        """Return the curve without the baselines further than ``BASE`` largest depths from a contact point [m]."""
+        reach = point - BASE * (float(np.max(self.depth)) - point)
+        inside = np.flatnonzero(self.depth >= reach)
+        some = slice(inside[0], inside[-1] + 1)
+        left = self.t.size - (some.stop - some.start)
+        if not left:
+            return self
+        note = f"baseline: {left} points further than {BASE:g} largest depths from the contact left out"
+        t, depth = self.t[some], self.depth[some]
+        return self._replace(
+            t=t - t[0], load=self.load[some], depth=depth - depth[0], kept=self.kept[some], marks=self.marks[some],
+            zero=self.zero + float(depth[0]), notes=(*self.notes, note),
+        )  # fmt: skip
+
+    def thinned(self, most: int = MOST) -> "Curve":
+        """Return means of neighbouring points of each part, at most about ``most``."""
+        each = -(-self.t.size // most)
+        if each == 1:
+            return self
+        rows: list[tuple[np.ndarray, ...]] = []
+        for mark in np.unique(self.marks):
+            own = np.flatnonzero(self.marks == mark)
+            count = own.size // each
+            # the remainder is left out where it matters least, at the beginning and at the end
+            own = own[own.size - count * each :] if not rows else own[: count * each]
+            shaped = own.reshape(count, each)
+            means = (y[shaped].mean(1) for y in (self.t, self.load, self.depth))
+            rows.append((*means, self.kept[shaped].all(1), np.full(count, mark)))
+        t, load, depth, kept, marks = (np.concatenate(one) for one in zip(*rows, strict=True))
+        return self._replace(
+            t=t - t[0], load=load, depth=depth - depth[0], kept=kept, marks=marks, zero=self.zero + float(depth[0]),
+            each=each * self.each,
+        )  # fmt: skip
+
+    def corners(self) -> np.ndarray:
+        """Return times [s] and depths [m] (2, k) at which the motion turns between two samples: where the lines through the
+        points on both sides intersect there."""
+        jumps = np.flatnonzero(self.marks[1:] != self.marks[:-1])
+        places = np.unique(np.append(jumps, int(np.argmax(self.depth)))[:, None] + np.arange(-TURN, TURN))
+        found = []
+        for i in places[(places >= 1) & (places < self.t.size - 2)]:
+            sides = slice(max(i - TURN + 1, 0), i + 1), slice(i + 1, min(i + TURN + 1, self.t.size))
+            t, origin = self.t - self.t[i], self.depth[i]
+            if np.ptp(t[sides[0]]) <= 0.0 or np.ptp(t[sides[1]]) <= 0.0:
+                continue
+            (a, b), (c, d) = (np.polyfit(t[some], self.depth[some] - origin, 1) for some in sides)
+            if abs(a - c) <= SHARP * max(abs(a), abs(c)):
+                continue
+            time = (d - b) / (a - c)
+            if 0.0 < time < t[i + 1]:
+                found.append((time + self.t[i], a * time + b + origin))
+        return np.array(found).reshape(-1, 2).T
+
+
+# 4. The search for the parameters of the material, the contact point and the baseline.
+
+EDGE = 16.0  # e-folds about the scale of the data at which moduli are bounded
+RATIOS, TIMES = (
+    (0.25, 1.0, 4.0),
+    (0.03, 0.3, 3.0),
+)  # starts: retarded over instantaneous compliance, time over contact
+EXPONENTS, SHARES = (
+    (0.05, 0.15, 0.3, 0.5, 0.75),
+    (0.2, 0.7),
+)  # starts of a fractional law: alpha, and the spring's part
+ALPHA = 0.002, 0.98  # bounds of alpha
+STARTS = 4  # number of starts from which the search is made
+
+
+def structure_of(model: Any) -> Any:
+    """Return the structure of a material; ValueError for one that a force curve is not fitted with."""
+    structure = creep_structure(model)
+    if structure.model.__name__ not in MODELS:
+        raise ValueError(f"model: expected one of {', '.join(MODELS)}, got {structure.model.__name__}")
+    return structure
+
+
+class Problem(NamedTuple):
+    """A scaled force curve with its search space.
+
+    curve: in SI; history: scaled; measured (m,): scaled load of the points that are fitted; model and decades: of
+    ``modulus_of``; units (load [N], depth [m], duration [s], compliance [1/Pa]); sought; space; sample: load over time.
+    """
+
+    curve: Curve
+    indenter: Any
+    history: History
+    measured: np.ndarray
+    model: str
+    decades: int
+    units: tuple[float, float, float, float]
+    sought: Sought
+    space: Parameters
+    sample: Sample
+
+    @classmethod
+    def of(
+        cls,
+        curve: Curve,
+        indenter: Any,
+        sought: Sought,
+        thickness: float | None,
+        unbonded: bool,
+        weights: str | None,
+        sigma: Any,
+    ) -> "Problem":
+        """Return the scaled problem of a curve; ValueError where nothing changes in it."""
+        probe, nu = probe_of(indenter), sought.volume.value
+        load, depth, T = float(np.ptp(curve.load)), float(np.max(curve.depth)), float(curve.t[-1])
+        if not (load > 0.0 and depth > 0.0 and T > 0.0):
+            raise ValueError(
+                f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
+            )
+        above = (curve.load - baseline(curve.load[curve.marks == curve.marks[0]]))[curve.kept]
+        compliance = probe.size * depth**probe.power / (sought.volume.share * load)
+        layer = None
+        if thickness is not None:
+            layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
+            layer = layer._replace(scale=layer.scale * depth**layer.power)
+        extra = float(indenter.compliance()) / sought.volume.share / compliance
+
+        # times of samples and turning points; the gap is the usual one of the samples
+        corners = curve.corners()
+        times = np.concatenate([curve.t, corners[0]])
+        order = np.argsort(times, kind="stable")
+        pick = np.argsort(order, kind="stable")[: curve.t.size][curve.kept]
+        gaps = np.diff(curve.t)
+        gap = float(np.median(gaps[gaps > 0.0])) / T
+        decades = math.ceil(-math.log10(gap))
+        grid = (
+            nonlinear.repeated(times[order] / T),
+            nonlinear.repeated(np.concatenate([curve.depth, corners[1]])[order] / depth),
+        )
+        history = History(
+            *grid, nonlinear.repeated(pick), probe.power, 1.0 / (probe.power - 1.0) if probe.power > 1.0 else 1.0,
+            layer, extra, np.array([math.log(compliance), math.log(T), gap]),
+        )  # fmt: skip
+
+        t = curve.t[curve.kept]
+        weight, label = choose_weights(t, above, weights, sigma)
+        sample = Sample.of(("load", "N", t, above), weight, label, curve.marks[curve.kept], own_trends=True)
+        back = "retract" in np.array(curve.parts)[sample.blocks]
+        sought, space = _space(sought, (load, depth, T, compliance), gap, bool(back))
+        model = sought.structure.model.__name__
+        return cls(
+            curve,
+            indenter,
+            history,
+            above / load,
+            model,
+            decades,
+            (load, depth, T, compliance),
+            sought,
+            space,
+            sample,
+        )
+
+    def objective(self, weights: np.ndarray) -> Objective:
+        """Return the least-squares objective for weights (m,) [1/N]."""
+        own, measured = nonlinear.without_weight(weights * self.units[0]), nonlinear.repeated(self.measured)
+        return Objective.of(
+            force_with_baseline, self.history, measured, own, self.space, points=slice(weights.size),
+            static=(self.model, self.decades),
+        )  # fmt: skip
+
+    def modulus(self, theta: np.ndarray, t: Any) -> np.ndarray:
+        """Return the relaxation modulus [Pa] at times [s]."""
+        weights, rates = self.modes(theta)
+        return np.exp(-np.multiply.outer(np.asarray(t, dtype=float), rates)) @ weights
+
+    def modes(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the weights [Pa] and rates [1/s] of the relaxation modulus of the sample with its tip."""
+        given = jnp.asarray(theta[:-4]), self.history.unit, self.history.extra, self.model, self.decades
+        weights, rates = (np.asarray(part) for part in modulus_of(*given))
+        return weights / self.units[3], rates / self.units[2]
+
+    def starts(self) -> list[np.ndarray]:
+        """Return the best coordinates of trial materials and contact points, whose scale and baseline are linear."""
+        n, kept = self.curve.t.size, self.curve.kept
+        some = np.unique(np.linspace(0, n - 1, min(n, ROUGH_POINTS)).round().astype(int))
+        some = np.unique(np.append(some, int(np.argmax(self.curve.depth))))
+        few = self.history._replace(
+            t=nonlinear.repeated(self.curve.t[some] / self.units[2]),
+            depth=nonlinear.repeated(self.curve.depth[some] / self.units[1]),
+            pick=nonlinear.repeated(np.flatnonzero(kept[some])),
+        )
+        some = some[kept[some]]
+        t, depth = self.curve.t[some] / self.units[2], self.curve.depth[some] / self.units[1]
+        places = np.cumsum(kept)[some] - 1
+        y, w = self.measured[places], self.sample.weights[places] * self.units[0]
+        trials = np.linspace(0.0, 1.0, TRIALS, endpoint=False)
+        found: list[tuple[float, np.ndarray]] = []
+        for material in self._materials():
+            thetas = np.zeros((TRIALS, material.size + 4))
+            thetas[:, : material.size] = material
+            thetas[:, -4] = trials
+            forces = np.asarray(unit_forces(thetas, few, self.model, self.decades))[:, : some.size]
+            least, best = math.inf, thetas[0]
+            for theta, force in zip(thetas, forces, strict=True):
+                if not (np.all(np.isfinite(force)) and np.any(force > 0.0)):
+                    continue
+                A = np.stack([force, np.ones(t.size), t, depth], -1)[
+                    :, : 4 if self.space.upper[-1] > 0.0 else 3
+                ]
+                x = np.linalg.lstsq(A * w[:, None], w * y, rcond=1e-10)[0]
+                rss = float(np.sum((w * (A @ x - y)) ** 2))
+                if x[0] > 0.0 and rss < least:
+                    others = np.append(x[1:], np.zeros(4 - x.size))
+                    least, best = rss, np.concatenate([self._scaled(theta[:-4], x[0]), theta[-4:-3], others])
+            if math.isfinite(least):
+                found.append((least, best))
+        if not found:
+            raise ValueError(
+                "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
+                " indent"
+            )
+        found.sort(key=lambda one: one[0])
+        return [np.clip(theta, *self.space.bounds) for _, theta in found[:STARTS]]
+
+    def _materials(self) -> list[np.ndarray]:
+        """Return coordinates of materials of about the unit of compliance, over ratios and times."""
+        pushed = smooth(self.measured) > 0.1 * self.measured.max()
+        contact = max(
+            float(np.ptp(self.sample.t[pushed])) / self.units[2], 10.0 * float(self.history.unit[2])
+        )
+        logs, (size, lapse, _) = np.log, self.history.unit
+        if self.model in LAWS:
+            rows = []
+            for alpha in EXPONENTS:
+                pot = lambda part, a=alpha: logs(part) - size + a * (lapse + logs(contact))
+                if self.model == "Springpot":
+                    rows.append([pot(1.0), alpha])
+                else:
+                    rows += [[logs(share) - size, pot(1.0 - share), alpha] for share in SHARES]
+            return [np.array(row) for row in rows]
+        times = contact * np.array(TIMES)
+        if self.model == "Maxwell":
+            return [np.array([0.0, 1.0 / time]) for time in (*times, 10.0 * times[-1])]
+        if self.model == "KelvinVoigt":
+            return [np.array([-EDGE, 0.0, 0.0, -logs(time)]) for time in times]
+        flows = (0.3 / contact, 3.0 / contact) if self.model == "Burgers" else (0.0,)
+        return [
+            np.array([0.0, logs(ratio), flow, logs(ratio / time)])
+            for ratio in RATIOS
+            for time in times
+            for flow in flows
+        ]
+
+    def _scaled(self, material: np.ndarray, stiffness: float) -> np.ndarray:
+        """Return the coordinates of a material whose moduli are ``stiffness`` times as large."""
+        logs = self.space.logarithmic[: material.size]
+        change = math.log(stiffness)
+        if self.model in LAWS:
+            return material + change * logs
+        return np.where(logs, material - change, material / stiffness)
+
+
+def _space(
+    sought: Sought, units: tuple[float, float, float, float], gap: float, back: bool
+) -> tuple[Sought, Parameters]:
+    """Return the sought material, and the coordinates with their bounds.
+
+    gap: between samples over the duration; back: whether there is a retraction, without which a drift in time and a slope
+    in depth are one.
+    """
+    load, depth, T, compliance = units
+    others = np.array([[0.0, 1.0], [-2.0, 2.0], [-4.0, 4.0], [-4.0, 4.0] if back else [0.0, 0.0]])
+    sizes = np.array([depth, load, load / T, load / depth])
+    names, structure = tuple(NUISANCES), sought.structure
+    if not isinstance(structure, Law):
+        unit = structure.units(compliance, T)
+        box = structure.box(sought.table) / unit[:, None]
+        own = Parameters.of_compliances(structure, box, unit, decades=-math.log(gap))
+        open_sides = np.concatenate([own.open, np.zeros((4, 2), dtype=bool)])
+        # the instantaneous compliance of a Kelvin-Voigt element, which is not one of its parameters
+        rows = np.concatenate([np.maximum(np.stack(own.bounds, -1), -EDGE), others])
+        logs = own.logarithmic
+    else:
+        structure = dataclasses.replace(structure, span=(gap * T, T))
+        sought = sought._replace(structure=structure, table=orders(sought.table))
+        size, lapse = -math.log(compliance), math.log(T)
+        whole = {
+            "G": (size - EDGE, size + EDGE),
+            "V": (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0)),
+            "alpha": ALPHA,
+        }
+        law = [within(whole[name], name, limits) for name, limits in sought.table.items()]
+        rows, unit = np.concatenate([np.array(law), others]), np.ones(structure.size)
+        logs = np.array([name != "alpha" for name in structure.where])
+        open_sides = np.concatenate([np.ones((structure.size, 2), dtype=bool), np.zeros((4, 2), dtype=bool)])
+    count = structure.size + 4
+    material = np.arange(count) < structure.size
+    return sought, Parameters.of(
+        structure, rows, unit=np.append(unit, sizes), logarithmic=np.append(logs, np.zeros(4, dtype=bool)),
+        material=material, nuisances=names, open=open_sides,
+    )  # fmt: skip
+
+
+# 5. Judgement: systematic deviations by their size, as of the elastic fit. The model is fitted again to the shallower half.
+
+CHANGE, TREND = (
+    0.4,
+    0.05,
+)  # change of the log modulus, and trend over the largest force, beyond which a fit is rejected
+SEEN, SHORT, FEW, HALF = 5.0, 0.02, 8, 0.5  # as in ``fits/force.py``
+PICO = 1e12
+
+
+def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
+    """Return the systematic deviation of a solved force curve."""
+    theta, unit = solved.theta, force.units[0]
+    kept, marks, t = force.curve.kept, force.sample.blocks, force.sample.t
+    depth = force.curve.depth[kept] / force.units[1] - theta[-4]
+    deviations, nothing = solved.residual / solved.weights / unit, np.zeros(theta.size)
+    first = marks == marks[0]
+    pushed = model_force(force, theta) / unit
+    out, inside = first & (depth < 0.0), pushed > 0.0
+    if out.sum() < max(5, SHORT * first.sum()):
+        return Deviation(
+            nothing,
+            (
+                f"the contact is among the first points ({int(out.sum())} before it): the curve has no baseline, so that"
+                " the contact point is not determined",
+            ),
+        )
+    if inside.sum() < FEW:
+        return Deviation(nothing, (f"no indentation: {int(inside.sum())} points in contact",))
+    scatter = float(np.std(deviations[out]))
+    if pushed.max() < SEEN * scatter:
+        return Deviation(
+            nothing,
+            (
+                f"no indentation: the force rises by {pushed.max() * unit * PICO:.3g} pN, the noise of the baseline is"
+                f" {scatter * unit * PICO:.3g} pN",
+            ),
+        )
+    contact = float(np.ptp(t[inside]))
+    times = contact * np.array([0.1, 1.0])
+
+    def refits() -> list[np.ndarray | None]:
+        """Return the fit to the parts of the curve up to half the largest depth; the history remains the whole one."""
+        some = depth <= HALF * depth.max()
+        if np.sum(some & inside) < FEW:
+            return [None]
+        return [nonlinear.minimise(force.objective(np.where(some, solved.weights, 0.0)), theta).theta]
+
+    def moduli(one: np.ndarray) -> np.ndarray:
+        """Return the logarithms of the relaxation modulus at a tenth of the time in contact and at this time."""
+        return np.log(np.maximum(force.modulus(one, times), 1e-300))
+
+    def words(trend: float, changes: np.ndarray, rejected: bool) -> str:
+        percent = 100.0 * np.expm1(np.max(np.abs(changes)))
+        size = (
+            f"the residuals have a trend of {100 * trend:.1f} % of the largest force ({trend * unit * PICO:.3g} pN), up to"
+            f" half the depth the modulus differs by {percent:.2g} %"
+        )
+        if not rejected:
+            return f"{size}: within the intervals"
+        return (
+            f"{size} after {times[0]:.2g} to {times[1]:.2g} s: another model of the material, a thin sample (thickness),"
+            " adhesion, or another shape of the tip"
+        )
+
+    size = lambda: max(verdict.trend(deviations[marks == mark]) for mark in np.unique(marks))
+    return verdict.judged_by_size(problem, solved, size, refits, moduli, (TREND, CHANGE), words)
+
+
+def model_force(force: Problem, theta: np.ndarray) -> np.ndarray:
+    """Return the force (m,) [N] of the model without the baseline."""
+    found = _force(jnp.asarray(theta), force.history, force.model, force.decades)
+    return np.asarray(found)[: force.measured.size] * force.units[0]
+
+
+_force = functools.partial(jax.jit, static_argnames=("model", "decades"))(indentation_force)
+
+
+def force_of_baseline(force: Problem, theta: np.ndarray) -> np.ndarray:
+    """Return the baseline (m,) [N]."""
+    t, depth = force.sample.t / force.units[2], force.curve.depth[force.curve.kept] / force.units[1]
+    return (theta[-3] + theta[-2] * t + theta[-1] * depth) * force.units[0]
+
+
+# 6. The fit.
+
+STEP = 0.02  # relative change of the sensitivity in the difference quotient
+STRAIN = 0.2  # depth over thickness beyond which linear elasticity is doubtful
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class ViscoelasticForceFit(Fit):
+    """The fit of a viscoelastic material to approach, dwell and retraction of a force curve; ``Fit`` has what it shares with
+    other fits.
+
+    Attributes:
+        nuisances: {contact_point [m], baseline [N], drift [N/s], slope [N/m]: (value, low, high)}; the contact point is a
+            depth as measured, the baseline is that at the first fitted point above the first tenth of the approach, and it
+            changes with time and with the depth.
+        indenter, nu, thickness [m], unbonded: given quantities on which the material is conditional; thickness is None for
+            a half-space, and unbonded whether a layer slides on its base.
+        segments (n,): "approach", "hold" or "retract" of each point.
+        depth, force, model_force (n,): depth below the contact point [m], force without baseline [N], and that of the model.
+        modes: weights [Pa] and rates [1/s] of the relaxation modulus as a sum of exponentials.
+        contact_time: time [s] between the first and the last contact of the model.
+    """
+
+    indenter: Any
+    nu: float
+    thickness: float | None
+    unbonded: bool
+    nuisances: dict[str, tuple[float, float, float]]
+    segments: np.ndarray
+    depth: np.ndarray
+    force: np.ndarray
+    model_force: np.ndarray
+    modes: tuple[np.ndarray, np.ndarray]
+    contact_time: float
+
+    def relaxation(self, t: Any) -> np.ndarray:
+        """Return the relaxation modulus G(t) [Pa] at t >= 0 [s] of any shape, as the fit has it: between the gap of the
+        samples and the duration of the curve, on an elastic tip that of sample and tip in series."""
+        weights, rates = self.modes
+        return np.exp(-np.multiply.outer(np.asarray(t, dtype=float), rates)) @ weights
+
+    def plot(self, path: Any = None) -> Any:
+        """Return a figure of force over depth, and of the residuals; saved where a path is given."""
+        _, low, high = self.nuisances["contact_point"]
+        breaks = np.flatnonzero(self.segments[1:] != self.segments[:-1]) + 1
+
+        def panel(top: Any, bottom: Any) -> None:
+            for part in np.split(np.arange(self.depth.size), breaks):
+                colour = sheet.COLOURS[str(self.segments[part[0]])]
+                for axes, y in ((top, self.force), (bottom, PICO * (self.force - self.model_force))):
+                    axes.plot(
+                        self.depth[part],
+                        y[part],
+                        ".",
+                        markersize=3,
+                        color=colour,
+                        label=self.segments[part[0]],
+                    )
+                top.plot(self.depth[part], self.model_force[part], color="0.2", linewidth=1.0)
+            top.plot(0.0, 0.0, "o", color="0.2", label="contact point")
+            top.axvspan(-0.5 * abs(high - low), 0.5 * abs(high - low), color="0.5", alpha=0.3, linewidth=0)
+            handles, labels = top.get_legend_handles_labels()
+            once = dict(zip(labels, handles, strict=True))
+            top.legend(once.values(), once.keys(), fontsize="small")
+            sheet.axis_label(top.yaxis, "force", "N", self.force)
+            sheet.axis_label(bottom.xaxis, "depth below the contact point", "m", np.abs(self.depth))
+            bottom.set_ylabel("residual [pN]")
+
+        return sheet.draw(self, path, panel)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return ``Fit.to_dict`` with the nuisance parameters and the given quantities."""
+        key = lambda name: f"{name}_{NUISANCES.get(name, 'N s/m').replace('/', '_per_').replace(' ', '_')}"
+        return super().to_dict() | {
+            "poisson_ratio": self.nu, "thickness_m": plain(self.thickness), **probe_of(self.indenter).key,
+            "nuisances": {key(name): [plain(v) for v in row] for name, row in self.nuisances.items()},
+            "largest_depth_m": float(self.depth.max()), "contact_time_s": self.contact_time,
+        }  # fmt: skip
+
+    def _choices(self) -> list[str]:
+        return [*super()._choices(), probe_of(self.indenter).words]
+
+    def _nuisance_lines(self) -> list[str]:
+        return [
+            f"  {name.replace('_', ' ')} = {value:.5g} {NUISANCES.get(name, 'N s/m')}, {low:.5g} to {high:.5g}"
+            for name, (value, low, high) in self.nuisances.items()
+        ]
+
+    def _combination_lines(self) -> list[str]:
+        times = self.contact_time * np.array([0.1, 1.0])
+        early, late = self.relaxation(times)
+        E = 2.0 * (1.0 + self.nu)
+        return [
+            f"  relaxation modulus: E = {E * early:.4g} Pa after {times[0]:.3g} s, {E * late:.4g} Pa after {times[1]:.3g} s,"
+            " a tenth of the time in contact and all of it"
+        ]
+
+    def _conditions(self) -> list[str]:
+        body = (
+            "a half-space"
+            if self.thickness is None
+            else f"a layer of {self.thickness:.4g} m {'loose on' if self.unbonded else 'bonded to'} a rigid base"
+        )
+        return [
+            f"  the material is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m,"
+            f" contact for {self.contact_time:.3g} s"
+        ]
+
+
+def fit_history(
+    data: IndentationData, model: Any, *, indenter: Any, nu: float, thickness: float | None, unbonded: bool,
+    weights: str | None, sigma: Any, fixed: dict[str, float] | None, bounds: dict[str, tuple] | None,
+    errors: dict[str, float], spring_constant: float | None, dragged: Any, redrawn: Callable[[float], IndentationData],
+    level: float, notes: tuple[str, ...],
+) -> ViscoelasticForceFit:  # fmt: skip
+    """Fit a viscoelastic material to a force curve, for ``fit_force``, whose arguments these are.
+
+    data: without drag; dragged: the ``Drag`` that was subtracted, or None; redrawn(b): the curve without another drag b
+    [N s/m].
+    """
+    sought = Sought.of(structure_of(model), fixed, bounds, nu)
+    if sought.structure.model in LAWS.values() and indenter.material is not None:
+        raise ValueError(
+            f"indenter: expected a rigid one with {sought.structure.model.__name__}, got one with a material"
+        )
+
+    def prepared(curve: Curve) -> Problem:
+        return Problem.of(curve, indenter, sought, thickness, unbonded, weights, sigma)
+
+    # The curve about its contact, which the first comparison of starts finds.
+    whole = Curve.of(data)
+    coarse = prepared(whole.thinned(2 * ROUGH_POINTS))
+    point = float(coarse.starts()[0][-4]) * coarse.units[1]
+    curve = whole.near_contact(point - (coarse.curve.zero - whole.zero)).thinned()
+    force = prepared(curve)
+
+    def searched(force: Problem, starts: list[np.ndarray]) -> tuple[FitProblem, Solved]:
+        problem = FitProblem(data, force.sought, force.space, force.sample, float(force.curve.t[-1]), level)
+        return problem, least_squares(problem, force.objective, starts)
+
+    problem, solved = searched(force, force.starts())
+    theta, (unit, deepest, duration, _) = solved.theta, force.units
+    off = deviation(problem, force, solved)
+    fitted = model_force(force, theta)
+    t, marks = force.sample.t, force.sample.blocks
+    below, inside = curve.depth[curve.kept] - theta[-4] * deepest, fitted > 0.0
+
+    # Notes: on the curve, the model, and the strain.
+    said = list(curve.notes)
+    if curve.each > 1:
+        said.append(f"{t.size} points are means of {curve.each} samples each")
+    parts = [curve.parts[mark] for mark in dict.fromkeys(marks.tolist())]
+    said.append(f"Ting's solution over {', '.join(parts)}")
+    if "retract" not in parts:
+        said.append("no retraction: the baseline has a drift and no slope in depth, which would be alike")
+    if force.model == "KelvinVoigt":
+        said.append(
+            f"the modulus of the Kelvin-Voigt element is G + eta exp(-t/T)/T with the time of a sample, T ="
+            f" {float(force.history.unit[2]) * duration:.3g} s: without an instantaneous compliance it would resist a jump"
+            " of depth without limit; StandardLinearSolid fits this compliance"
+        )
+    depth = float(below.max())
+    said += paraboloid_note(indenter, depth, thickness=thickness)
+    if thickness is not None and depth > STRAIN * thickness:
+        said.append(
+            f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"
+        )
+    if "retract" in parts and fitted[-1] > 0.1 * unit:
+        said.append(
+            "the curve ends in contact: its baseline after contact is not seen, and drift and creep are less apart"
+        )
+    solved = solved._replace(left=off.left, against=off.against, notes=(*said, *notes, *off.notes))
+    found = conclude(problem, solved)
+
+    # Errors of the calibration and of the drag, from fits to curves that are changed by them, as standard deviations of the
+    # coordinates.
+    size, values = force.sought.structure.size, found.fields["values"]
+    spread = np.zeros(len(values))
+
+    def parameters(changed: Curve) -> np.ndarray:
+        again = prepared(changed)
+        _, moved = searched(again, [np.clip(theta, *again.space.bounds)])
+        own = again.space.opened(moved.theta) * again.space.unit[:size]
+        return np.log([float(v) for v in force.sought.structure.parameters(own).values()])
+
+    causes = []
+    if errors:
+        by_spring = np.array([float(name != "alpha") for name in values]) * errors.get("spring_constant", 0.0)
+        by_sensitivity = np.zeros(len(values))
+        if errors.get("sensitivity"):
+            deflection = curve.load / float(spring_constant or 1.0)
+            ends = [
+                parameters(
+                    curve._replace(
+                        load=curve.load * (1.0 + change),
+                        depth=curve.depth - change * (deflection - deflection[0]),
+                    )
+                )
+                for change in (STEP, -STEP)
+            ]
+            by_sensitivity = (
+                (ends[0] - ends[1]) / math.log((1.0 + STEP) / (1.0 - STEP)) * errors["sensitivity"]
+            )
+        spread = np.hypot(by_spring, by_sensitivity)
+        kinds = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
+        causes.append(f"calibration ({kinds})")
+    nuisances: dict[str, tuple[float, float, float]] = {}
+    if dragged is not None:
+        half = noise.two_sided(level, 17) * dragged.sd
+        nuisances["drag"] = dragged.coefficient, dragged.coefficient - half, dragged.coefficient + half
+        if dragged.sd > 0.0:
+            ends = [
+                parameters(
+                    Curve.of(redrawn(max(dragged.coefficient + s * dragged.sd, 0.0)))
+                    .near_contact(point)
+                    .thinned()
+                )
+                for s in (1.0, -1.0)
+            ]
+            spread = np.hypot(spread, 0.5 * np.abs(ends[0] - ends[1]))
+            causes.append("drag")
+    fields = widened(found.fields, problem, spread, " and ".join(causes))
+
+    rows = np.column_stack([theta, found.ends])[-4:] * force.space.unit[-4:, None]
+    rows[0] = curve.inward * (rows[0] + curve.zero)
+    rows[3] *= curve.inward
+    for i in (0, 3):
+        if curve.inward < 0:
+            rows[i] = rows[i, [0, 2, 1]]
+    nuisances = {name: tuple(row.tolist()) for name, row in zip(NUISANCES, rows, strict=True)} | nuisances
+    return found._replace(fields=fields).fit(
+        ViscoelasticForceFit, indenter=indenter, nu=nu, thickness=thickness, unbonded=unbonded, nuisances=nuisances,
+        segments=np.array(curve.parts)[marks],
+        depth=below, force=force.measured * unit - force_of_baseline(force, theta), model_force=fitted,
+        modes=force.modes(theta), contact_time=float(np.ptp(t[inside])) if np.any(inside) else 0.0,
+    )  # fmt: skip
+
+
+def widened(fields: dict[str, Any], problem: FitProblem, spread: np.ndarray, cause: str) -> dict[str, Any]:
+    """Return the fields of a fit with further standard deviations (p,) of the logarithms of its parameters, which are
+    independent of the noise."""
+    if not np.any(spread > 0.0):
+        return fields
+    z, intervals = noise.two_sided(problem.level), {}
+    for (name, value), sd in zip(fields["values"].items(), spread.tolist(), strict=True):
+        low, high = fields["intervals"][name]
+        down = math.exp(math.hypot(math.log(value / low), z * sd)) if 0.0 < low <= value else math.inf
+        up = (
+            math.exp(math.hypot(math.log(high / value), z * sd))
+            if value <= high < math.inf and value > 0.0
+            else math.inf
+        )
+        intervals[name] = (value / down, value * up)
+    percent = ", ".join(
+        f"{name} {100 * sd:.3g} %" for name, sd in zip(fields["values"], spread.tolist(), strict=True)
+    )
+    note = f"the intervals include the standard deviations of the {cause}: {percent}"
+    sd_log = {
+        name: math.hypot(fields["sd_log"][name], sd)
+        for name, sd in zip(fields["values"], spread, strict=True)
+    }
+    return {
+        **fields, **with_intervals(problem, intervals, fields["refused"]), "sd_log": sd_log,
+        "notes": (*fields["notes"], note),
+    }  # fmt: skip

@@ -1,0 +1,81 @@
+"""Gels of known causes of their relaxation, from the generator of ``tests.benchmarks.poroelastic_causes``."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import fitting
+from tests.benchmarks.poroelastic_causes import BEAD, KINDS, gel, holds_of
+
+
+def holds(kind, seed=0, **given):
+    rng = np.random.default_rng([77, KINDS.index(kind), seed])
+    properties = gel(kind, rng)
+    return properties, holds_of(properties, rng, **given)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_cause_is_named_from_two_depths_and_not_from_one(kind):
+    properties, curves = holds(kind)
+    found = fitting.relaxation_cause(curves, indenter=BEAD)
+    assert found.cause == kind
+    low, high = found.share
+    if kind == "viscoelastic":
+        assert low == 0.0 and high < 0.2
+    else:
+        assert high > 0.2
+        best, low, high = found.diffusivity
+        assert low < properties[2] < high and low <= best <= high
+    assert kind in found.summary() and found.to_dict()["cause"] == kind
+    assert fitting.relaxation_cause(curves[:1], indenter=BEAD).cause == "cannot tell"
+
+
+def test_a_modulus_in_common_tells_more():
+    _, curves = holds("poroelastic", points=100)
+    free = fitting.relaxation_cause(curves, indenter=BEAD)
+    same = fitting.relaxation_cause(curves, indenter=BEAD, same_modulus=True)
+    assert same.cause == "poroelastic" and same.share[0] >= free.share[0] - 0.02
+    # one depth is 10 % off: times alone do not see it, a modulus in common does
+    off = [curves[0], dataclasses.replace(curves[1], load=1.1 * curves[1].load)]
+    times = fitting.relaxation_cause(off, indenter=BEAD)
+    np.testing.assert_allclose(times.share, free.share, atol=1e-3)
+    assert (
+        fitting.relaxation_cause(off, indenter=BEAD, same_modulus=True).chi2["both"] > 1.5 * same.chi2["both"]
+    )
+
+
+@pytest.mark.slow
+def test_design_states_which_second_depth_would_tell():
+    """What it predicts for one hold holds for simulated pairs."""
+    _, curves = holds("poroelastic")
+    one = fitting.relaxation_cause(curves[:1], indenter=BEAD)
+    found = fitting.design(one)
+    assert 1.5 <= found.ratio <= 5.0 and "tells the cause" in str(found)
+    assert found.named[5.0]["poroelastic"] == "poroelastic" and found.named[5.0].get(
+        "viscoelastic", "viscoelastic"
+    ) == ("viscoelastic")
+    depth = 3e-6 * found.ratio
+    _, pair = holds("poroelastic", depths=(3e-6, depth))
+    assert fitting.relaxation_cause(pair, indenter=BEAD).cause == "poroelastic"
+
+
+def test_what_cannot_be_told_is_not_named():
+    _, curves = holds("poroelastic")
+    alike = fitting.relaxation_cause([curves[1], curves[1]], indenter=BEAD)
+    assert alike.cause == "cannot tell" and "same contact radius" in alike.reason
+    t = curves[0].t
+    flat = [
+        dataclasses.replace(
+            one, load=np.full(t.size, 1e-6) * (1 + 0.02 * np.random.default_rng(0).standard_normal(t.size))
+        )
+        for one in curves
+    ]
+    assert "hardly relaxes" in fitting.relaxation_cause(flat, indenter=BEAD).reason
+    wavy = [
+        dataclasses.replace(one, load=one.load * (1 + 0.15 * np.sin(np.log(one.t + 1e-9) * 6)))
+        for one in curves
+    ]
+    assert fitting.relaxation_cause(wavy, indenter=BEAD).cause == "cannot tell"
+    with pytest.raises(ValueError, match="expected forces > 0 N"):
+        fitting.relaxation_cause([dataclasses.replace(one, load=-one.load) for one in curves], indenter=BEAD)

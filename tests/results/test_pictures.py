@@ -1,0 +1,81 @@
+"""Pictures of results: marks where the contact is, colours and axes of times over decades, studies with units."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import jaxcontact as jc
+from jaxcontact.results import figures, plotting
+
+GRID = jc.Grid((100, 1), (1e-6, 1e-3), periodic=(False, True))
+X = np.asarray(GRID.axes()[0])
+
+
+def section(first, last):
+    """The texts and double arrows of the section of a contact from ``first`` to ``last`` [m]."""
+    pressed = ((first < X) & (last > X)).astype(float)[:, None]
+    result = SimpleNamespace(
+        grid=GRID, pressure=pressed, profile=1e2 * X[:, None] ** 2, displacement=1e-7 * pressed, load=1.0,
+        approach=1e-7, contact_radius=0.5 * (last - first), diagnostics=SimpleNamespace(),
+    )  # fmt: skip
+    ax = Figure().subplots()
+    figures.contact_section(ax, result)
+    texts = [text.get_text() for text in ax.texts]
+    (spans,) = [[text.xy[0], text.xyann[0]] for text in ax.texts if getattr(text, "xyann", (0, 0))[0] > 0.0]
+    return texts, sorted(spans)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "words"), [(-20e-6, 20e-6, "2a = 40 "), (-5e-6, 30e-6, "contact = 35 ")]
+)
+def test_the_mark_of_the_contact_is_where_the_contact_is(first, last, words):
+    """A sliding contact leans forward: its mark begins and ends with the cells that are pressed."""
+    texts, span = section(first, last)
+    assert any(text.startswith(words) for text in texts), texts
+    np.testing.assert_allclose(span, [first, last], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("times", "decades"),
+    [
+        (np.linspace(0.0, 100.0, 50), False),
+        (np.geomspace(1.0, 100.0, 20), True),
+        (np.append(0.0, np.geomspace(1.0, 30.0, 8)), True),
+        (np.append(0.0, np.geomspace(20.0, 60.0, 8)), False),
+        (np.array([0.0, 50.0, 100.0]), False),
+    ],
+)
+def test_axes_and_colours_of_times_are_logarithmic_where_times_span_decades(times, decades):
+    """Then the colours of evenly spaced logarithms are evenly spaced."""
+    assert plotting.shows_decades(times) == decades
+    colours, later = plotting.colours_of_time(times), times[times > 0.0]
+    spaced = np.diff(colours.norm(later))
+    if times.size > 3 and (decades or np.allclose(np.diff(later), later[1] - later[0], atol=1e-9)):
+        assert np.ptp(spaced) < 1e-9
+
+
+def test_studies_have_units_with_prefixes_and_ticks_at_their_values():
+    cases = [{"layer.thickness [m]": h, "load": w} for h in (1e-7, 2e-7, 4e-7) for w in (10.0, 15.0)]
+    figure = plotting.study_figure(cases, np.linspace(1e8, 6e8, 6), "peak_pressure")
+    ax, _ = figure.axes
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == (
+        "layer.thickness [nm]",
+        "load",
+        "peak pressure [MPa]",
+    )
+    np.testing.assert_allclose(ax.get_xticks(), [100.0, 200.0, 400.0])
+    np.testing.assert_allclose(ax.get_yticks(), [10.0, 15.0])
+    assert [label.get_text() for label in ax.get_xticklabels()] == ["100", "200", "400"]
+    mesh = ax.collections[0]
+    np.testing.assert_allclose(np.sort(np.ravel(mesh.get_array())), np.linspace(100.0, 600.0, 6))
+
+
+def test_a_traction_that_is_zero_is_not_in_the_legend():
+    line = np.where(np.abs(X) < 2e-5, 1e6, 0.0)[:, None]
+    result = SimpleNamespace(
+        grid=GRID, pressure=line, traction=np.stack([0.3 * line, 0.0 * line]), stick=0.0 * line
+    )
+    ax = plotting.tractions_on_the_axis(Figure().subplots(), result)
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["pressure", "traction x"]

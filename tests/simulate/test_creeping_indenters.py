@@ -1,0 +1,355 @@
+"""Indenters that creep or are coated: both surfaces of a contact with a memory of their own.
+
+The oracles are rigid indenters on one body: two equal bodies have twice the compliance of one, and a surface a million times
+as stiff as the other is rigid.
+"""
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from tolerances import CENTRAL_DIFFERENCE, MODES
+
+import jaxcontact as jc
+
+GRID = jc.Grid.square(n=16, width=2.2e-3)
+# few cells and steps: both sides of a comparison have the same ones
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:.*cells across", "ignore:.*time steps", "ignore:.*film strain"
+)
+TIMES = np.array([0.0, 0.0, 0.5, 2.0, 2.0, 6.0])
+LOADS = jc.Load(np.array([0.0, 0.05, 0.05, 0.12, 0.03, 0.03]))
+R = 5e-3
+
+
+def solid(factor=1.0):
+    return jc.StandardLinearSolid(G1=1e6 * factor, G2=5e5 * factor, eta2=4e5 * factor, nu=0.4)
+
+
+def burgers(factor=1.0):
+    return jc.Burgers(G1=2e6 * factor, G2=1e6 * factor, eta1=6e6 * factor, eta2=8e5 * factor, nu=0.35)
+
+
+def coated(factor=1.0):
+    film = jc.StandardLinearSolid(G1=2e6 * factor, G2=8e5 * factor, eta2=5e5 * factor, nu=0.45)
+    base = jc.Elastic(G=5e6 * factor, nu=0.3)
+    return jc.LayeredHalfSpace([jc.Layer(film, 1.5e-4)], base)
+
+
+def as_body(material):
+    return material if isinstance(material, jc.LayeredHalfSpace) else jc.LayeredHalfSpace([], material)
+
+
+def close(found, expected, rtol):
+    """Each quantity of two histories agrees, relative to its largest value."""
+    for name in ("pressure", "displacement", "approach", "load", "smooth_area"):
+        a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=rtol * np.max(np.abs(b)), err_msg=name)
+
+
+@pytest.mark.parametrize("control", [LOADS, jc.Approach(np.array([0.0, 2e-5, 2e-5, 3e-5, 1.5e-5, 1.5e-5]))])
+def test_a_creeping_ball_on_a_stiff_base_is_a_rigid_ball_on_that_solid(control):
+    base = jc.LayeredHalfSpace([], jc.Elastic(G=1e12, nu=0.4))
+    found = jc.indent(base, jc.Sphere(R, solid()), control, TIMES, grid=GRID)
+    expected = jc.indent(as_body(solid()), jc.Sphere(R), control, TIMES, grid=GRID)
+    close(found, expected, 1e-4)
+    close(found, expected, 3e-6)  # of the base there is a millionth
+    assert np.max(np.abs(found.indenter_displacement - found.displacement)) < 1e-5 * np.max(
+        found.displacement
+    )
+
+
+def test_a_rigid_ball_in_a_gel_on_a_stiff_flat_is_a_rigid_ball_on_that_gel_on_a_rigid_base():
+    gel = jc.LayeredHalfSpace([jc.Layer(solid(), 4e-4)], None)
+    base = jc.LayeredHalfSpace([], jc.Elastic(G=1e12, nu=0.4))
+    found = jc.indent(base, jc.Sphere(R, gel), LOADS, TIMES, grid=GRID)
+    close(found, jc.indent(gel, jc.Sphere(R), LOADS, TIMES, grid=GRID), 1e-5)
+
+
+@pytest.mark.parametrize("material", [burgers, coated])
+def test_two_equal_bodies_are_one_of_half_the_moduli_under_a_rigid_ball(material):
+    found = jc.indent(as_body(material()), jc.Sphere(R, material()), LOADS, TIMES, grid=GRID)
+    expected = jc.indent(as_body(material(0.5)), jc.Sphere(R), LOADS, TIMES, grid=GRID)
+    close(found, expected, 1e-6)
+    np.testing.assert_allclose(found.indenter_displacement, found.displacement / 2.0, atol=1e-12)
+    np.testing.assert_allclose(found.indenter_film_strain, found.film_strain, atol=1e-9)
+    np.testing.assert_allclose(2.0 * found.film_strain, expected.film_strain, rtol=1e-6)
+    np.testing.assert_allclose(found.time_step_error, expected.time_step_error, rtol=1e-5, atol=1e-12)
+
+
+STEADY = jc.Load(0.05)
+
+
+def maxwell():
+    return jc.Maxwell(G=1e6, eta=1e6, nu=0.4)
+
+
+@pytest.mark.parametrize("make", [solid, coated])
+def test_slide_steady_of_a_creeping_ball_on_a_stiff_flat_is_hertz_with_the_relaxed_modulus(make):
+    flat = jc.StandardLinearSolid(G1=1e12, G2=1e12, eta2=1e11, nu=0.4)
+    found = jc.slide_steady(as_body(flat), jc.Sphere(R, make()), STEADY, velocity=1e-3, grid=GRID)
+    expected = jc.slide_steady(as_body(make()), jc.Sphere(R), STEADY, velocity=0.0, grid=GRID)
+    close(found, expected, 3e-6)
+    np.testing.assert_allclose(found.indenter_film_strain, expected.film_strain, rtol=1e-5, atol=1e-12)
+    assert 0.0 < abs(found.hysteresis_force) < 1e-6 * found.load
+    assert abs(found.lateral_force[0]) < 1e-6 * found.load
+    if (
+        make is solid
+    ):  # the closed form of Hertz, with the relaxed modulus of the ball, on 8 cells across the contact
+        G = 1e6 * 5e5 / 1.5e6
+        a = (3.0 * 0.05 * R * 0.6 / (8.0 * G)) ** (1.0 / 3.0)
+        np.testing.assert_allclose(found.approach, a**2 / R, rtol=1e-2)
+
+
+def test_slide_of_two_creeping_surfaces_tends_to_slide_steady():
+    body, ball = as_body(solid(1.5)), jc.Sphere(R, solid())
+    times = np.array([0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 12.0])
+    end = jc.slide(body, ball, STEADY, times, velocity=2e-4, grid=GRID, substeps=4)
+    steady = jc.slide_steady(body, ball, STEADY, velocity=2e-4, grid=GRID)
+    np.testing.assert_allclose(end.pressure[-1], steady.pressure, atol=2e-3 * np.max(steady.pressure))
+    np.testing.assert_allclose(
+        end.indenter_displacement[-1], steady.indenter_displacement, atol=2e-3 * np.max(steady.displacement)
+    )
+    np.testing.assert_allclose(end.hysteresis_force[-1], steady.hysteresis_force, rtol=1e-2)
+    # the force from slopes and the power from the dashpots agree within the error of the grid
+    np.testing.assert_allclose(steady.hysteresis_force * 2e-4, steady.hysteresis_power, rtol=2e-2)
+
+
+def test_slide_of_a_creeping_ball_on_a_stiff_flat_is_its_indentation():
+    flat = jc.StandardLinearSolid(G1=1e12, G2=1e12, eta2=1e11, nu=0.4)
+    found = jc.slide(as_body(flat), jc.Sphere(R, solid()), LOADS, TIMES, velocity=1e-4, grid=GRID)
+    expected = jc.indent(as_body(solid()), jc.Sphere(R), LOADS, TIMES, grid=GRID)
+    close(found, expected, 1e-5)
+    assert np.max(np.abs(found.hysteresis_force)) < 1e-6 * np.max(found.load)
+
+
+@pytest.mark.parametrize("material", [maxwell(), jc.LayeredHalfSpace([jc.Layer(burgers(), 1e-4)], solid())])
+def test_slide_steady_refuses_an_indenter_that_flows(material):
+    with pytest.raises(ValueError, match="flow without limit"):
+        jc.slide_steady(as_body(solid()), jc.Sphere(R, material), STEADY, velocity=1e-4, grid=GRID)
+    traced = jax.jit(
+        lambda G: (
+            jc.slide_steady(
+                as_body(solid()),
+                jc.Sphere(R, jax.tree.map(lambda leaf: leaf * G, material)),
+                STEADY,
+                velocity=1e-4,
+                grid=GRID,
+            ).status
+        )
+    )
+    assert traced(1.0) == jc.Status.NOT_STEADY
+
+
+def sheared(body, ball, push=0.012, **given):
+    loads = push * np.array([[0.0, 0.0], [0.0, 0.0], [0.5, 0.0], [1.0, 0.4], [1.0, 0.4]])
+    given = {"friction": 0.4, "grid": GRID} | given
+    return jc.shear(body, ball, jc.Load(0.05), jc.TangentialLoad(loads), [0.0, 0.5, 1.0, 2.0, 4.0], **given)
+
+
+SHEARED = (
+    "pressure",
+    "displacement",
+    "traction",
+    "slip",
+    "approach",
+    "tangential_displacement",
+    "dissipated",
+)
+
+
+@pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.slow)])
+def test_shear_of_two_equal_bodies_is_that_on_twice_the_compliance(material):
+    expected = sheared(as_body(material(0.5)), jc.Sphere(R), coupled=False)
+    for coupled in (False, True):
+        found = sheared(as_body(material()), jc.Sphere(R, material()), coupled=coupled)
+        for name in SHEARED:
+            a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
+            np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-6 * np.max(np.abs(b)), err_msg=name)
+        if not coupled:  # with coupling the traction raises one surface and lowers the other
+            np.testing.assert_allclose(found.indenter_displacement, found.displacement / 2.0, atol=1e-11)
+
+
+@pytest.mark.slow
+def test_shear_of_a_creeping_ball_on_a_stiff_base_is_the_opposite_one_of_a_stiff_ball_on_the_solid():
+    stiff = jc.Elastic(G=1e12, nu=0.4)
+    for material in (solid(), coated()):
+        found = sheared(jc.LayeredHalfSpace([], stiff), jc.Sphere(R, material), tolerance=1e-10)
+        expected = sheared(as_body(material), jc.Sphere(R), push=-0.012, tolerance=1e-10)
+        for name in SHEARED:
+            sign = -1.0 if name in ("traction", "slip", "tangential_displacement") else 1.0
+            a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
+            np.testing.assert_allclose(a, sign * b, rtol=0.0, atol=1e-4 * np.max(np.abs(b)), err_msg=name)
+        size = np.max(np.abs(expected.displacement))
+        np.testing.assert_allclose(
+            found.indenter_displacement, found.displacement, rtol=0.0, atol=1e-5 * size
+        )
+
+
+@pytest.mark.slow
+def test_rub_under_a_creeping_ball_is_the_wear_of_a_stiff_ball_on_the_solid():
+    """Where all of the deformation is the ball's, a film that wears and an indenter that wears open the same gap."""
+    law, given = jc.Archard(4e-12), {"velocity": 1.0, "grid": GRID, "substeps": 4}
+    stiff = jc.Elastic(G=1e12, nu=0.4)
+    times, film = np.array([0.0, 1.0, 2.0, 4.0]), jc.LayeredHalfSpace([jc.Layer(stiff, 1e-4)], stiff)
+    found = jc.rub(film, jc.Sphere(R, solid()), STEADY, times, law=law, **given)
+    expected = jc.rub(as_body(solid()), jc.Sphere(R), STEADY, times, law=law, wears="indenter", **given)
+    assert np.min(expected.thickness) < -1e-6
+    size = np.max(-expected.thickness)
+    np.testing.assert_allclose(found.thickness - 1e-4, expected.thickness, rtol=0.0, atol=1e-4 * size)
+    np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-4 * np.max(expected.pressure))
+    own = jc.rub(
+        jc.LayeredHalfSpace([], stiff),
+        jc.Sphere(R, solid()),
+        STEADY,
+        times,
+        law=law,
+        wears="indenter",
+        **given,
+    )
+    np.testing.assert_allclose(own.pressure, expected.pressure, atol=1e-4 * np.max(expected.pressure))
+
+
+def pressed(body, ball, grid):
+    history = jc.indent(body, ball, STEADY, TIMES[:4], grid=grid, tolerance=1e-11)
+    return history.pressure[-1], history.approach[-1], history.indenter_film_strain[-1]
+
+
+def slid(body, ball, grid):
+    history = jc.slide(body, ball, STEADY, [0.0, 1.0, 2.0], velocity=2e-4, grid=grid, tolerance=1e-11)
+    return history.pressure[-1], history.hysteresis_force[-1], history.indenter_film_strain[-1]
+
+
+def slid_for_ever(body, ball, grid):
+    found = jc.slide_steady(body, ball, STEADY, velocity=2e-4, grid=grid, tolerance=1e-11)
+    return found.pressure, found.hysteresis_force, found.indenter_film_strain
+
+
+def rolled_for_ever(body, ball, grid):
+    found = rolled(body, ball, grid=grid, tolerance=1e-11, coupled=False)
+    return found.pressure, found.tangential_load[0], found.hysteresis_power
+
+
+def sheared_in_steps(body, ball, grid):
+    found = sheared(body, ball, grid=grid, tolerance=1e-11, coupled=False)
+    return found.pressure[-1], found.tangential_displacement[-1, 0], found.indenter_film_strain[-1]
+
+
+@pytest.mark.parametrize(
+    "verb",
+    [
+        pressed,
+        pytest.param(sheared_in_steps, marks=pytest.mark.slow),
+        pytest.param(rolled_for_ever, marks=pytest.mark.slow),
+        pytest.param(slid, marks=pytest.mark.slow),
+        pytest.param(slid_for_ever, marks=pytest.mark.slow),
+    ],
+)
+def test_derivatives_by_each_leaf_of_the_indenters_material(verb):
+    """Both modes against central differences, in relative changes of film, thickness and base of a coated ball."""
+    grid = jc.Grid.square(n=12, width=2.2e-3)
+    leaves, tree = jax.tree.flatten(coated())
+    leaves = np.array(leaves)
+    at_first = verb(as_body(solid(1.5)), jc.Sphere(R, coated()), grid)
+    weights = np.cos(0.37 * np.arange(at_first[0].size)).reshape(at_first[0].shape) + 0.5
+    sizes = [jnp.sum(jnp.abs(weights * at_first[0])), jnp.abs(at_first[1]), jnp.abs(at_first[2])]
+
+    @jax.jit
+    def numbers(factors):
+        ball = jc.Sphere(R, jax.tree.unflatten(tree, list(leaves * factors)))
+        p, number, strain = verb(as_body(solid(1.5)), ball, grid)
+        return jnp.stack([jnp.sum(weights * p) / sizes[0], number / sizes[1], strain / sizes[2]])
+
+    one, step = np.ones(leaves.size), 1e-4
+    forward = np.asarray(jax.jit(jax.jacfwd(numbers))(one))
+    reverse = np.asarray(jax.jit(jax.jacrev(numbers))(one))
+    differences = [(numbers(one + e) - numbers(one - e)) / (2.0 * step) for e in step * np.eye(leaves.size)]
+    expected = np.stack(differences, 1)
+    # each of the seven counts, but the viscosity where the indenter has relaxed
+    assert np.sum(np.max(np.abs(expected), 0) > 1e-4) == leaves.size - (verb is slid_for_ever)
+    # the traction of rolling, steady to 1e-7, is as far from differences as everywhere (test_rolling_gradients)
+    limits = np.array([1e-6, CENTRAL_DIFFERENCE if verb is rolled_for_ever else 1e-6, 1e-6])
+    for found in (forward, reverse):
+        assert np.all(np.abs(found - expected) < limits[:, None] * np.max(np.abs(expected)))
+    if verb is not rolled_for_ever:
+        np.testing.assert_allclose(reverse, forward, rtol=0.0, atol=MODES * np.max(np.abs(expected)))
+
+
+@pytest.mark.parametrize("material", [solid(), burgers(), coated()])
+def test_a_grid_around_holds_the_contact_of_a_creeping_ball(material):
+    """The estimate is made with the largest compliance of the ball, so that the contact is a part of the width."""
+    grid = jc.Grid.around(as_body(solid()), jc.Sphere(R, material), LOADS, TIMES, n=24)
+    history = jc.indent(as_body(solid()), jc.Sphere(R, material), LOADS, TIMES, grid=grid)
+    assert not np.any(history.status == jc.Status.AT_EDGE)
+    assert np.max(history.contact_radius) > 0.15 * grid.width[0]
+
+
+def test_what_does_not_take_an_indenter_that_creeps_refuses_it():
+    ball, body = jc.Sphere(R, solid()), as_body(solid())
+    coat = jc.Sphere(R, coated())
+    wear = jc.Archard(1e-16)
+    plain = jc.kernels(body, jc.Sphere(R), GRID)
+    refused = {
+        "expected Elastic or None": [
+            lambda: jc.rub(body, coat, STEADY, [0.0], velocity=1.0, law=wear, wears="indenter", grid=GRID),
+        ],
+        "quasi-elastic": [
+            lambda: jc.indent(body, ball, STEADY, [0.0], grid=GRID, correspondence="quasi-elastic")
+        ],
+        "friction: expected None": [
+            lambda: jc.slide(body, ball, STEADY, [0.0, 1.0], velocity=1e-4, grid=GRID, friction=0.1),
+            lambda: jc.slide_steady(body, coat, STEADY, velocity=1e-4, grid=GRID, friction=0.1),
+        ],
+        "kernels: expected those of one that creeps": [
+            lambda: jc.indent(body, ball, STEADY, [0.0], grid=GRID, kernels=plain)
+        ],
+        "expected a material, a LayeredHalfSpace or None": [
+            lambda: jc.indent(body, jc.Sphere(R, 3.0), STEADY, [0.0], grid=GRID)
+        ],
+        "a Kelvin-Voigt surface": [
+            lambda: jc.indent(
+                as_body(jc.KelvinVoigt(G=1e6, eta=1e6, nu=0.4)),
+                jc.Sphere(R, jc.KelvinVoigt(G=1e6, eta=1e6, nu=0.4)),
+                STEADY,
+                [0.0],
+                grid=GRID,
+            )
+        ],
+    }
+    for message, calls in refused.items():
+        for call in calls:
+            with pytest.raises(ValueError, match=message):
+                call()
+
+
+def rolled(body, ball, **given):
+    given = {"velocity": 2e-4, "creepage": (2e-3, 1e-3), "friction": 0.3, "grid": GRID} | given
+    return jc.roll_steady(body, ball, STEADY, **given)
+
+
+@pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.slow)])
+def test_rolling_of_two_equal_rollers_is_that_on_twice_the_compliance(material):
+    """The couplings of two equal solids cancel: with them, too, the contact is that of one body without coupling."""
+    expected = rolled(as_body(material(0.5)), jc.Sphere(R), coupled=False)
+    for coupled in (False, True):
+        found = rolled(as_body(material()), jc.Sphere(R, material()), coupled=coupled)
+        for name in ("pressure", "displacement", "traction", "slip_ratio", "approach", "hysteresis_power"):
+            a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
+            np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-6 * np.max(np.abs(b)), err_msg=name)
+        np.testing.assert_allclose(found.indenter_film_strain, found.film_strain, rtol=1e-9, atol=1e-15)
+        assert found.hysteresis_force > 1e-4 * found.load
+
+
+@pytest.mark.slow
+def test_rolling_of_a_creeping_ball_on_a_stiff_base_is_that_of_a_stiff_ball_on_the_solid():
+    """Body and indenter exchanged, the coupling changes its sign: so does the displacement along the surface, and with it
+    the pressure under which a traction raises the surface."""
+    stiff = jc.Elastic(G=1e12, nu=0.4)
+    for material in (solid(), coated()):
+        found = rolled(jc.LayeredHalfSpace([], stiff), jc.Sphere(R, material), creepage=(0.0, 0.0))
+        expected = rolled(as_body(material), jc.Sphere(R), creepage=(0.0, 0.0))
+        for name in ("pressure", "displacement", "approach", "hysteresis_power"):
+            a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
+            np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-4 * np.max(np.abs(b)), err_msg=name)
+        size = np.max(np.abs(expected.traction))
+        np.testing.assert_allclose(found.traction, -expected.traction, rtol=0.0, atol=1e-4 * size)
