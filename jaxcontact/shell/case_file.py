@@ -338,7 +338,8 @@ def _case(tables: Table, folder: Path) -> Case:
         law, values = _choose("adhesion", tables["adhesion"], "law", sections["adhesion"], LAWS)
         motion["adhesion"] = law(**values)
     options = dict(tables.get("solver", {}))
-    fields = [name for name in stored_fields(_result(kind, tables)) if name != "dent" or "hardness" in motion]
+    absent = {"dent": "hardness" not in motion, "indenter_displacement": indenter.surface() is None}
+    fields = [name for name in stored_fields(_result(kind, tables)) if not absent.get(name, False)]
     kept = options.pop("save", None) or kept_unless_said(fields, grid.shape, times.size)
     options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from
     return Case(kind, tables, body, indenter, control, times, grid, motion, options, kept)
