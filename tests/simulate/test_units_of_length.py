@@ -52,7 +52,7 @@ def indent(L, q, **more):
 
 def adhesive(L, q):
     law = jc.DugdaleAdhesion(work=0.05 * E * L, strength=0.2 * E)
-    run = jc.indent(body(L, q), ball(L), load(L, q), TIMES, grid=grid(L, 20), adhesion=law)
+    run = jc.indent(body(L, q), ball(L), load(L, q), TIMES, grid=grid(L, 20), adhesion=law, substeps=8)
     return run, pressed(run, L) | {"gap": run.gap / L, "tabor": run.tabor_number}
 
 
@@ -65,7 +65,9 @@ def mapped(L, q):
 
 
 def slide(L, q):
-    run = jc.slide(body(L, q), ball(L), load(L, q), TIMES, velocity=0.5 * L, grid=grid(L), friction=0.2)
+    run = jc.slide(
+        body(L, q), ball(L), load(L, q), TIMES, velocity=0.5 * L, grid=grid(L), friction=0.2, substeps=8
+    )
     return run, pressed(run, L) | {"force": run.tangential_force / (E * L**2)}
 
 
@@ -80,7 +82,9 @@ def slide_steady(L, q):
 def shear(L, q):
     steel = jc.Elastic(G=20.0 * E, nu=0.3)
     turned = jc.TangentialLoad(jnp.stack([0.4 * E * L**2 * q["load"], jnp.zeros(())]))
-    run = jc.shear(body(L, q), ball(L, steel), load(L, q), turned, TIMES, friction=0.3, grid=grid(L))
+    run = jc.shear(
+        body(L, q), ball(L, steel), load(L, q), turned, TIMES, friction=0.3, grid=grid(L), substeps=8
+    )
     return run, pressed(run, L) | {"traction": run.traction / E, "work": run.dissipated / (E * L**3)}
 
 
@@ -99,7 +103,9 @@ def roll_steady(L, q):
 
 
 def rub(L, q):
-    run = jc.rub(body(L, q), ball(L), load(L, q), TIMES, velocity=L, law=jc.Archard(0.05 / E), grid=grid(L))
+    run = jc.rub(
+        body(L, q), ball(L), load(L, q), TIMES, velocity=L, law=jc.Archard(0.05 / E), grid=grid(L), substeps=8
+    )
     return run, pressed(run, L) | {"thickness": run.thickness / L}
 
 
