@@ -75,10 +75,9 @@ def table(
 ) -> Table:
     """Return the table of a material from its relaxation modes G(t) = Ge + sum_k w_k exp(-rho_k t).
 
-    Terms below ``LEAST`` of G0 are left out, and one of rate zero is part of Ge. long_term: least Ge/G0; where it is more,
-    the longest relaxation time gives up the difference. ValueError for a modulus that is not finite at t = 0.
+    Terms below ``LEAST`` of G0 are left out, and one of rate zero is part of Ge. long_term: as in ``ending_at``. ValueError
+    for a modulus that is not finite at t = 0.
     """
-    checks.require(0.0 <= long_term <= 0.5, f"long_term: expected 0 to 0.5, got {long_term!r}")
     values = [np.asarray(value, float) for value in (equilibrium, weights, rates)]
     Ge, w, rho = float(values[0]), np.atleast_1d(values[1]), np.atleast_1d(values[2])
     G0 = Ge + float(np.sum(w))
@@ -99,21 +98,26 @@ def table(
             f"a fluid: the modulus relaxes to zero with the longest time, {times[-1]:.6g} s (viscosity"
             f" {moduli @ times:.6g} Pa s)",
         )
-    if Ge < long_term * G0 and moduli.size:
-        # the terms with the longest times lose what the spring gains
-        missing = long_term * G0 - Ge
-        for i in reversed(range(moduli.size)):
-            taken = min(missing, moduli[i] * (1.0 - 1e-3))
-            moduli[i], missing, Ge = moduli[i] - taken, missing - taken, Ge + taken
-        words = (
-            *words,
-            (
-                f"long_term: the modulus ends at {Ge / G0:.6g} of that at t = 0, which changes G(t) by at most"
-                f" {long_term * G0:.4g} Pa"
-            ),
-        )
     known = None if bulk_modulus is None else float(bulk_modulus)
-    return Table(Ge, moduli, times, None if known else float(nu), known, words)
+    return ending_at(Table(Ge, moduli, times, None if known else float(nu), known, words), long_term)
+
+
+def ending_at(found: Table, long_term: float) -> Table:
+    """Return the table with a modulus at long times of at least ``long_term`` of that at t = 0, 0 to 0.5: the terms with the
+    longest times lose what the spring gains."""
+    checks.require(0.0 <= long_term <= 0.5, f"long_term: expected 0 to 0.5, got {long_term!r}")
+    G0, Ge, moduli = found.instantaneous, found.equilibrium, found.moduli.copy()
+    missing = float(long_term) * G0 - Ge
+    if missing <= 0.0 or not moduli.size:
+        return found
+    for i in reversed(range(moduli.size)):
+        taken = min(missing, float(moduli[i]) * (1.0 - 1e-3))
+        moduli[i], missing, Ge = moduli[i] - taken, missing - taken, Ge + taken
+    words = (
+        f"long_term: the modulus ends at {Ge / G0:.6g} of that at t = 0, which changes G(t) by at most"
+        f" {long_term * G0:.4g} Pa"
+    )
+    return found._replace(equilibrium=Ge, moduli=moduli, words=(*found.words, words))
 
 
 def _about(found: Table, program: str, comment: str) -> list[str]:
@@ -133,9 +137,12 @@ def _about(found: Table, program: str, comment: str) -> list[str]:
     return [f"{comment} {line}" for line in lines]
 
 
-def _density(density: float | None) -> None:
-    if density is not None:
-        checks.positive("density [kg/m3]", density)
+def _density(density: float | None) -> float | None:
+    """Return the density as a number of Python, whose text has nothing else in it."""
+    if density is None:
+        return None
+    checks.positive("density [kg/m3]", density)
+    return float(density)
 
 
 def _system(units: str) -> tuple[str, float, float, str, str]:
@@ -148,7 +155,7 @@ def _system(units: str) -> tuple[str, float, float, str, str]:
 def abaqus(found: Table, name: str, units: str, density: float | None) -> str:
     """Return the keywords of Abaqus."""
     system, stress, mass, pascal, rho = _system(units)
-    _density(density)
+    density = _density(density)
     G0, nu = found.instantaneous, found.nu_at(found.instantaneous)
     E0 = 2.0 * (1.0 + nu) * G0 / stress
     lines = [
@@ -174,7 +181,7 @@ def abaqus(found: Table, name: str, units: str, density: float | None) -> str:
 def ansys(found: Table, number: int, units: str, density: float | None) -> str:
     """Return the commands of ANSYS (APDL)."""
     system, stress, mass, pascal, rho = _system(units)
-    _density(density)
+    density = _density(density)
     G0, nu = found.instantaneous, found.nu_at(found.instantaneous)
     lines = [
         *_about(found, "ANSYS", "!"),
@@ -200,7 +207,7 @@ def ansys(found: Table, number: int, units: str, density: float | None) -> str:
 
 def comsol(found: Table, density: float | None) -> str:
     """Return the table of branches of COMSOL's generalized Maxwell model, in SI, with the elastic part as comments."""
-    _density(density)
+    density = _density(density)
     Ge, nu = found.equilibrium, found.nu_at(found.equilibrium)
     bulk: float = found.bulk_modulus or 0.0
     share = 0.0
@@ -234,22 +241,31 @@ def comsol(found: Table, density: float | None) -> str:
 
 
 def of_law(
-    found: Table, name: str, exact: Any, solid: bool, shortest: float, longest: float, tolerance: float
+    found: Table,
+    name: str,
+    exact: Any,
+    solid: bool,
+    shortest: float,
+    longest: float,
+    tolerance: float,
+    long_term: float,
 ) -> Table:
     """Return the table of a series that approximates a law between two times [s], with the error in words.
 
     exact: function of t [s] that returns G(t) [Pa] of the law; solid: whether it tends to a modulus > 0, so that a flow far
-    beyond the longest time is taken as that modulus.
+    beyond the longest time is taken as that modulus; long_term: as in ``ending_at``, of the table of the law and so after
+    this.
     """
-    G0, words = found.instantaneous, tuple(line for line in found.words if not line.startswith("a fluid"))
+    found = found._replace(words=())  # the series is a fluid, the law may be none
+    flow = float(found.times[-1])
+    if found.equilibrium == 0.0 and solid and flow > FAR * longest:
+        found = found._replace(
+            equilibrium=float(found.moduli[-1]), moduli=found.moduli[:-1], times=found.times[:-1]
+        )
+    found = ending_at(found, long_term)
+    G0, words = found.instantaneous, found.words
     if found.equilibrium == 0.0:
-        flow = found.times[-1]
-        if solid and flow > FAR * longest:
-            found = found._replace(
-                equilibrium=float(found.moduli[-1]), moduli=found.moduli[:-1], times=found.times[:-1]
-            )
-        else:
-            words = *words, f"beyond {longest:g} s the table flows (with a time of {flow:.6g} s)"
+        words = *words, f"beyond {longest:g} s the table flows (with a time of {flow:.6g} s)"
     t = np.geomspace(shortest, longest, PROBES)
     error = float(np.max(np.abs(found.relaxation(t) / np.asarray(exact(t)) - 1.0)))
     return found._replace(words=(

@@ -784,10 +784,10 @@ class Fractional(abc.ABC):
         self, shortest: float, longest: float, tolerance: float, long_term: float
     ) -> finite_elements.Table:
         """Return the relaxation modulus of the series between two times as a table, with its error in words."""
-        found = self.prony(shortest, longest, tolerance)._prony_table(long_term)
+        found = self.prony(shortest, longest, tolerance)._prony_table(0.0)
         solid = isinstance(self, Retarded)
         return finite_elements.of_law(
-            found, type(self).__name__, self.relaxation, solid, shortest, longest, tolerance
+            found, type(self).__name__, self.relaxation, solid, shortest, longest, tolerance, long_term
         )
 
     def to_abaqus(

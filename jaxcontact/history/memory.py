@@ -20,7 +20,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.exponential import ramps
-from jaxcontact._support.pytree import pytree
+from jaxcontact._support.pytree import pytree, static
 from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.history.time_loop import Delayed
@@ -383,11 +383,13 @@ NOISE = 1e-5  # of the largest pressure: below it a traction may be an error of 
 
 @pytree
 class Observer:
-    """slopes of the profile and cell coordinates, each (2, nx, ny) [in units of dx]; ratio: dy/dx, ()."""
+    """slopes of the profile and cell coordinates, each (2, nx, ny) [in units of dx]; ratio: dy/dx, (); periodic: along which
+    axes differences go around, static."""
 
     slopes: Array
     places: Array
     ratio: Array
+    periodic: spectral.Periodic = static(default=spectral.FREE)
 
     @classmethod
     def of(cls, profile: Array, ratio: Array, periodic: spectral.Periodic = spectral.FREE) -> "Observer":
@@ -397,7 +399,7 @@ class Observer:
         )
         x, y = jnp.arange(nx) - (nx - 1) / 2, (jnp.arange(ny) - (ny - 1) / 2) * ratio
         places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
-        return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places, jnp.asarray(ratio))
+        return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places, jnp.asarray(ratio), periodic)
 
     def hysteresis(self, pressure: Array, displaced: Array | None, direction: Array) -> Array:
         """Return F_h against the motion, (); displaced: by other than the body's memory of the pressure, (nx, ny): u_q with
@@ -408,7 +410,7 @@ class Observer:
         """Return the slopes of the profile and of a displacement, (2, nx, ny)."""
         if displaced is None:
             return self.slopes
-        along_x, along_y = (_central(displaced, axis, False) for axis in (0, 1))
+        along_x, along_y = (_central(displaced, axis, wraps) for axis, wraps in enumerate(self.periodic))
         return self.slopes + jnp.stack([along_x, along_y / self.ratio])  # bent at the edge of contact
 
     def surface(

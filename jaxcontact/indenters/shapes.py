@@ -182,14 +182,14 @@ class Ellipsoid(Indenter):
 
     Args:
         radii: (Rx, Ry) [m] > 0, of the sections in the planes xz and yz.
-        material: an ``Elastic`` material; None for a rigid indenter.
+        material: None for a rigid indenter, else as of ``Sphere``.
 
     Example:
         >>> wheel = jc.Ellipsoid(radii=(0.46, 0.3), material=jc.Elastic.from_young(210e9, nu=0.3))
     """
 
     radii: tuple[Array | float, Array | float] | Array
-    material: Elastic | None = None
+    material: Material | LayeredHalfSpace | None = None
 
     def profile(self, grid: Grid) -> Array:
         x, y = grid.coordinates()

@@ -34,6 +34,8 @@ from jaxcontact.simulate.run import fine_steps, fine_values
 
 RIGID = Sphere(1.0)  # what presses has no compliance of its own
 CUT_OFF = 0.01  # of the largest displacement: a bound on what left the grid above which there is a note
+MOST_SUBSTEPS = 1000
+OFF_THE_WAY = 0.1  # cells by which an inner step may be off the way of a velocity that changes
 
 
 @pytree
@@ -103,10 +105,11 @@ def deflection(
     """Compute the displacement of the surface under a pressure that is given and may move, such as a wheel's on a road.
 
     The pressure is applied as a step at the first time, and is linear between the times in the frame of the load, which
-    moves over the body with the velocity. In this frame the displacement is exact in time for such a pressure; the point X
-    of the body is at x = X - integral of v dt. What of the track leaves the grid is neglected, and ``truncation_bound`` is a
-    bound on its displacement under the pressure: the grid must hold the load and the part of the track that matters. On a
-    grid that is periodic along both axes displacement is relative to the mean, unless the base is rigid.
+    moves over the body with the velocity. In this frame the displacement is exact in time for such a pressure and a
+    constant velocity; the point X of the body is at x = X - integral of v dt. What of the track leaves the grid is
+    neglected, and ``truncation_bound`` is a bound on its displacement under the pressure: the grid must hold the load and
+    the part of the track that matters. On a grid that is periodic along both axes displacement is relative to the mean,
+    unless the base is rigid.
 
     The result is differentiable with respect to all numbers. ``subsurface`` has the stresses, for a pressure that moves from
     its history in the frame of the body, p(x - v t), at times between which it moves by less than a cell or two.
@@ -117,8 +120,9 @@ def deflection(
         pressure: (nx, ny) [Pa] at all times, or (nt, nx, ny), positive in compression.
         times: (nt,) [s], not decreasing.
         velocity: of the load over the body [m/s]: a number along x, (2,) or (nt, 2).
-        substeps: inner steps between two times, static; None: as many as the motion needs, each of at most half the width of
-            the grid (1 where the values are traced).
+        substeps: inner steps between two times, static, each of a constant velocity; None: as many as the motion needs, each
+            of at most half the width of the grid and within a tenth of a cell of the way of a velocity that changes (1 where
+            the values are traced).
 
     Returns:
         ``Deflection``; nan where a value traced by jit or vmap is outside its range.
@@ -156,7 +160,7 @@ def deflection(
         valid = valid & ~jnp.asarray(rigid)
     if substeps is None:
         substeps = _needed(velocity, times, grid)
-    checks.whole("substeps", substeps, 1, 1000)
+    checks.whole("substeps", substeps, 1, MOST_SUBSTEPS)
     valid = valid & checked_track(velocity, times, grid, substeps)
     body, grid, pressure, times, velocity = as_float64((body, grid, pressure, times, velocity))
     if valid is not True:
@@ -169,14 +173,36 @@ def deflection(
 
 
 def _needed(velocity: Any, times: Any, grid: Grid) -> int:
-    """Return the least number of inner steps of which none is longer than a part ``FARTHEST`` of the grid."""
+    """Return the least number of inner steps of which none is longer than a part ``FARTHEST`` of the grid, or farther than
+    ``OFF_THE_WAY`` from the way."""
     shape, count = np.shape(velocity), np.shape(times)[0]
     if not is_concrete(velocity, times, grid) or all(grid.periodic) or shape not in ((), (2,), (count, 2)):
         return 1
+    checks.finite("velocity [m/s]", velocity)
     vector = np.asarray(over_times(jnp.asarray(velocity, float), jnp.asarray(times, float)))
-    moves = (vector[1:] + vector[:-1]) / 2.0 * np.diff(np.asarray(times, float))[:, None]
-    widths = np.abs(moves) / np.asarray(grid.width, float)
-    return max(1, int(np.ceil(np.max(widths, initial=0.0) / FARTHEST * (1.0 - 1e-12))))
+    dt, width = np.diff(np.asarray(times, float))[:, None], np.asarray(grid.width, float)
+    starts, ends = vector[:-1] * dt / width, vector[1:] * dt / width
+
+    # of inner steps in which the velocity is linear the first or the last one is the longest
+    def longest(n: int) -> float:
+        half = (ends - starts) / (2 * n)
+        return float(np.max(np.maximum(np.abs(starts + half), np.abs(ends - half)), initial=0.0)) / n
+
+    # and the way of a constant velocity is |dv| dt/8 off that of one which changes by dv
+    off = np.max(np.abs(ends - starts) * np.array(grid.shape), initial=0.0) / 8.0
+    n = max(
+        1,
+        int(np.ceil(longest(1) / FARTHEST * (1.0 - 1e-12))),
+        int(np.ceil(np.sqrt(off / OFF_THE_WAY) - 1e-9)),
+    )
+    while longest(n) > FARTHEST * (1.0 + 1e-12) and n <= MOST_SUBSTEPS:
+        n += 1
+    checks.require(
+        n <= MOST_SUBSTEPS,
+        f"times [s]: expected steps of at most {MOST_SUBSTEPS // 2} widths of the grid along the track, got"
+        f" {np.max(np.abs([starts, ends])):.4g}: pass more times or a wider grid",
+    )
+    return n
 
 
 def march(

@@ -149,8 +149,10 @@ class Experiment:
             f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}", whose error would reach 5 %',
         )
 
-        # on a grid without sides a body on a rigid base has a mean displacement, which the other ways do not have yet
-        grounded = body.substrate is None and all(grid.periodic)
+        # on a grid without sides a surface on a rigid base has a mean displacement, which the other ways do not have yet
+        surfaces = [body] if surface is None else [body, surface]
+        on_base = [each for each in surfaces if each.substrate is None and all(grid.periodic)]
+        grounded = bool(on_base)
         checks.require(
             exact or not grounded,
             'correspondence: expected "exact" for a body on a rigid base and a grid that is periodic along both axes,'
@@ -158,7 +160,7 @@ class Experiment:
         )
         checks.require(
             not (adhesive and grounded),
-            "adhesion: expected None for a body on a rigid base and a grid that is periodic along both axes",
+            "adhesion: expected None for a body or an indenter on a rigid base and a grid that is periodic along both axes",
         )
 
         # a surface with J(0) = 0 is rigid at first: the contact then needs an elastic indenter, and a film of it has no
@@ -192,8 +194,8 @@ class Experiment:
         if not isinstance(control, Load) and all(grid.periodic) and not map_over_times:
             highest = jnp.mean(profile_over_film(indenter, grid, film_map))
             inside = jnp.max(jnp.asarray(control.value)) < highest
-            if grounded:
-                inside = inside | (uniform_compliance(body) > 0.0)
+            for each in on_base:
+                inside = inside | (uniform_compliance(each) > 0.0)
             if not is_concrete(control, highest, inside):
                 valid = valid & inside
             else:

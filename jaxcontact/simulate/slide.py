@@ -117,7 +117,8 @@ def slide(
     Args:
         velocity: velocity of the indenter over the body [m/s]: a number (along x), (2,) for (vx, vy), or (nt, 2) over
             the times, linear between them. With a velocity along +x, the leading edge and the higher pressure are on the
-            +x side. The motion starts with the load at times[0].
+            +x side. The motion starts with the load at times[0]. An inner step has the mean of the velocities at its ends,
+            an error that ``time_step_error`` leaves out: where the velocity reverses use more ``times`` or ``substeps``.
         friction: as in ``slide_steady``, along the velocity at the end of each inner step; None with an indenter that creeps
             or is coated.
         thermal: None, or ``Thermal`` with a diffusivity; friction is then > 0, the velocity constant, and the grid not
@@ -314,7 +315,7 @@ class SlideStepper(PressStepper):
     ) -> tuple[SlideCarry, Outcome]:
         if carry.contact.dent is not None:
             # the body moves through the frame: its dent, from step to step, and its hardness, by the whole way
-            memory: Any = self.memory
+            memory = self._of_body
             periodic = memory.kernels.family.periodic
             past = partial(carried_past, ratio=memory.ratio, periodic=periodic)
             dent = past(carry.contact.dent, step.more.shift, beyond="constant")
@@ -352,9 +353,11 @@ class SlideStepper(PressStepper):
         if (
             contact.dent is not None
         ):  # the lateral force of a dented body ploughs, whether or not the body creeps
-            memory: Any = self.memory
-            by_traction = memory._by_traction(contact.memory, step.more, contact.dent.shape)
-            force = memory.observer.hysteresis(contact.pressure, by_traction, step.more.direction)
+            memory, fields = self._of_body, self.memory.of_body(contact.memory)
+            displaced = memory._by_traction(fields, step.more, contact.dent.shape)
+            if displaced is None:  # there is no friction with an indenter that creeps
+                displaced = outcome.fields.get("indenter_displacement")
+            force = memory.observer.hysteresis(contact.pressure, displaced, step.more.direction)
             outcome = outcome._replace(numbers=outcome.numbers | {"hysteresis_force": force})
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
@@ -367,6 +370,11 @@ class SlideStepper(PressStepper):
         return SlideCarry(contact, depth, far, shift, carry.way), outcome._replace(
             numbers=outcome.numbers | {"status": status}
         )
+
+    @property
+    def _of_body(self) -> Any:
+        """The memory of the body, also where the indenter has one of its own."""
+        return self.memory.memories[0] if isinstance(self.memory, BothSurfaces) else self.memory
 
     def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
         shift = step.more.shift

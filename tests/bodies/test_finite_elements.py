@@ -2,6 +2,7 @@
 
 import re
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -148,3 +149,25 @@ def test_an_elastic_or_incompressible_material():
 def test_what_cannot_be_written_is_refused(call, words):
     with pytest.raises(ValueError, match=words):
         call()
+
+
+@pytest.mark.parametrize("program", ["abaqus", "ansys", "comsol"])
+def test_numbers_of_numpy_and_jax_are_written_as_plain_numbers(program):
+    fluid = jc.Prony(J0=1e-9, J=np.ones(3) * 1e-9, tau=np.array([1.0, 10.0, 100.0]), fluidity=1e-12, nu=0.3)
+    # a modulus at long times for which several terms give up theirs
+    for density in (1200.0, np.float64(1200.0), jnp.asarray(1200.0)):
+        text = getattr(fluid, f"to_{program}")(long_term=0.4, density=density)
+        assert "float64" not in text and "Array" not in text
+        assert text == getattr(fluid, f"to_{program}")(long_term=np.float64(0.4), density=1200)
+    G, _ = READ[program](text)
+    np.testing.assert_allclose(G[[0, -1]], [1e9, 0.4e9], rtol=1e-9)
+
+
+def test_a_least_long_term_modulus_leaves_that_of_a_fractional_solid_as_it_is():
+    solid = jc.FractionalZener(G1=3e3, G2=1.5e3, V=2e3, alpha=0.4, nu=0.4)
+    assert solid.to_comsol(1e-2, 1e2, long_term=1e-6) == solid.to_comsol(1e-2, 1e2)
+    G, _ = of_comsol(solid.to_comsol(1e-2, 1e2, long_term=0.4))
+    np.testing.assert_allclose(G[-1], 0.4 * G[0], rtol=1e-9)  # more than the 1/3 of the solid
+    springpot = jc.Springpot(V=1e3, alpha=0.2)
+    assert "flows" in springpot.to_abaqus(1e-2, 1e2)
+    assert "flows" not in springpot.to_abaqus(1e-2, 1e2, long_term=1e-3)

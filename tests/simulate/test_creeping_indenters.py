@@ -353,3 +353,43 @@ def test_rolling_of_a_creeping_ball_on_a_stiff_base_is_that_of_a_stiff_ball_on_t
             np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-4 * np.max(np.abs(b)), err_msg=name)
         size = np.max(np.abs(expected.traction))
         np.testing.assert_allclose(found.traction, -expected.traction, rtol=0.0, atol=1e-4 * size)
+
+
+def test_forces_on_a_periodic_grid_do_not_depend_on_where_the_contact_is():
+    """Its slope at the sides of the grid is that across them, as of the profile."""
+    n, side = 16, 1e-3 / 16
+    grid = jc.Grid(shape=(n, n), spacing=(side, side), periodic=True)
+    x = 2.0 * np.pi * np.arange(n) / n
+    heights = 2e-6 * (np.cos(x)[:, None] + np.cos(x))
+    given = {"velocity": (3e-4, 1e-4), "grid": grid}
+    for_heights = lambda heights: jc.slide(
+        as_body(solid(1.5)), jc.HeightField(heights, solid()), jc.Load(5e-4), TIMES[1:3], **given
+    )
+    at_corner, inside = for_heights(heights), for_heights(np.roll(heights, (n // 2, n // 2), (0, 1)))
+    for name in ("approach", "hysteresis_force", "lateral_force"):
+        found, expected = (np.asarray(getattr(each, name)) for each in (at_corner, inside))
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * np.max(np.abs(expected)))
+    assert inside.hysteresis_force[-1] > 1e-2 * 1e-3 * inside.load[-1]
+
+
+def test_a_ball_that_hardly_creeps_ploughs_as_an_elastic_one():
+    hardly = jc.StandardLinearSolid(G1=1e6, G2=1e15, eta2=1e14, nu=0.4)
+    given = {"times": np.array([0.0, 0.25, 0.5]), "velocity": 4e-4, "grid": GRID, "hardness": 4e4}
+    slid = lambda ball: jc.slide(as_body(solid()), jc.Sphere(R, ball), STEADY, **given)
+    found, expected = slid(hardly), slid(jc.Elastic(G=1e6, nu=0.4))
+    close(found, expected, 1e-6)
+    assert np.all(found.peak_dent > 0.0) and np.all(found.status == 0)
+    np.testing.assert_allclose(found.dent, expected.dent, rtol=0, atol=1e-6 * np.max(expected.dent))
+    np.testing.assert_allclose(found.hysteresis_force[1:], expected.hysteresis_force[1:], rtol=1e-4)
+
+
+def test_a_gel_of_the_indenter_on_a_rigid_core_lets_the_approach_exceed_the_mean_gap():
+    """As a body on a rigid base it has a mean displacement on a periodic grid, that of its shortening."""
+    n, h, approach = 16, 0.3, 3e-3
+    grid = jc.Grid((n, n), (1 / n, 1 / n), periodic=True)
+    wave = 1e-3 * (1.0 - np.cos(2.0 * np.pi * np.arange(n) / n))[:, None] * np.ones(n)
+    gel, base = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1.0, 0.3), h)], None), as_body(jc.Elastic(1e9, 0.3))
+    found = jc.indent(base, jc.HeightField(wave, gel), jc.Approach(approach), [0.0], grid=grid)
+    assert found.status[0] == 0 and np.min(found.pressure) > 0.0
+    shortening = approach - np.mean(found.profile)  # of an oedometer, p h (1 - 2 nu)/(2 G (1 - nu))
+    np.testing.assert_allclose(np.mean(found.pressure) * h * 0.4 / 1.4, shortening, rtol=1e-6)

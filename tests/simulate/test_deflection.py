@@ -8,6 +8,7 @@ from scipy.optimize import nnls
 from scipy.special import ellipe, ellipk, j0, j1
 
 import jaxcontact as jc
+from jaxcontact.simulate.deflection import _needed
 
 
 def under_a_disc(r, a):
@@ -131,6 +132,44 @@ def test_a_wheel_on_a_creeping_pavement():
 
 SMALL = jc.Grid((16, 8), (0.1, 0.1))
 TYRE = disc(SMALL, 0.2)
+
+
+@pytest.mark.parametrize(
+    "speeds", [(1.0, -1.0), (4.0, -4.0), (0.0, 4.0), (4.0, 4.0), (0.0, 0.0), (-20.0, -19.0)]
+)
+def test_inner_steps_are_as_many_as_a_velocity_that_changes_needs(speeds):
+    """None is longer than half the width of 1.6 m in 1 s, or a tenth of a cell off the way, also where a reversal returns
+    to its start."""
+    velocity, (start, end) = np.stack([speeds, np.zeros(2)], 1), speeds
+    n = _needed(velocity, np.array([0.0, 1.0]), SMALL)
+
+    def fits(n):
+        way = lambda t: start * t + (end - start) * t**2 / 2.0
+        ends = np.arange(n + 1) / n
+        middle = (way(ends[1:]) + way(ends[:-1])) / 2.0 - way((ends[1:] + ends[:-1]) / 2.0)
+        return np.all(np.abs(np.diff(way(ends))) < 0.8 + 1e-9) and np.all(np.abs(middle) < 0.01 + 1e-9)
+
+    assert fits(n) and (n == 1 or not fits(n - 1))
+
+
+def test_a_load_that_goes_and_returns_between_two_times_has_moved():
+    body = jc.LayeredHalfSpace([], jc.Maxwell(1.0, 2.0, nu=0.4))
+    there_and_back = np.array([[1.0, 0.0], [-1.0, 0.0]])
+    move = lambda **given: jc.deflection(body, SMALL, TYRE, [0.0, 1.0], velocity=there_and_back, **given)
+    found, fine, at_rest = move(), move(substeps=40), move(substeps=1)
+    error = lambda each: np.max(np.abs(each.displacement - fine.displacement)[-1]) / np.max(fine.displacement)
+    assert error(found) < 0.01 < 0.05 < error(at_rest)
+
+
+def test_a_track_that_is_too_long_for_its_times_or_not_finite_is_refused():
+    far = lambda v: jc.deflection(pavement(), SMALL, np.ones(SMALL.shape), [0.0, 1.0], velocity=v)
+    with pytest.raises(
+        ValueError, match=r"times \[s\]: expected steps of at most 500 widths .* got 1250: pass more"
+    ):
+        far(2000.0)
+    for value in (np.nan, np.inf):
+        with pytest.raises(ValueError, match=r"velocity \[m/s\]: expected finite"):
+            far(value)
 
 
 def answer(theta):

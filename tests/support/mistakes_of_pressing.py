@@ -125,7 +125,13 @@ PRESSING = {
     ),
     "adhesion on a rigid base without sides": (
         lambda: indent(body=gel(), grid=PERIODIC, adhesion=jc.DugdaleAdhesion(0.05, 1e6)),
-        r"adhesion: expected None for a body on a rigid base and a grid that is periodic along both axes",
+        r"adhesion: expected None for a body or an indenter on a rigid base and a grid that is periodic along both axes",
+    ),
+    "adhesion of a gel of the indenter on a rigid core without sides": (
+        lambda: indent(
+            indenter=jc.Sphere(5e-3, gel()), grid=PERIODIC, adhesion=jc.DugdaleAdhesion(0.05, 1e6)
+        ),
+        r"adhesion: expected None for a body or an indenter on a rigid base and a grid that is periodic along both axes",
     ),
     "the quasi-elastic way for a film over the plane": (
         lambda: indent(body=varying(), correspondence="quasi-elastic"),
