@@ -509,10 +509,10 @@ def fit_poroelastic(
         )
     if any(hold.unknown for hold in holds):
         # what a ramp up to the first point of the hold would change in the parameters, to the first order
-        known = {name: float(theta[i]) if name in ("nu", "relaxed") else math.exp(float(theta[i])) * unit[name]
+        found_at = {name: float(theta[i]) if name in ("nu", "relaxed") else math.exp(float(theta[i])) * unit[name]
                  for i, name in enumerate(names)}  # fmt: skip
-        values = known["nu"], known["D"], known.get("relaxed", 1.0), known.get("tau", 1.0)
-        force = lambda hold: known["G"] * hold.tip.force * np.sum(
+        values = found_at["nu"], found_at["D"], found_at.get("relaxed", 1.0), found_at.get("tau", 1.0)
+        force = lambda hold: found_at["G"] * hold.tip.force * np.sum(
             hold.parts * np.asarray(relaxation(values, jnp.asarray(hold.lags), hold.tip.radius**2, hold.tip.curve)), -1
         )  # fmt: skip
         change = [force(hold.with_ramp(float(hold.t[0]))) - force(hold) if hold.unknown and hold.t[0] > 0.0
@@ -521,12 +521,16 @@ def fit_poroelastic(
         moved[space.free] = -np.linalg.lstsq(
             solved.jacobian, solved.weights * np.concatenate(change), rcond=1e-12
         )[0]
-        words = [f"{name} by {value:+.2g}" if name in ("nu", "relaxed") else f"{name} by {100.0 * math.expm1(value):+.2g} %"
-                 for name, value in zip(names, np.clip(moved, -9.0, 9.0), strict=True)]  # fmt: skip
+        changes = [
+            f"{name} by {value:+.2g}" + ("" if name in ("nu", "relaxed") else " %")
+            for name, value in zip(
+                names, np.where(logs, 100.0 * np.expm1(np.clip(moved, -9.0, 9.0)), moved), strict=True
+            )
+        ]
         first_point = max(float(hold.t[0]) for hold in holds if hold.unknown)
         notes.append(
             "no points before the hold: its depth is taken as applied at t = 0 in one step; a ramp from t = 0 to the first"
-            f" point, {first_point:.3g} s, would change {', '.join(words)}: fit a curve that has its ramp, or give its"
+            f" point, {first_point:.3g} s, would change {', '.join(changes)}: fit a curve that has its ramp, or give its"
             " duration (ramp, in Python)"
         )
     solved = solved._replace(left=left, notes=tuple(notes), against=tuple(against), moves=_no_moves)
