@@ -363,6 +363,11 @@ def relaxation_cause(
     means = [_means(hold, tau, modulus) for hold in holds]
     found = weigh(means, D, same_modulus)
     cause, reason = named(found, means)
+    if cause == "both" and any(hold.unknown for hold in holds):
+        reason += (
+            "; a network alone looks like this too where the ramps differ and are not known: there are no points before a"
+            " hold, and a step at t = 0 is assumed (ramp)"
+        )
     best = min((one for one in (found.both, found.poroelastic) if one.rho > 0.0), key=lambda one: one.chi2)
     return RelaxationCause(
         cause, reason, found.share,

@@ -991,7 +991,8 @@ def fit_map(
         "bounds": bounds or None,
         "drag": drag,
     }
-    kept = Store(store, (indenter, nu, thickness, bool(unbonded), adhesion, level, errors, single))
+    options = indenter, nu, thickness, bool(unbonded), adhesion, level, errors, spring_constant, single
+    kept = Store(store, options)
     if adhesion is not None or any(v is not None for v in single.values()):
         found = each_alone(curves, {
             "indenter": indenter, "nu": nu, "thickness": thickness, "errors": errors, "level": level,
@@ -1068,10 +1069,12 @@ class Store:
                     self.known |= {row.tobytes(): (arrays, k) for k, row in enumerate(keys)}
 
     def key(self, *arrays: np.ndarray) -> bytes:
-        """Return the key of a curve from its arrays."""
+        """Return the key of a curve from its arrays, of numbers or of text."""
         digest = hashlib.sha1(self.options, usedforsecurity=False)
         for one in arrays:
-            digest.update(np.ascontiguousarray(one, dtype=float).tobytes())
+            digest.update(
+                repr(one.tolist()).encode() if one.dtype.kind == "U" else one.astype(float).tobytes()
+            )
         return digest.digest()
 
     def add(self, keys: Sequence[bytes], arrays: dict[str, np.ndarray]) -> None:
@@ -1252,7 +1255,8 @@ def each_alone(
         if isinstance(one, str):
             out["reason"][k] = one
         else:
-            keys[k] = kept.key(one.t, one.load, one.depth)
+            # with the segments, of which a fit takes one or two, and the notes, which are stored with it
+            keys[k] = kept.key(one.t, one.load, one.depth, one.segments, np.array(one.notes, dtype=str))
     missing = [k for k in keys if keys[k] not in kept.known]
     count = min(processes or cores(), max(len(missing), 1))
     with tqdm(

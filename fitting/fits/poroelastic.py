@@ -153,7 +153,8 @@ class Hold(NamedTuple):
     """The force at a constant depth, and how the depth was reached.
 
     t, load (n,): [s], [N], t from the contact on; depth [m] of the hold; tip: its contact; since (m,) [s]: the times of the
-    increments of the ramp, and parts (m,) of F0 that they apply; ramp: duration [s] of the ramp; sigma (n,) or None.
+    increments of the ramp, and parts (m,) of F0 that they apply; ramp: duration [s] of the ramp; sigma (n,) or None;
+    unknown: whether the ramp is neither measured nor given, and a step at t = 0 stands for it.
     """
 
     t: np.ndarray
@@ -164,6 +165,7 @@ class Hold(NamedTuple):
     parts: np.ndarray
     ramp: float
     sigma: np.ndarray | None
+    unknown: bool = False
 
     @property
     def lags(self) -> np.ndarray:
@@ -232,7 +234,15 @@ class Hold(NamedTuple):
         hold = data.t[on] >= end
         sigma = None if data.sigma_load is None else data.sigma_load[on][hold]
         return cls(data.t[on][hold] - begin, data.load[on][hold], depth, tip, since - begin, parts / parts.sum(),
-                   end - begin, sigma)  # fmt: skip
+                   end - begin, sigma, ramp is None and not np.any(d > 0.0))  # fmt: skip
+
+    def with_ramp(self, ramp: float) -> "Hold":
+        """Return the hold after a ramp [s] at constant speed from t = 0 on."""
+        nodes = np.linspace(0.0, 1.0, INCREMENTS + 1)
+        parts = np.diff(nodes**self.tip.power)
+        return self._replace(
+            since=0.5 * (nodes[1:] + nodes[:-1]) * ramp, parts=parts, ramp=ramp, unknown=False
+        )
 
 
 def holds_of(data: Any, indenter: Any, ramp: Any) -> list[Hold]:
@@ -496,6 +506,32 @@ def fit_poroelastic(
         notes.append(
             "the force relaxes by half or more, the most that solvent alone can cause with nu >= 0: the network relaxes too"
             " (network=True), or the depth is not constant"
+        )
+    if any(hold.unknown for hold in holds):
+        # what a ramp up to the first point of the hold would change in the parameters, to the first order
+        found_at = {name: float(theta[i]) if name in ("nu", "relaxed") else math.exp(float(theta[i])) * unit[name]
+                 for i, name in enumerate(names)}  # fmt: skip
+        values = found_at["nu"], found_at["D"], found_at.get("relaxed", 1.0), found_at.get("tau", 1.0)
+        force = lambda hold: found_at["G"] * hold.tip.force * np.sum(
+            hold.parts * np.asarray(relaxation(values, jnp.asarray(hold.lags), hold.tip.radius**2, hold.tip.curve)), -1
+        )  # fmt: skip
+        change = [force(hold.with_ramp(float(hold.t[0]))) - force(hold) if hold.unknown and hold.t[0] > 0.0
+                  else np.zeros(hold.t.size) for hold in holds]  # fmt: skip
+        moved = np.zeros(theta.size)
+        moved[space.free] = -np.linalg.lstsq(
+            solved.jacobian, solved.weights * np.concatenate(change), rcond=1e-12
+        )[0]
+        changes = [
+            f"{name} by {value:+.2g}" + ("" if name in ("nu", "relaxed") else " %")
+            for name, value in zip(
+                names, np.where(logs, 100.0 * np.expm1(np.clip(moved, -9.0, 9.0)), moved), strict=True
+            )
+        ]
+        first_point = max(float(hold.t[0]) for hold in holds if hold.unknown)
+        notes.append(
+            "no points before the hold: its depth is taken as applied at t = 0 in one step; a ramp from t = 0 to the first"
+            f" point, {first_point:.3g} s, would change {', '.join(changes)}: fit a curve that has its ramp, or give its"
+            " duration (ramp, in Python)"
         )
     solved = solved._replace(left=left, notes=tuple(notes), against=tuple(against), moves=_no_moves)
     solved = solved._replace(landscape=space.landscape(theta, solved.whole[1].residual))

@@ -137,6 +137,25 @@ def test_a_map_that_was_stopped_is_continued_from_its_store(fitted, tmp_path, mo
     assert again.shape is None and "number of the curve" in again.plot().axes[0].get_xlabel()
 
 
+def test_a_stored_curve_is_fitted_again_with_another_spring_constant_or_other_segments(tmp_path):
+    noise = 2e-11 * np.random.default_rng(0).standard_normal(T.size)
+    load = 16.0 / 9.0 * 1e3 * np.sqrt(RADIUS) * np.maximum(Z, 0.0) ** 1.5 + noise
+    marks = {n: np.where(np.arange(T.size) < n, "approach", "retract") for n in (T.size, 280)}
+
+    def width(spring_constant, points=T.size):
+        curve = fitting.IndentationData(t=T, load=load, depth=Z, marks=marks[points])
+        found = fitting.fit_map(
+            [curve], indenter=BALL, weights="absolute", errors={"sensitivity": 0.05}, store=tmp_path,
+            spring_constant=spring_constant, processes=1,
+        )  # fmt: skip
+        return np.ptp(np.log(found.youngs_interval[0])), found.depth[0]
+
+    stiff, deep = width(1.0)
+    assert width(0.01)[0] > 1.5 * stiff
+    assert width(1.0, 280)[1] < 0.95 * deep
+    assert width(1.0) == (stiff, deep)
+
+
 def test_arguments_that_do_not_fit_together_are_refused():
     depth, load, times, *_ = MAP
     for words, given in {

@@ -75,6 +75,24 @@ def test_a_ramp_that_is_stated_is_the_one_that_is_measured():
     assert abs(step.values["D"] / D - 1) > 2 * abs(whole.values["D"] / D - 1)
 
 
+def test_a_hold_without_its_ramp_has_a_note_on_what_the_ramp_would_change():
+    whole = curve(5e-6, ramp=0.1, noise=0.003)
+    hold = fitting.IndentationData(t=whole.t[24:], load=whole.load[24:], depth=whole.depth[24:])
+    said = lambda fit: [note for note in fit.notes if "no points before the hold" in note]
+    step = fitting.fit_poroelastic(hold, indenter=BEAD)
+    (note,) = said(step)
+    changes = [
+        float(word.split(" by ")[1].split(" ")[0])
+        for word in note.split("would change ")[1].split(":")[0].split(", ")
+    ]
+    known = fitting.fit_poroelastic(hold, indenter=BEAD, ramp=float(hold.t[0]))
+    ratio = {name: known.values[name] / step.values[name] - 1 for name in ("G", "D")}
+    expected = [100 * ratio["G"], known.values["nu"] - step.values["nu"], 100 * ratio["D"]]
+    np.testing.assert_allclose(changes, expected, rtol=0.25)
+    assert not said(known) and not said(fitting.fit_poroelastic(whole, indenter=BEAD))
+    assert not said(fitting.fit_poroelastic(hold, indenter=BEAD, ramp=0.0))
+
+
 def test_two_holds_have_their_parameters_in_common():
     holds = [curve(depth, noise=0.02, seed=i) for i, depth in enumerate((3e-6, 9e-6))]
     fit = fitting.fit_poroelastic(holds, indenter=BEAD)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import fitting
+import jaxcontact as jc
 from tests.benchmarks.poroelastic_causes import BEAD, KINDS, gel, holds_of
 
 
@@ -79,3 +80,21 @@ def test_what_cannot_be_told_is_not_named():
     assert fitting.relaxation_cause(wavy, indenter=BEAD).cause == "cannot tell"
     with pytest.raises(ValueError, match="expected forces > 0 N"):
         fitting.relaxation_cause([dataclasses.replace(one, load=-one.load) for one in curves], indenter=BEAD)
+
+
+def test_both_causes_are_in_doubt_where_ramps_are_not_known():
+    """A network alone, pressed at one speed to two depths, without the points of the ramp."""
+    holds, parts = [], (np.arange(500) + 0.5) / 500
+    ramps = [1.0, 3.0]
+    for seed, ramp in enumerate(ramps):
+        since = ramp + np.geomspace(0.02, 60.0, 150)
+        lags = since[:, None] - ramp * parts ** (2 / 3)
+        relaxed = np.mean(0.4 + 0.3 * np.exp(-lags) + 0.3 * np.exp(-lags / 20.0), 1)
+        noise = 0.005 * np.random.default_rng([0, seed]).standard_normal(150)
+        depth = 2e-6 * ramp
+        load = depth**1.5 * relaxed * (1.0 + noise)
+        holds.append(fitting.IndentationData(t=since, load=1e3 * load, depth=np.full(150, depth)))
+    assert fitting.relaxation_cause(holds, indenter=jc.Sphere(50e-6), ramp=ramps).cause == "viscoelastic"
+    later = [dataclasses.replace(one, t=one.t - one.t[0] + 1e-3) for one in holds]
+    found = fitting.relaxation_cause(later, indenter=jc.Sphere(50e-6))
+    assert found.cause == "both" and "step at t = 0 is assumed" in found.reason
