@@ -547,6 +547,8 @@ def calibrated(
         floors = np.geomspace(max(size.min() / noise.BEYOND, noise.LEAST * high), high, 25)
         shapes = np.hypot(floors[:, None], fitted) * weights
         residual, jacobian = weights * (fitted - rows.load[i, :n]), (weights * slopes).T
+        if residual @ residual <= verdict.ROUNDING * np.sum((weights * rows.load[i, :n]) ** 2):
+            continue  # without noise nothing is to be simulated
         tried, inside = noise.ErrorModels(shapes, floors), np.ones(COUNT, dtype=bool)
         model = noise.noise_model(residual, jacobian, inside, np.zeros(n, dtype=int), tried, COUNT, False)
         if model.calibration is None:

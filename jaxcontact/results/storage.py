@@ -451,6 +451,9 @@ def _write_netcdf(path: Path, arrays: dict[str, np.ndarray], notes: dict[str, An
     numbers = {name: notes[name] for name in DIAGNOSTICS if name in notes}
     # flag_meanings of the status has the names
     shown = {name: value for name, value in notes.items() if name not in (*numbers, STATUS_NAMES)}
+    for name, value in shown.items():  # NetCDF has no truth values
+        if np.asarray(value).dtype == bool:
+            shown[name] = np.asarray(value, np.int8)
     whole = dataset(arrays, shown)
     if numbers:
         meaning = {"units": "1", "long_name": "numbers from which the notes are formed, as attributes"}

@@ -31,6 +31,7 @@ from jaxcontact.indenters import shapes
 from jaxcontact.results.labels import stored_fields
 from jaxcontact.shell.case_keys import (
     BASES,
+    BONDED,
     LARGEST,
     LAST,
     LAWS,
@@ -39,6 +40,7 @@ from jaxcontact.shell.case_keys import (
     SHAPES,
     TABLE,
     TABLES,
+    THICKNESS,
     Accept,
     Key,
     Keys,
@@ -97,6 +99,11 @@ def tables_named(name: str, tables: Table) -> list[tuple[str, Table]]:
     return [(name, given)]
 
 
+def coats_of(tables: Table) -> list[tuple[str, Table]]:
+    """Return the layers on the indenter, each with its name."""
+    return tables_named("indenter.layer", {"indenter.layer": tables.get("indenter", {}).get("layer", [])})
+
+
 def kind_of(tables: Table) -> tuple[str, dict[str, Keys]]:
     """Return the kind of experiment, and its tables with their keys; CaseError for a key of another kind."""
     every = {name: keys for kind in KINDS for name, keys in sections_of(kind).items()}
@@ -119,6 +126,11 @@ def with_si_values(tables: Table, sections: dict[str, Keys]) -> Table:
     ball = tables.get("indenter", {}).get("material")
     if isinstance(ball, dict):
         converted["indenter"]["material"] = _plain_table("indenter.material", ball, keys["substrate"])
+    coats = coats_of(tables)
+    if coats:
+        given = tables["indenter"]["layer"]
+        plain = [_plain_table(where, table, keys["layer"]) for where, table in coats]
+        converted["indenter"]["layer"] = plain if isinstance(given, list) else plain[0]
     for name in SEVERAL:
         if isinstance(tables.get(name), list):
             converted[name] = [
@@ -147,7 +159,8 @@ def si_value(dotted: str, value: Any) -> Any:
 
 def _key_of(dotted: str, sections: dict[str, Keys]) -> Key | None:
     table, *between, name = re.sub(r"\[\d+\]", "", dotted).split(".")
-    return _keys_by_table(sections).get("substrate" if "material" in between else table, {}).get(name)
+    own = "layer" if "layer" in between else "substrate" if "material" in between else table
+    return _keys_by_table(sections).get(own, {}).get(name)
 
 
 def _keys_by_table(sections: dict[str, Keys]) -> dict[str, Keys]:
@@ -297,7 +310,10 @@ def _case(tables: Table, folder: Path) -> Case:
             "[sweep]: found a study, accepted: a single case; jaxcontact sweep checks and runs a study"
         )
     # the keys of every table, with those of materials of plug-ins, and the values in SI
-    for _, solid in [*tables_named("layer", tables), ("substrate", tables.get("substrate"))]:
+    ball = tables.get("indenter", {})
+    ball = ball if isinstance(ball, dict) else {}
+    solids = [("substrate", tables.get("substrate")), ("indenter.material", ball.get("material"))]
+    for _, solid in [*tables_named("layer", tables), *coats_of({"indenter": ball}), *solids]:
         if isinstance(solid, dict) and isinstance(solid.get("material"), str):
             take_up_material(solid["material"])
     kind, sections = kind_of(tables)
@@ -311,21 +327,16 @@ def _case(tables: Table, folder: Path) -> Case:
         for where, table in tables_named(name, tables):
             check_table(where, table, part.keys)
     # the arguments of the function, in the order of their dependence
-    layers = []
-    for where, table in tables_named("layer", tables):
-        material, thickness = _material(where, table, sections["layer"]), table["thickness"]
-        if isinstance(thickness, str):
-            thickness = _field(f"{where}.thickness", folder / thickness, "thicknesses (nx, ny) [m]")
-        else:
-            thickness = float(thickness)
-        layers.append(Layer(material, thickness, table.get("bonded", True)))
+    layers = [
+        _layer(where, table, sections["layer"], folder) for where, table in tables_named("layer", tables)
+    ]
     base = _material("substrate", tables["substrate"], sections["substrate"])
     if isinstance(base, materials.Rigid) and not layers:
         raise CaseError(
             'substrate.material: found "rigid" without a [layer]; accepted: a rigid base below layers'
         )
     body = LayeredHalfSpace(layers, None if isinstance(base, materials.Rigid) else base)
-    indenter = _indenter(tables["indenter"], sections["indenter"], folder)
+    indenter = _indenter(tables["indenter"], sections, folder)
     times = _times(tables["times"], sections["times"]) if "times" in sections else np.zeros(1)
     name = _one_of(tables["control"], "load", "approach")
     value = _over_times(f"control.{name}", tables["control"][name], "a number", times.size)
@@ -338,7 +349,8 @@ def _case(tables: Table, folder: Path) -> Case:
         law, values = _choose("adhesion", tables["adhesion"], "law", sections["adhesion"], LAWS)
         motion["adhesion"] = law(**values)
     options = dict(tables.get("solver", {}))
-    fields = [name for name in stored_fields(_result(kind, tables)) if name != "dent" or "hardness" in motion]
+    absent = {"dent": "hardness" not in motion, "indenter_displacement": indenter.surface() is None}
+    fields = [name for name in stored_fields(_result(kind, tables)) if not absent.get(name, False)]
     kept = options.pop("save", None) or kept_unless_said(fields, grid.shape, times.size)
     options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from
     return Case(kind, tables, body, indenter, control, times, grid, motion, options, kept)
@@ -382,12 +394,24 @@ def _material(where: str, table: Table, own: dict[str, Key]) -> Any:
     return chosen.from_young(**values) if "E" in values else chosen(**values)
 
 
-def _indenter(table: Table, own: Keys, folder: Path) -> shapes.Indenter:
-    chosen, values = _choose("indenter", table, "shape", own, SHAPES)
+def _layer(where: str, table: Table, own: Keys, folder: Path) -> Layer:
+    material, thickness = _material(where, table, own), table["thickness"]
+    if isinstance(thickness, str):
+        thickness = _field(f"{where}.thickness", folder / thickness, "thicknesses (nx, ny) [m]")
+    else:
+        thickness = float(thickness)
+    return Layer(material, thickness, table.get("bonded", True))
+
+
+def _indenter(table: Table, sections: dict[str, Keys], folder: Path) -> shapes.Indenter:
+    chosen, values = _choose("indenter", table, "shape", sections["indenter"], SHAPES)
     material = None
     if "material" in table:
-        elastic = {"material": Key(choice("elastic"), "elastic when absent")}
-        material = _material("indenter.material", {"material": "elastic"} | table["material"], elastic)
+        own = {"material": Key(choice(*MATERIALS), "elastic when absent")}
+        material = _material("indenter.material", {"material": "elastic"} | table["material"], own)
+    coats = [_layer(where, each, COAT, folder) for where, each in coats_of({"indenter": table})]
+    if coats:
+        material = LayeredHalfSpace(coats, material)
     if "heights" in values:
         values["heights"] = _field("indenter.heights", folder / values["heights"], "heights (nx, ny) [m]")
     return chosen(**values, material=material)
@@ -408,6 +432,9 @@ def _field(where: str, path: Path, meaning: str) -> np.ndarray:
             f"{where}: {path}: found values that are not finite or not below {LARGEST:g}; {accepted}"
         )
     return field.astype(float)
+
+
+COAT = {"material": MATERIAL, "thickness": THICKNESS, "bonded": BONDED}  # the keys of a layer on the indenter
 
 
 UNITS = {
@@ -555,12 +582,11 @@ def blocks_of(case: Case) -> list[Section]:
     first = [*blocks.pop("experiment"), *([Section(heading, *layer) for layer in layers] or none)]
     solids = [*blocks.pop("substrate"), *blocks.pop("indenter")]
     others = [block for name in blocks for block in blocks[name]]
-    if case.indenter.material is None:
-        rigid = Section("# no [indenter.material]: the indenter is rigid")
-        return [*first, *solids, *others, rigid]
+    solids += [Section("[[indenter.layer]]", *_solid(table, COAT)) for _, table in coats_of(case.tables)]
+    if "material" not in case.tables["indenter"]:
+        return [*first, *solids, *others, Section("# no [indenter.material]: the indenter is rigid")]
     own = {"material": "elastic"} | case.tables["indenter"]["material"]
-    elastic = {"material": MATERIAL} | MATERIALS["elastic"][1]
-    return [*first, *solids, Section("[indenter.material]", *_filled(own, elastic)), *others]
+    return [*first, *solids, Section("[indenter.material]", *_solid(own, {"material": MATERIAL})), *others]
 
 
 def _part_sections(name: str, keys: Keys, case: Case) -> list[Section]:
@@ -576,7 +602,7 @@ def _section(name: str, keys: Keys, case: Case) -> tuple[Table, Keys]:
     if name == "substrate":
         return _solid(table, keys)
     if name == "indenter":
-        values = {key: value for key, value in table.items() if key != "material"}
+        values = {key: value for key, value in table.items() if key not in ("material", "layer")}
         return _filled(values, keys | SHAPES[table["shape"]][1])
     if name == "adhesion" and table:
         return _filled(table, keys | LAWS[table["law"]][1])
@@ -675,14 +701,20 @@ def template(kind: str, cases: Path, name: str) -> str:
     blocks = []
     for block in blocks_of(case):  # with a commented line for each optional key that is absent
         absent = {
-            key: own for key, own in block.keys.items() if key not in block.values and own.accept is not TABLE
+            key: own
+            for key, own in block.keys.items()
+            if key not in block.values and own.accept not in (TABLE, TABLES)
         }
         blocks.append(
             block_text(block) + "".join(f"# {key} = ...  # {own.meaning}\n" for key, own in absent.items())
         )
     # the materials, the shapes and, with adhesion, its laws, each with its keys
     laws = [("law of [adhesion]", LAWS)] if "adhesion" in sections_of(kind) else []
-    for what, choices in [("material of a layer or the substrate", BASES), ("shape", SHAPES), *laws]:
+    for what, choices in [
+        ("material of a layer, the substrate or the indenter", BASES),
+        ("shape", SHAPES),
+        *laws,
+    ]:
         rows = [f'#   "{one}": {", ".join(keys)}' for one, (_, keys) in choices.items()]
         blocks.append("\n".join([f"# {what}, and its keys", *rows]) + "\n")
     title = path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")

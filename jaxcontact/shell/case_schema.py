@@ -54,6 +54,7 @@ from jaxcontact.shell.case_keys import (
     STEADY_LOAD,
     SUBSTEPS,
     TABLE,
+    TABLES,
     TANGENTIAL,
     THICKNESS,
     TIMES,
@@ -349,7 +350,10 @@ def sections_of(kind: str, *, adhesive: bool = False) -> dict[str, Keys]:
             "shape": Key(
                 choice(*SHAPES), "the shape, whose dimensions are keys of the same table", required=True
             ),
-            "material": Key(TABLE, "a table of an elastic material; rigid when absent"),
+            "material": Key(TABLE, "a table of its material, elastic where it names none; rigid when absent"),
+            "layer": Key(
+                TABLES, "a coating: tables of its layers, as those of the body, from the surface down"
+            ),
         },
         **({} if own.adhesive is None else {"adhesion": {"law": law}}),
         "control": control,

@@ -240,6 +240,11 @@ def pressed(
     return {"body": body, "indenter": indenter, "control": control, "times": times, "grid": grid, **more}
 
 
+def series_indented(*, body: Any, **given: Any) -> Any:
+    """``indent`` of a half-space of a fractional law, by the series of its retardation times."""
+    return jc.indent(BODY([], body.prony(1.0, 40.0)), **given)
+
+
 RISING = jc.Load(np.array([0.6, 1.0, 0.9]) * 0.12)
 FALL = jc.Approach(np.array([0.9, 1.2, 1.1]) * 0.6e-6)
 ARCHARD = jc.Archard(5e-14)
@@ -251,7 +256,10 @@ SCENARIOS: dict[str, Scenario] = {
         jc.indent, pressed(BODY([LAYER(SLS, 6e-6)], SOFT), RISING), ACCURATE
     ),
     "indent, approach, elastic film on a Maxwell half-space": Scenario(
-        jc.indent, pressed(BODY([LAYER(jc.Elastic(3e9, 0.3), 20e-6)], jc.Maxwell(2e9, 40e9, 0.4)), FALL), ACCURATE
+        jc.indent, pressed(BODY([LAYER(jc.Elastic(3e9, 0.3), 20e-6)], jc.Maxwell(2e9, 40e9, 0.4)), FALL), ACCURATE,
+        # loads after the first have a noise of 5e-7, also where the spacing alone changes (the first: 1e-14): it is that of
+        # the operators of the delayed response, and central differences end at it
+        bound=1e-2, modes=1e-3,
     ),
     "indent, film whose thickness changes with time": Scenario(
         jc.indent, pressed(BODY([LAYER(BURGERS, np.array([6e-6, 7e-6, 6.5e-6]))], STEEL), RISING), ACCURATE
@@ -318,7 +326,7 @@ SCENARIOS: dict[str, Scenario] = {
         ACCURATE,
     ),
     "indent, fractional half-space": Scenario(
-        jc.indent, pressed(BODY([], jc.FractionalMaxwell(2e9, 30e9, 0.5, 0.4)), RISING), ACCURATE
+        series_indented, pressed(jc.FractionalMaxwell(2e9, 30e9, 0.5, 0.4), RISING), ACCURATE
     ),
     "indent, cone on two films": Scenario(
         jc.indent,

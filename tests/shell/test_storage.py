@@ -83,6 +83,7 @@ def test_netcdf_has_named_dimensions_units_and_the_case(tmp_path, body, ball):
         )
         np.testing.assert_allclose(file["x"], GRID.axes()[0])
         assert file.attrs["body.layers.0.material"] == "Burgers"
+        assert int(file.attrs["body.layers.0.bonded"]) == 1
         assert float(file.attrs["body.layers.0.material.eta2"]) == 120.9e9
         assert float(file.attrs["indenter.radius"]) == 9.525e-3
         assert float(file.attrs["control.value"]) == 60.0
