@@ -1,5 +1,5 @@
-"""Reader of force curves of atomic force microscopes: of Bruker here, of others by the library afmformats, which is imported
-on first use."""
+"""Reader of force curves of atomic force microscopes: of Bruker here, of Asylum by ``fitting.read.asylum``, of others by the
+library afmformats, which is imported on first use."""
 
 import contextlib
 import functools
@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fitting.data.contact import UNTIMED, label, tip_depth
+from fitting.read import asylum
 from fitting.read.table import SHEETS, is_data, read_lines, split
 
 # Header of the files of NanoScope, the software of Bruker's microscopes (earlier Veeco and Digital Instruments).
@@ -367,7 +368,8 @@ def _height(name: str, curves: ForceVolume, place: int) -> tuple[np.ndarray, str
     return -ramp * np.concatenate(parts), f"height from the ramp of {ramp:.4g} m"
 
 
-SUFFIXES = (".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".ibw", ".h5", ".hdf5")
+ASYLUM = (".ibw", ".ardf")
+SUFFIXES = (".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".h5", ".hdf5", *ASYLUM)
 HEADS = ("Force-Distance Curve", "# afmformats")  # first lines of files of AFM Workshop and of afmformats
 
 
@@ -397,14 +399,14 @@ def read(
     """Return the fields of an ``IndentationData``: depth from the tip position, or from height and load.
 
     Args:
-        path: a file of JPK, Igor, HDF5 or Bruker.
+        path: a file of JPK, Asylum (Igor, ARDF), HDF5 or Bruker.
         curve: position, from 0, of one of several curves.
         spring_constant: [N/m], where the file does not state it.
         sensitivity: of the deflection [m/V], likewise.
         untimed: whether a curve without times is accepted; its points are then numbered.
 
     Raises:
-        ImportError: afmformats is not installed; the message says what to install.
+        ImportError: afmformats, or igor2, is not installed; the message says what to install.
         ValueError: not such a file, no times, or several curves and no choice.
     """
     name = os.fspath(path)
@@ -412,6 +414,9 @@ def read(
         raise ValueError(f"{name}: cannot be read: expected a file")
     if is_nanoscope(name):
         return read_bruker(name, curve, spring_constant, sensitivity)
+    if name.lower().endswith(ASYLUM):
+        place = chosen(name, len(asylum.load_asylum(name).places), curve)
+        return asylum.read_asylum(name, place, spring_constant, sensitivity)
     curves = _load(name, spring_constant, sensitivity)
     data = curves[chosen(name, len(curves), curve)]
     if "time" not in data and not untimed:
@@ -443,6 +448,8 @@ def places(path: str | os.PathLike) -> list[Place]:
     name = os.fspath(path)
     if is_nanoscope(name):
         return bruker_places(name)
+    if name.lower().endswith(ASYLUM):
+        return [Place(k, *one) for k, one in enumerate(asylum.load_asylum(name).places)]
     if not (is_force_curve(name) or is_force_text(name)):
         return [Place(0, math.nan, math.nan)]
     known = [one.metadata for one in _load(name, None, None)]
@@ -523,7 +530,7 @@ def curves_in(folder: str) -> tuple[list[str], str]:
 
 def may_hold_a_curve(path: Path) -> bool:
     """Return whether a file is a force curve of a microscope, a workbook, or text with rows of numbers."""
-    if first_line(str(path)).startswith(IMAGE):
+    if first_line(str(path)).startswith(IMAGE) or asylum.is_image(str(path)):
         return False
     if is_force_curve(path) or path.suffix.lower() in SHEETS:
         return True

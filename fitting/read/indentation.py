@@ -43,7 +43,7 @@ def read_indentation(
 
     Args:
         path: a text file (Hysitron, Optics11, Agilent, CSM, JPK text and others), or a force curve of a
-            microscope: of Bruker, or (JPK, Igor, HDF5) through the library afmformats.
+            microscope: of Bruker, of Asylum (ARDF; Igor with igor2), or (JPK, HDF5) through the library afmformats.
         columns: as in ``read_creep``, with the keys "t", "load", "depth", "height", "separation" (of tip and sample), and
             "sigma_depth" and "sigma_load" for columns of standard deviations, in the unit of depth or load if they have
             none of their own.
@@ -59,7 +59,7 @@ def read_indentation(
 
     Raises:
         ValueError: a file that cannot be read, in a message of one line.
-        ImportError: a microscope's format without afmformats.
+        ImportError: a microscope's format without afmformats, or igor2.
 
     Example:
         >>> import pathlib, tempfile
@@ -92,8 +92,9 @@ def read_force(
     """Read a force curve for ``fit_force``, with its baseline and all segments.
 
     Args:
-        path: a force curve of Bruker (NanoScope: a ramp or a force volume), or of JPK, Asylum (Igor), AFM Workshop or
-            HDF5 through the library afmformats, or a text file as in ``read_indentation``, which needs no times here.
+        path: a force curve of Bruker (NanoScope: a ramp or a force volume), of Asylum (ARDF; an Igor wave with igor2), or
+            of JPK, AFM Workshop or HDF5 through the library afmformats, or a text file as in ``read_indentation``, which
+            needs no times here.
         curve: which of several curves in the file, by position from 0 or by name.
         spring_constant: of the cantilever [N/m], where the file does not state it.
         sensitivity: of the deflection [m/V], where the file does not state it.
@@ -105,7 +106,7 @@ def read_force(
 
     Raises:
         ValueError: a file that cannot be read, in a message of one line.
-        ImportError: a microscope's format without afmformats.
+        ImportError: a microscope's format without afmformats, or igor2.
 
     Example:
         >>> import pathlib, tempfile
