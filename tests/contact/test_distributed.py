@@ -27,7 +27,8 @@ def pressed(heights, eta1):
     film = jc.Burgers(G1=1e9, G2=2e9, eta1=eta1, eta2=1.2e12, nu=0.38)
     body = jc.LayeredHalfSpace([jc.Layer(film, thickness=5e-6)], substrate=steel)
     indenter = jc.HeightField(heights, material=steel)
-    return jc.indent(body, indenter, jc.Load(0.5), times, grid=grid, save="last", tolerance=1e-12)
+    control, options = jc.Load(0.5), {"save": "last", "tolerance": 1e-12, "substeps": 2}
+    return jc.indent(body, indenter, control, times, grid=grid, **options)
 
 mesh = Mesh(jax.devices(), ("cells",))
 """

@@ -103,9 +103,9 @@ def test_creepage_and_spin_without_slip_are_the_linear_theory(ratio, nu):
         force = np.asarray(found.tangential_load) / (1e-4 * G * scale**2)
         np.testing.assert_allclose(force, linear[row], atol=0.03 * np.max(np.abs(linear[row])))
         moment = float(found.moment) / (1e-4 * G * scale**3)
-        # the moment of spin is a small difference, so that it is compared with force times half-axis
+        # the moment of spin is a small difference in a long contact, so that it is compared with force times half-axis too
         lever = np.max(np.abs(linear[row])) * np.sqrt(ratio)
-        assert moment == pytest.approx(moments[row], abs=0.05 * lever)
+        assert moment == pytest.approx(moments[row], abs=0.05 * max(lever, abs(moments[row])))
 
 
 def test_the_independent_solution_meets_kalkers_table():
