@@ -203,6 +203,14 @@ MOTION = {
         lambda: pressed(velocity=[1.0, 0.0, 0.0]),
         r"velocity: expected a number, shape \(2,\) or \(2, 2\) as times, got shape \(3,\)",
     ),
+    "a given pressure that moves at no known speed": (
+        lambda: pressed(velocity=np.nan),
+        r"velocity \[m/s\]: expected finite numbers",
+    ),
+    "a given pressure that leaves the grid far behind": (
+        lambda: pressed(velocity=1e6),
+        r"times \[s\]: expected steps of at most 500 widths of the grid along the track",
+    ),
     "notes on a deflection inside jit": (
         lambda: jax.jit(lambda v: pressed(velocity=v).notes)(1e-5),
         r"notes: expected a result with known values, got one traced",
