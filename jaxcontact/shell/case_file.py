@@ -701,9 +701,7 @@ def template(kind: str, cases: Path, name: str) -> str:
     blocks = []
     for block in blocks_of(case):  # with a commented line for each optional key that is absent
         absent = {
-            key: own
-            for key, own in block.keys.items()
-            if key not in block.values and own.accept not in (TABLE, TABLES)
+            key: own for key, own in block.keys.items() if key not in block.values and own.accept is not TABLE
         }
         blocks.append(
             block_text(block) + "".join(f"# {key} = ...  # {own.meaning}\n" for key, own in absent.items())
