@@ -1122,8 +1122,4 @@ def inverse_power(t: Array | float, alpha: Array | float) -> Array:
 
 def power(t: Array | float, alpha: Array | float) -> Array:
     """Return t^alpha/Gamma(1 + alpha), t >= 0 of any shape; its derivatives are finite at t = 0 as well."""
-    t, alpha = as_float64(t), as_float64(alpha)
-    positive = t > 0.0
-    return jnp.where(
-        positive, jnp.exp(alpha * jnp.log(jnp.where(positive, t, 1.0)) - gammaln(1.0 + alpha)), 0.0
-    )
+    return _argument(t, alpha, jnp.exp(-gammaln(1.0 + as_float64(alpha))))
