@@ -528,11 +528,11 @@ def fit_poroelastic(
             )
         ]
         first_point = max(float(hold.t[0]) for hold in holds if hold.unknown)
-        notes.append(
-            "no points before the hold: its depth is taken as applied at t = 0 in one step; a ramp from t = 0 to the first"
-            f" point, {first_point:.3g} s, would change {', '.join(changes)}: fit a curve that has its ramp, or give its"
-            " duration (ramp, in Python)"
-        )
+        notes += [
+            "no points before the hold: its depth is taken as applied at t = 0 in one step; fit a curve that has its ramp, or"
+            " give its duration (ramp, in Python)",
+            f"a ramp from t = 0 to the first point, {first_point:.3g} s, would change {', '.join(changes)}",
+        ]
     solved = solved._replace(left=left, notes=tuple(notes), against=tuple(against), moves=_no_moves)
     solved = solved._replace(landscape=space.landscape(theta, solved.whole[1].residual))
     found = conclude(problem, solved)

@@ -200,7 +200,7 @@ def _needed(velocity: Any, times: Any, grid: Grid) -> int:
     checks.require(
         n <= MOST_SUBSTEPS,
         f"times [s]: expected steps of at most {MOST_SUBSTEPS // 2} widths of the grid along the track, got"
-        f" {np.max(np.abs([starts, ends])):.4g}: pass more times or a wider grid",
+        f" {np.max(np.abs([starts, ends]), initial=0.0):.4g}: pass more times or a wider grid",
     )
     return n
 

@@ -78,7 +78,7 @@ def test_a_ramp_that_is_stated_is_the_one_that_is_measured():
 def test_a_hold_without_its_ramp_has_a_note_on_what_the_ramp_would_change():
     whole = curve(5e-6, ramp=0.1, noise=0.003)
     hold = fitting.IndentationData(t=whole.t[24:], load=whole.load[24:], depth=whole.depth[24:])
-    said = lambda fit: [note for note in fit.notes if "no points before the hold" in note]
+    said = lambda fit: [note for note in fit.notes if "from t = 0 to the first point" in note]
     step = fitting.fit_poroelastic(hold, indenter=BEAD)
     (note,) = said(step)
     changes = [
