@@ -14,12 +14,13 @@ singularity at the leading edge. It converges fast: 5 digits at degree 16.
 import numpy as np
 from numpy.polynomial import Chebyshev
 from numpy.polynomial.legendre import leggauss
-from scipy.special import sph_harm_y
+from scipy.special import gammaln, lpmv
 
 
 def _legendre(degree, order, s):
     """P_l^m(s), with an integral of the square over 0 to 1 of 1 for l - m even."""
-    return sph_harm_y(degree, order, np.arccos(s), 0.0).real * np.sqrt(4.0 * np.pi)
+    size = (2 * degree + 1) * np.exp(gammaln(degree - order + 1) - gammaln(degree + order + 1))
+    return np.sqrt(size) * lpmv(order, degree, s)
 
 
 def forces(a, b, nu, degree=16):
