@@ -529,8 +529,8 @@ def fit_poroelastic(
         ]
         first_point = max(float(hold.t[0]) for hold in holds if hold.unknown)
         notes += [
-            "no points before the hold: its depth is taken as applied at t = 0 in one step; fit a curve that has its ramp, or"
-            " give its duration (ramp, in Python)",
+            "no points before the hold: its depth is taken as applied at t = 0 in one step; fit a curve that has its ramp,"
+            " or give its duration (ramp, in Python)",
             f"a ramp from t = 0 to the first point, {first_point:.3g} s, would change {', '.join(changes)}",
         ]
     solved = solved._replace(left=left, notes=tuple(notes), against=tuple(against), moves=_no_moves)
