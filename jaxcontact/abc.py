@@ -1,8 +1,8 @@
 """Bases for materials, indenters, adhesion and laws of growth of one's own.
 
-A subclass with the abstract methods is accepted by every verb; fits do not take it yet, and case files take
-materials of plug-ins. It is a frozen dataclass whose numbers jax can differentiate, which the decorator ``pytree`` makes
-of it.
+A subclass with the abstract methods is accepted by every verb. ``fit_creep``, ``fit_relaxation`` and
+``fit_oscillation`` take an instance of a material in place of a model, and case files take materials of plug-ins. A
+subclass is a frozen dataclass whose numbers jax can differentiate, which the decorator ``pytree`` makes of it.
 
 Example:
     >>> from jaxcontact.abc import Material, Spectrum, pytree

@@ -20,6 +20,7 @@ from fitting.data.weights import choose_weights
 from fitting.fits.fractional import Law, ScaledCreepCurve, creep_structure
 from fitting.fits.indentation import fit_indentation
 from fitting.fits.modulus import fit_oscillation, fit_relaxation
+from fitting.fits.own_material import OwnCreepCurve, OwnLaw
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import basis
@@ -31,6 +32,7 @@ from fitting.search import nonlinear, varpro
 from fitting.search.nonlinear import linear_sd
 from fitting.search.varpro import PLACES, Optimum, Scaled, TauSearch
 from fitting.views import sheet, text
+from jaxcontact.bodies.materials import Material
 
 # Detection of isolated outliers of a creep curve, such as a reading before the load or a spike.
 #
@@ -210,7 +212,7 @@ class CreepFit(Fit):
 
 def fit_creep(
     data: CreepData,
-    model: type | str = jc.Burgers,
+    model: type | str | Material = jc.Burgers,
     *,
     weights: str | None = None,
     sigma: Any = None,
@@ -227,8 +229,10 @@ def fit_creep(
     Args:
         data: the curve, n points.
         model: a material class with at most one retardation time, or a fractional one, or its name; ``fit_prony`` takes
-            more. For a fractional law the returned material is its Prony approximation (``jc.Springpot.prony``) over
-            the times of the data, and no point is left out of the fit.
+            more. An instance of any material, of one's own too (``jaxcontact.abc.Material``), is the start of a
+            search for all its numbers; it keeps its nu or bulk modulus. For a fractional law the returned material is
+            its Prony approximation (``jc.Springpot.prony``) over the times of the data, and no point is left out of
+            the fit.
         weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data (``weights.py``) and
             then from the residuals (``noise.py``), with isolated outliers left out;
             "proportional" (errors are a fraction of the fitted J); "relative" (of the measured J, which makes a fit too low
@@ -254,7 +258,8 @@ def fit_creep(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     options = {"weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "nu": nu, "level": level}
-    return _fit(data, creep_structure(model), options)
+    structure = OwnLaw.of_material(model) if isinstance(model, Material) else creep_structure(model)
+    return _fit(data, structure, options)
 
 
 def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray | None = None) -> CreepFit:
@@ -323,14 +328,15 @@ def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray
 
 
 def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> CreepFit:
-    """Fit a fractional law."""
-    curve = ScaledCreepCurve.of(data, sample.weights)
+    """Fit a fractional law, or a material of one's own."""
+    kind = OwnCreepCurve if isinstance(sought.structure, OwnLaw) else ScaledCreepCurve
+    curve = kind.of(data, sample.weights)
     sought = curve.bounded(sought)
     law, space = sought.structure, curve.space(sought)
     assert isinstance(law, Law)
     problem = FitProblem(data, sought, space, sample, curve.duration, options["level"])
     solved = least_squares(
-        problem, lambda weights: ScaledCreepCurve.of(data, weights).objective(space), curve.starts(law)
+        problem, lambda weights: kind.of(data, weights).objective(space), curve.starts(law)
     )
     landscape = space.landscape(solved.theta, solved.whole[1].residual, relative=True)
     found = conclude(problem, solved._replace(notes=law.notes, landscape=landscape))

@@ -27,6 +27,7 @@ from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
 from fitting.fits import fractional
 from fitting.fits.fractional import LAWS, Law, Relaxed, creep_structure
+from fitting.fits.own_material import OwnLaw, OwnModulus
 from fitting.inference import noise
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit
@@ -37,6 +38,7 @@ from fitting.models.structure import Sought, Structure, structure_of
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
 from fitting.views import sheet
+from jaxcontact.bodies.materials import Material
 
 FINE = 200  # points of a line of the figure
 NAMES, COLOURS = ("G'", "G''"), ("C0", "C2")
@@ -98,6 +100,10 @@ class ModulusFit(Fit):
     def _parts(self, values: Array, at: Array) -> Array:
         """Return G (1, k), or G' and G'' (2, k), of the list of values of the structure."""
         c, structure = self.structure.compliances(values), self.structure
+        if isinstance(structure, OwnLaw):
+            material = structure.compliances(values)
+            found = material.relaxation(at) if self.relaxed else material.complex_modulus(at)
+            return found[None] if self.relaxed else jnp.stack([found.real, found.imag])
         if isinstance(structure, Law):
             return fractional.modulus(structure.model, structure.parameters(values), at, self.relaxed)
         if self.relaxed:
@@ -160,7 +166,7 @@ class ModulusFit(Fit):
 
 
 def fit_relaxation(
-    data: RelaxationData, model: type | str = jc.StandardLinearSolid, *, tau: Any = None,
+    data: RelaxationData, model: type | str | Material = jc.StandardLinearSolid, *, tau: Any = None,
     weights: str | None = None, sigma: Any = None, fixed: dict[str, float] | None = None,
     bounds: dict[str, tuple] | None = None, nu: float = 0.3, level: float = 0.95,
 ) -> ModulusFit:  # fmt: skip
@@ -169,7 +175,7 @@ def fit_relaxation(
     Args:
         data: the curve, n points.
         model: a material class or its name; ``jc.Springpot``, ``jc.FractionalKelvinVoigt`` and ``jc.FractionalMaxwell``
-            too.
+            too; or an instance of any material, of one's own too, as in ``fit_creep``.
         tau: retardation times (k,) [s]; required for ``jc.Prony``.
         weights: "estimated" (the default without a sigma), "proportional", "relative" or "absolute", as in ``fit_creep``,
             except that no point is left out.
@@ -201,7 +207,7 @@ def fit_relaxation(
 
 
 def fit_oscillation(
-    data: OscillationData, model: type | str = jc.StandardLinearSolid, *, tau: Any = None,
+    data: OscillationData, model: type | str | Material = jc.StandardLinearSolid, *, tau: Any = None,
     weights: str | None = "proportional", sigma: Any = None, fixed: dict[str, float] | None = None,
     bounds: dict[str, tuple] | None = None, nu: float = 0.3, level: float = 0.95,
 ) -> ModulusFit:  # fmt: skip
@@ -210,7 +216,7 @@ def fit_oscillation(
     Args:
         data: the moduli at n frequencies.
         model: a material class or its name; ``jc.Springpot``, ``jc.FractionalKelvinVoigt`` and ``jc.FractionalMaxwell``
-            too.
+            too; or an instance of any material, of one's own too, as in ``fit_creep``.
         tau: retardation times (k,) [s]; required for ``jc.Prony``.
         weights: "proportional" (the default: errors of both are a fraction of the fitted |G*|), "relative" (of the measured
             |G*|) or "absolute", as in ``fit_creep``.
@@ -310,13 +316,14 @@ def _fit(data: Any, weighted: tuple[str, Sample, float], sought: Sought, level: 
 
 
 def _fit_law(data: Any, sample: Sample, duration: float, sought: Sought, level: float) -> ModulusFit:
-    """Fit a fractional law as ``_fit`` fits a classical material."""
+    """Fit a fractional law, or a material of one's own, as ``_fit`` fits a classical material."""
     relaxed, unit = isinstance(data, RelaxationData), float(np.max(np.abs(sample.measured)))
-    if relaxed and not data.t[0] > 0.0:
+    own = isinstance(sought.structure, OwnLaw)
+    if relaxed and not own and not data.t[0] > 0.0:
         raise ValueError(
             f"t: expected times > 0 for a fractional law, got {data.t[0]:g}; leave such points out"
         )
-    scaled = Relaxed(relaxed, np.asarray(sample.t), sample.measured / unit, unit)
+    scaled = (OwnModulus if own else Relaxed)(relaxed, np.asarray(sample.t), sample.measured / unit, unit)
     sought = scaled.bounded(sought)
     space, law = scaled.space(sought), sought.structure
     assert isinstance(law, Law)
@@ -368,8 +375,10 @@ def _apart(off: np.ndarray, modulus: np.ndarray, product: float) -> bool:
     return bool(not alike and np.prod(variances) * math.exp(2.0 * volume) < product)
 
 
-def _structure(model: type | str, tau: Any) -> Structure:
-    """Return the structure of a classical or fractional material, or of a series with given times."""
+def _structure(model: type | str | Material, tau: Any) -> Structure:
+    """Return the structure of a classical or fractional material, of one's own, or of a series with given times."""
+    if isinstance(model, Material) and tau is None:
+        return OwnLaw.of_material(model)
     names = {law.__name__.casefold(): law for law in LAWS.values()}
     law = names.get(model.casefold()) if isinstance(model, str) else model
     return creep_structure(law) if tau is None and law in LAWS.values() else structure_of(model, tau)

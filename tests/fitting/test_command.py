@@ -55,6 +55,17 @@ def test_malformed_files_are_one_line_and_status_2(name, tmp_path, capsys):
     assert not out.exists()
 
 
+def test_a_fit_run_twice_writes_the_same_bytes(tmp_path):
+    """Of noisy data: tables, JSON and pictures."""
+    noisy = J * (1.0 + 0.01 * np.random.default_rng(3).standard_normal(T.size))
+    path = table(tmp_path / "film.csv", "t [s],J [1/Pa]", T, noisy)
+    for out in ("one", "other"):
+        assert main(["fit", "creep", path, "-o", str(tmp_path / out)]) == 0
+    written = {file.name: file.read_bytes() for file in (tmp_path / "one").iterdir()}
+    assert len(written) >= 3
+    assert written == {file.name: file.read_bytes() for file in (tmp_path / "other").iterdir()}
+
+
 def test_there_are_forty_malformed_files():
     assert len(MALFORMED) >= 40
 
