@@ -103,7 +103,7 @@ def softening(body: LayeredHalfSpace, outline: Outline, radius: float, t: float)
     """Return by how much body and indenter together soften in a time t [s] under a contact of a radius [m], relative to
     their instantaneous compliance; the compliance is that at the wavenumber 1.5/radius."""
     alpha, response = jnp.asarray([1.5 / radius]), response_of(checked_body(body)[0])
-    at_first, later = (float(_step(response, alpha, time)[0]) + outline.compliance for time in (0.0, t))
+    at_first, later = (float(_alpha_N(response, alpha, time)[0]) + outline.compliance for time in (0.0, t))
     return later / at_first - 1.0
 
 
@@ -119,7 +119,7 @@ def _at(
         return Predicted(0.0, 0.0)
     radii = np.array([a for a in (outline.hertz(A, value, loaded) for A in (wide, narrow)) if a > 0.0])
     alpha = np.geomspace(1.0 / (WAVENUMBER_RANGE * radii.max()), WAVENUMBER_RANGE / radii.min(), 400)
-    A = own + np.asarray(_step(response, alpha, t))
+    A = own + np.asarray(_alpha_N(response, alpha, t))
 
     def compliance(a: float) -> np.ndarray:
         return np.interp(np.log(Z / a), np.log(alpha), A)
@@ -158,8 +158,8 @@ def _at(
 
 
 @jax.jit  # otherwise each operation is compiled separately
-def _step(response: Response, alpha: Array, t: Array) -> Array:
-    return response.step(alpha, t, t)
+def _alpha_N(response: Response, alpha: Array, t: Array) -> Array:
+    return response.mean_response(alpha, t, t)
 
 
 def _round(A: np.ndarray) -> tuple[float, float]:

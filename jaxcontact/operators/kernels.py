@@ -575,7 +575,7 @@ def image_weights(
 ) -> Array:
     """Heights (..., J + 1) [1/Pa] of the staircase for the mean response over lags start to end, both (...)."""
     response = response_of(body)
-    respond = response.quasi_elastic if quasi_elastic else response.step
+    respond = response.quasi_elastic if quasi_elastic else response.mean_response
     values = respond(response.wavenumbers(), start[..., None], end[..., None])
     return response.expand(values).heights + indenter.compliance()
 

@@ -23,7 +23,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.bodies.grid import Grid
-from jaxcontact.response.images import NEGLECTED, POINTS, Images, over_cells, steps
+from jaxcontact.response.images import NEGLECTED, POINTS, Images, over_cells, staircase
 
 
 def influence_coefficients(grid: Grid, images: Images) -> Array:
@@ -49,8 +49,8 @@ def influence_coefficients(grid: Grid, images: Images) -> Array:
     low, high = NEGLECTED**2, jnp.maximum(1.0, (depths[-1] ** 2 / NEGLECTED) ** (2.0 / 3.0))
     v = jnp.linspace(jnp.log(low), jax.lax.stop_gradient(jnp.log(high)), POINTS)
     t = jnp.exp(v)
-    staircase = images.heights[..., :-1] @ steps(depths**2, 0.25 / t)[:, :-1].T
-    weights = staircase * (v[1] - v[0]) / (4.0 * jnp.pi**1.5 * jnp.sqrt(t))
+    of_steps = images.heights[..., :-1] @ staircase(depths**2, 0.25 / t)[:, :-1].T
+    weights = of_steps * (v[1] - v[0]) / (4.0 * jnp.pi**1.5 * jnp.sqrt(t))
     along_x, along_y = over_cells(nx, t), over_cells(ny, t, aspect)
     return (last + (weights[..., None, :] * along_x) @ along_y.T) * dx
 

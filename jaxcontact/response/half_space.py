@@ -51,7 +51,7 @@ class Response(abc.ABC):
     """
 
     @abc.abstractmethod
-    def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
+    def mean_response(self, wavenumber: Array, start: Array, end: Array) -> Array:
         """Return the mean of alpha N over start <= t <= end; arguments broadcast; wavenumber >= 0 [rad/m].
 
         At wavenumber zero it is that of the substrate alone, with zero derivative with respect to the wavenumber. On a
@@ -60,7 +60,7 @@ class Response(abc.ABC):
 
     @abc.abstractmethod
     def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
-        """Return ``step`` with 1/J(t) in place of moduli in the elastic response (the paper, section 2.3)."""
+        """Return ``mean_response`` with 1/J(t) in place of moduli in the elastic response (the paper, section 2.3)."""
 
     @abc.abstractmethod
     def wavenumbers(self) -> Array:
@@ -72,7 +72,8 @@ class Response(abc.ABC):
 
     @abc.abstractmethod
     def expand(self, values: Array) -> Images:
-        """Return images of responses given at ``wavenumbers``, (..., n) [any unit], with errors relative to ``step``."""
+        """Return images of responses given at ``wavenumbers``, (..., n) [any unit]; errors are relative to the
+        response."""
 
     @abc.abstractmethod
     def expand_shapes(self, shapes: Array) -> Images:
@@ -85,13 +86,13 @@ class HalfSpace(Response):
 
     material: Material
 
-    def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
+    def mean_response(self, wavenumber: Array, start: Array, end: Array) -> Array:
         mean = surface_creep(self.material).mean_creep(jnp.asarray(start, float), jnp.asarray(end, float))
         return mean * jnp.ones_like(jnp.asarray(wavenumber, float))
 
     def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
-        """Return ``step``: for a half-space of constant nu the substitution is exact."""
-        return self.step(wavenumber, start, end)
+        """Return ``mean_response``: for a half-space of constant nu the substitution is exact."""
+        return self.mean_response(wavenumber, start, end)
 
     def wavenumbers(self) -> Array:
         """Return one arbitrary wavenumber, since the response does not depend on it."""

@@ -62,16 +62,16 @@ from jaxcontact.response.images import Images, Ladder, decomposed, fit_images, f
 from jaxcontact.response.stack import (
     Spectra,
     SurfaceCompliance,
+    alpha_N,
     compliances,
     film_compliance,
     film_creep,
     film_shape,
     loose_layers,
     nu_at_first,
-    scaled_response,
     solids,
     spectra,
-    step,
+    step_response,
     surface_compliance,
     uniaxial,
 )
@@ -308,7 +308,7 @@ def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
 
 def long_waves_kept(body: LayeredHalfSpace, values: Array) -> Array:
     """Return responses (..., n) with, on a rigid base, their limit for long waves at wavenumber zero in place of that under
-    a uniform traction (``response.stack.scaled_responses``)."""
+    a uniform traction (``response.stack.alpha_LKNT``)."""
     return values if body.substrate is not None else values.at[..., 0].set(0.0)
 
 
@@ -491,7 +491,7 @@ def separate(
     wavenumber = jnp.asarray(wavenumber, float)
     own, at_once = film_shapes(body, wavenumber), film_creep(top).instantaneous
     if not any(creeps(solid) for solid in solids(body)):
-        start = scaled_response(body, wavenumber, spectra(body).instantaneous)
+        start = alpha_N(body, wavenumber, spectra(body).instantaneous)
         return Separable(
             jnp.zeros(0), jnp.stack([start, own]), jnp.zeros((1, 0)), at_once[None], jnp.zeros(())
         )
@@ -515,7 +515,7 @@ def separate(
     # the largest relative deviation from the exact response at some of the wavenumbers, without derivative
     body, held, times = *jax.lax.stop_gradient((body, result)), chosen.times[:, None]
     summed = products(held, held.terms[:, ::STRIDE], times)
-    exact = step(body, wavenumber[::STRIDE], times)
+    exact = step_response(body, wavenumber[::STRIDE], times)
     return replace(result, error=jnp.max(relative_errors(summed, exact)))
 
 
@@ -570,7 +570,7 @@ class Samples(NamedTuple):
 def _sampled(body: LayeredHalfSpace, wavenumber: Array, period: Array) -> Samples:
     """Compute both bodies at the frequencies s = 1/period, (s,)."""
     j = sampled_compliances(spectra(body), period)
-    response = scaled_response(body, wavenumber, j[..., None])
+    response = alpha_N(body, wavenumber, j[..., None])
     own, film = film_shapes(body, wavenumber), film_compliance(body.sublayers()[0], j[0])
     return samples_of(response, own * (film[1:] - film[0])[:, None])
 

@@ -23,12 +23,12 @@ from jaxcontact.response.half_space import (
 from jaxcontact.response.images import Images
 from jaxcontact.response.in_time import separate, separate_bands, stiffness_contrast
 from jaxcontact.response.stack import (
+    alpha_N,
     differences,
     film_creep,
     film_shape,
-    mean_step,
+    mean_response,
     nu_at_first,
-    scaled_response,
     solids,
     surface_compliance,
     surface_creep,
@@ -141,19 +141,19 @@ class OneLayer(Response):
 
     def _modes_and_zero(self, wavenumber: Array) -> tuple[Modes, Array]:
         """Return the modes at wavenumbers >= 0, and a mask of zero wavenumbers, where the modes are those of another
-        wavenumber; on a rigid base they are those of wavenumber zero (``Response.step``) as well.
+        wavenumber; on a rigid base they are those of wavenumber zero (``Response.mean_response``) as well.
         """
         if self.substrate is None:
             return self.modes(wavenumber), jnp.zeros(wavenumber.shape, bool)
         zero = wavenumber == 0.0
         return self.modes(jnp.where(zero, 1.0 / self.layer.thickness, wavenumber)), zero
 
-    def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
+    def mean_response(self, wavenumber: Array, start: Array, end: Array) -> Array:
         # broadcast only after the modes and rates are found, which are expensive and the same at all times
         wavenumber, start, end = (jnp.asarray(a, float) for a in (wavenumber, start, end))
         elements, creep = self._elements(wavenumber), self.layer.material.spectrum().mean_creep(start, end)
         decay = mean_decay(elements.rates, start[..., None, None], end[..., None, None])
-        return self._total(elements, decay, creep)
+        return self._alpha_N(elements, decay, creep)
 
     def _elements(self, wavenumber: Array) -> Elements:
         modes, zero = self._modes_and_zero(wavenumber)
@@ -162,7 +162,7 @@ class OneLayer(Response):
             return Elements(modes, zero, modes.amplitude, none, none)
         return Elements(modes, zero, *parallel_creep(self.layer.material.spectrum(), modes.stiffness))
 
-    def _total(self, elements: Elements, decay: Array, creep: Array) -> Array:
+    def _alpha_N(self, elements: Elements, decay: Array, creep: Array) -> Array:
         """Return alpha N from exp(-rate t) of the elements, (..., 2, m), and the layer's J, (...)."""
         modes, zero, first, amplitude, _ = elements
         parallel = first + jnp.sum(amplitude * (1.0 - decay), -1)
@@ -197,8 +197,8 @@ class OneLayer(Response):
         modes, zero, _, amplitude, rates = elements
         delayed = jnp.where(zero[:, None, None], 0.0, modes.amplitude[..., None] * amplitude)
         creep = self.layer.material.spectrum()
-        exact = lambda t: self._total(elements, jnp.exp(-rates * t[..., None, None]), creep.creep(t))
-        start = self._total(elements, jnp.ones(()), creep.instantaneous)
+        exact = lambda t: self._alpha_N(elements, jnp.exp(-rates * t[..., None, None]), creep.creep(t))
+        start = self._alpha_N(elements, jnp.ones(()), creep.instantaneous)
         return separate_bands(start, jnp.where(zero, 0.0, modes.film), creep, delayed, rates, nodes, exact)
 
     def expand(self, values: Array) -> Images:
@@ -228,15 +228,15 @@ class Stack(Response):
     def body(self) -> LayeredHalfSpace:
         return LayeredHalfSpace(self.layers, self.substrate)
 
-    def step(self, wavenumber: Array, start: Array, end: Array) -> Array:
-        return mean_step(self.body, wavenumber, start, end)
+    def mean_response(self, wavenumber: Array, start: Array, end: Array) -> Array:
+        return mean_response(self.body, wavenumber, start, end)
 
     def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
         """Return the mean over an interval by five-point Gauss quadrature."""
         wavenumber, start, end = (jnp.asarray(a, float)[..., None] for a in (wavenumber, start, end))
         t = (start + end) / 2.0 + (end - start) / 2.0 * QUADRATURE_NODES
         compliances = jnp.stack([solid.creep(t) for solid in solids(self.body)])
-        return jnp.sum(scaled_response(self.body, wavenumber, compliances) * QUADRATURE_WEIGHTS, -1) / 2.0
+        return jnp.sum(alpha_N(self.body, wavenumber, compliances) * QUADRATURE_WEIGHTS, -1) / 2.0
 
     def wavenumbers(self) -> Array:
         return in_time.wavenumbers(self.body)
@@ -316,10 +316,10 @@ def normal_response(body: LayeredHalfSpace, k: Array, t: Array | float = 0.0) ->
     k, t = jnp.asarray(k, float), jnp.asarray(t, float)
     safe, response = jnp.where(k == 0.0, 1.0, k), response_of(body)
     if body.substrate is None:
-        scaled = response.step(*jnp.broadcast_arrays(k, t, t))
+        scaled = response.mean_response(*jnp.broadcast_arrays(k, t, t))
         found = scaled * jnp.where(k == 0.0, body.height, 1.0 / safe)
     else:
-        found = jnp.where(k == 0.0, jnp.inf, response.step(safe, t, t) / safe)
+        found = jnp.where(k == 0.0, jnp.inf, response.mean_response(safe, t, t) / safe)
     return jnp.where(valid, found, jnp.nan)
 
 

@@ -50,11 +50,11 @@ from jaxcontact.response.in_time import (
 )
 from jaxcontact.response.stack import (
     SurfaceCompliance,
-    all_steps,
+    alpha_LKNT,
     nu_at_first,
-    scaled_responses,
     solids,
     spectra,
+    step_responses,
     surface_creep,
 )
 
@@ -153,7 +153,7 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
 
     wavenumber = fit_wavenumbers(body)
     if not any(creeps(solid) for solid in solids(body)):
-        start = _entries(scaled_responses(body, wavenumber, spectra(body).instantaneous))
+        start = _entries(alpha_LKNT(body, wavenumber, spectra(body).instantaneous))
         return TangentialSeparable(jnp.zeros(0), start.reshape(3, 1, -1), jnp.zeros((0, 0)), jnp.zeros(1))
     rates, shapes = RATES, SHAPES
     if may_have_no_slowest(body):
@@ -172,7 +172,7 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
 def _sampled(body: LayeredHalfSpace, wavenumber: Array, chosen: Window) -> tuple[Samples, Array]:
     """Return the samples of alpha (L, T, K), one after the other, (r, 3 n), and their sizes at the frequencies, (s, 3 n)."""
     j = sampled_compliances(spectra(body), chosen.period)
-    responses = scaled_responses(body, wavenumber, j[..., None])
+    responses = alpha_LKNT(body, wavenumber, j[..., None])
     return samples_of(_entries(responses)), _sizes(responses)[1 : 1 + chosen.period.size]
 
 
@@ -197,7 +197,7 @@ def _errors(
         return jnp.zeros(()), jnp.pad(times, ((0, 0), (0, 1)))
     wavenumber = fit_wavenumbers(body)
     some = jnp.arange(2, wavenumber.size - 1, STRIDE)  # between those at which images are fitted
-    exact = all_steps(body, wavenumber[some], times)
+    exact = step_responses(body, wavenumber[some], times)
     entries, sizes = _entries(exact), _sizes(exact)
     growth = times * phi1(times * separable.rates)
     sizes = expected_sizes(sizes.reshape(len(sizes), 3, -1)).reshape(sizes.shape)
@@ -278,7 +278,7 @@ def _response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array) -> Array:
     at_zero = (kx == 0.0) & (ky == 0.0)
     kx = jnp.where(at_zero, 1.0, kx)
     alpha = jnp.hypot(kx, ky)
-    (L, K, N, T), c, s = all_steps(body, alpha, t), kx / alpha, ky / alpha
+    (L, K, N, T), c, s = step_responses(body, alpha, t), kx / alpha, ky / alpha
     rows = [
         [L * c**2 + T * s**2, (L - T) * c * s, 1j * K * c],
         [(L - T) * c * s, L * s**2 + T * c**2, 1j * K * s],
@@ -288,7 +288,7 @@ def _response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array) -> Array:
     response = matrix / alpha[..., None, None]
     uniform = jnp.where(jnp.eye(3, dtype=bool), jnp.inf, 0.0)
     if body.substrate is None:
-        along, _, normal, across = all_steps(body, jnp.zeros_like(alpha), t)
+        along, _, normal, across = step_responses(body, jnp.zeros_like(alpha), t)
         own = jnp.stack([along, across, normal], -1) * body.height
         uniform = own[..., None] * jnp.eye(3)
     return jnp.where(at_zero[..., None, None], uniform, response)
