@@ -39,7 +39,8 @@ from jaxcontact.operators.kernels import (
     image_weights,
 )
 from jaxcontact.operators.operator import Operator
-from jaxcontact.response.normal import limits_of
+from jaxcontact.response.body_facts import top_layer
+from jaxcontact.response.stack import film_creep
 
 
 class Prediction(NamedTuple):
@@ -176,10 +177,10 @@ def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elas
     start = jnp.maximum(times[:, None] - times[None, :], 0.0)
     end = jnp.maximum(times[:, None] - before[None, :], 0.0)
     weights = image_weights(body, indenter, start, end, quasi_elastic=quasi_elastic)
-    limits, n = limits_of(body), times.shape[0]
+    top, n = top_layer(body), times.shape[0]
     film = jnp.zeros((n, n))
-    if limits.film is not None:
-        film = jnp.tril(limits.film_creep().mean_creep(start, end))
+    if top is not None:
+        film = jnp.tril(film_creep(top).mean_creep(start, end))
     return LagRow(jnp.arange(n), weights, film)
 
 

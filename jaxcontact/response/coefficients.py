@@ -171,9 +171,9 @@ def periodic_coefficients(grid: Grid, images: Images, mean: Array | None = None)
     ``mean``, or by default the limit of the images.
     """
     nx, ny = grid.shape
-    spectrum = jnp.swapaxes(periodic_response(grid, images), -1, -2)
+    transform = jnp.swapaxes(periodic_response(grid, images), -1, -2)
     mean = images.heights[..., :-1] @ _thicknesses(images) if mean is None else mean
-    return jnp.fft.irfft2(spectrum.at[..., 0, 0].set(mean), s=(nx, ny))
+    return jnp.fft.irfft2(transform.at[..., 0, 0].set(mean), s=(nx, ny))
 
 
 def _thicknesses(images: Images) -> Array:

@@ -119,13 +119,17 @@ def fit_wavenumbers(thinnest: Array | float, whole: Array | float) -> Array:
     limit, (n,).
     """
     return jnp.concatenate(
-        [jnp.zeros(1), spread(LONGEST / whole, SHORTEST / thinnest, NODES), jnp.full(1, BEYOND / thinnest)]
+        [
+            jnp.zeros(1),
+            log_spaced(LONGEST / whole, SHORTEST / thinnest, NODES),
+            jnp.full(1, BEYOND / thinnest),
+        ]
     )
 
 
-def spread(low: Array | float, high: Array | float, count: int) -> Array:
+def log_spaced(low: Array | float, high: Array | float, count: int) -> Array:
     """Return points evenly spaced in their logarithm, (count,)."""
-    return jnp.exp(jnp.linspace(jnp.log(low), jnp.log(high), count))
+    return low * (high / low) ** jnp.linspace(0.0, 1.0, count)
 
 
 def image_depths(first: Array | float, bent: Array, last: Array) -> Array:

@@ -30,23 +30,22 @@ from jaxcontact._support.pytree import as_float64, is_concrete, pytree
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
 from jaxcontact.bodies.materials import Material
 from jaxcontact.response import in_time
+from jaxcontact.response.body_facts import creeps
 from jaxcontact.response.coefficients import TangentialImages
-from jaxcontact.response.half_space import own_creep
 from jaxcontact.response.images import expected_sizes
 from jaxcontact.response.in_time import (
     MORE_RATES,
     STRIDE,
+    RateBand,
     Samples,
-    Window,
     common_rates,
-    creeps,
     fitted,
     may_have_no_slowest,
+    rate_band,
     rounded,
     sampled_compliances,
     samples_of,
     weights_of,
-    window,
 )
 from jaxcontact.response.stack import (
     SurfaceCompliance,
@@ -142,7 +141,7 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
             shear, surface = jnp.array([0.0, 1.0, -0.5]), jnp.array([1.0, 0.0, 1.0])
             parts = [(shear, material.spectrum()), (surface, surface_creep(material))]
         start = sum(share * creep.instantaneous for share, creep in parts)
-        owned = [own_creep(creep) for _, creep in parts]
+        owned = [creep.rates_and_fluidities() for _, creep in parts]
         own_rates = jnp.concatenate([each for each, _ in owned])
         if not own_rates.size:
             at_once = jnp.reshape(start, (3, 1, 1))
@@ -159,7 +158,7 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
     if may_have_no_slowest(body):
         rates, shapes = int(MORE_RATES * rates), MORE_SHAPES
     rough = rounded(body)
-    chosen = window(rough, rates)
+    chosen = rate_band(rough, rates)
     alike = wavenumber * jax.lax.stop_gradient(body.layers[0].thickness) / rough.layers[0].thickness
     expected, sizes = _sampled(rough, alike, chosen)
     samples, _ = _sampled(body, wavenumber, chosen)
@@ -169,7 +168,7 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
     return TangentialSeparable(common, jnp.moveaxis(terms, 1, 0), mix, chosen.times, chosen.horizon)
 
 
-def _sampled(body: LayeredHalfSpace, wavenumber: Array, chosen: Window) -> tuple[Samples, Array]:
+def _sampled(body: LayeredHalfSpace, wavenumber: Array, chosen: RateBand) -> tuple[Samples, Array]:
     """Return the samples of alpha (L, T, K), one after the other, (r, 3 n), and their sizes at the frequencies, (s, 3 n)."""
     j = sampled_compliances(spectra(body), chosen.period)
     responses = alpha_LKNT(body, wavenumber, j[..., None])

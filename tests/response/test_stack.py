@@ -12,8 +12,9 @@ from tolerances import ROUND_OFF
 import jaxcontact as jc
 from jaxcontact.operators import kernels as gridded
 from jaxcontact.reference.layered_solid import surface_response
-from jaxcontact.response.in_time import products, separate
-from jaxcontact.response.normal import Stack, response_of
+from jaxcontact.response.in_time import Stack, separate
+from jaxcontact.response.interface import products
+from jaxcontact.response.normal import response_of
 from jaxcontact.response.stack import mean_response, step_response, surface_compliance
 
 
@@ -37,7 +38,7 @@ STACKS = {
 
 compliance = jax.jit(surface_compliance)
 responses = jax.jit(step_response)
-separated = jax.jit(separate)
+separated = jax.jit(lambda body, wavenumber: separate(body, wavenumber, 32, 12))
 
 
 def entries(stack, m, n):
@@ -234,7 +235,7 @@ def test_sums_of_products_are_as_good_as_they_say(name, bound):
 
 def product(body, wavenumber, t):
     """``sum_of_products`` in jax."""
-    return sum_of_products_in_jax(separate(body, wavenumber), t)
+    return sum_of_products_in_jax(separate(body, wavenumber, 32, 12), t)
 
 
 def sum_of_products_in_jax(response, t):
