@@ -28,12 +28,12 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import TractionOperator
 from jaxcontact.operators.kernels import (
-    Film,
+    FilmStrain,
     ImageKernels,
     Kernels,
     Rubbing,
     TractionKernels,
-    VaryingFilm,
+    VaryingFilmStrain,
     build,
     deepest_strain,
     image_weights,
@@ -227,7 +227,7 @@ class Grown(NamedTuple):
 
     eta: Array
     displacement: Array
-    film: Film | VaryingFilm | None
+    film: FilmStrain | VaryingFilmStrain | None
     works: Array
 
 
@@ -270,7 +270,7 @@ class IncrementalMemory(Memory):
         displacement = fields.earlier + fields.operator(pressure)
         kernels = fields.kernels
         works = kernels.works(jax.lax.stop_gradient(pressure))
-        return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, kernels.film, works)
+        return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, kernels.film_strain, works)
 
     @property
     def delayed_rates(self) -> Array:
@@ -304,7 +304,7 @@ class GrowingMemory(IncrementalMemory):
     def start(self, shape: tuple[int, int]) -> Grown:
         eta = jnp.zeros((self.kernels.rates.size, *shape))
         none = jnp.zeros(1 + self.kernels.rates.size)
-        return Grown(eta, jnp.zeros(shape), jax.tree.map(jnp.zeros_like, self.kernels.film), none)
+        return Grown(eta, jnp.zeros(shape), jax.tree.map(jnp.zeros_like, self.kernels.film_strain), none)
 
     def kernels_at(self, step: GrowthStep) -> Kernels:
         return build(self.body.with_thicknesses(step.thicknesses), self.indenter, self.grid)
@@ -325,7 +325,7 @@ class VaryingMemory(IncrementalMemory):
         return self.kernels.rates
 
     def start(self, shape: tuple[int, int]) -> Grown:
-        film = jax.tree.map(jnp.zeros_like, self.kernels.at(self.at_first).film)
+        film = jax.tree.map(jnp.zeros_like, self.kernels.at(self.at_first).film_strain)
         none = jnp.zeros(1 + self.rates.size)
         return Grown(jnp.zeros((self.rates.size, *shape)), jnp.zeros(shape), film, none)
 
@@ -582,7 +582,7 @@ class RecursiveMemory(Memory):
         return k.family.total(jnp.concatenate([pressure[None], jnp.tensordot(k.mix, eta, 1)]))
 
     def observe(self, eta: Array, pressure: Array, dt: Array, other: Array | None = None) -> dict[str, Array]:
-        film = self.kernels.film
+        film = self.kernels.film_strain
         if film is None:
             return {"film_strain": jnp.zeros(())}
         return {"film_strain": film.strain(pressure, eta)}
@@ -984,7 +984,7 @@ class MovingMemory(Memory):
         return hysteresis, coulomb
 
     def _film_strain(self, fields: Fields, pressure: Array) -> Array:
-        film = self.kernels.film
+        film = self.kernels.film_strain
         if film is None:
             return jnp.zeros(())
         history = jnp.tensordot(film.weights[1:], fields.eta[: self.kernels.rates.size], 1)

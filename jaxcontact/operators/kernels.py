@@ -44,8 +44,8 @@ from jaxcontact.response.tangential import TangentialExpansion, half_space_share
 
 
 @pytree
-class Film:
-    """A film of one thickness on a rigid base.
+class FilmStrain:
+    """The shortening of a film of one thickness, as if on a rigid base, over its thickness.
 
     coefficients: displacement at offsets (i, j) >= 0 under a unit pressure on one cell, times the film's modulus, over its
     thickness, (nx, ny); weights [1/A] of the pressure and of the history fields, (1 + K,).
@@ -60,10 +60,10 @@ class Film:
 
 
 @pytree
-class VaryingFilm:
-    """A film whose thickness varies in the plane.
+class VaryingFilmStrain:
+    """The same of a film whose thickness varies in the plane.
 
-    series: of the coefficients of ``Film`` in Chebyshev polynomials of the thickness, (n, nx, ny); shares: the
+    series: of the coefficients of ``FilmStrain`` in Chebyshev polynomials of the thickness, (n, nx, ny); shares: the
     polynomials of the thickness at each cell, (n, nx, ny); present: cells with a film, (nx, ny) bool; weights: as there.
     """
 
@@ -201,8 +201,8 @@ class VaryingThickness:
     """What the kernels of a film are made of for all values of its thickness.
 
     body: with a film of one thickness; series: in the thickness; family: the operators of the terms of the series, without
-    its weights and lifts; film_series (n, nx, ny): as in ``VaryingFilm``; slopes (M + 1,): of the displacement under a mean
-    pressure over the thickness; error: the largest relative error of the series, ().
+    its weights and lifts; film_series (n, nx, ny): as in ``VaryingFilmStrain``; slopes (M + 1,): of the displacement under a
+    mean pressure over the thickness; error: the largest relative error of the series, ().
     """
 
     body: LayeredHalfSpace
@@ -244,7 +244,7 @@ class Kernels:
     family: Family
     rates: Array
     mix: Array
-    film: Film | None
+    film_strain: FilmStrain | None
     scale: Scale
     separation_error: Array
     horizon: Array
@@ -300,7 +300,7 @@ class Kernels:
     def at(self, thickness: Array) -> Kernels:
         """Return the kernels for a thickness (nx, ny) [m] of a film that varies in the plane."""
         varying, lifts = self.varying, None
-        assert varying is not None and self.film is not None
+        assert varying is not None and self.film_strain is not None
         shares = varying.series.shares(thickness)
         if all(self.grid.periodic):
             # displacement by a mean pressure of one, less its mean, (M + 1, nx, ny)
@@ -310,8 +310,8 @@ class Kernels:
             lifts = varying.slopes[:, None, None] * excess
             lifts = lifts.at[0].add(-spectral.apply_circulant(raised, excess))
         family = replace(varying.family, weights=shares[1:], lifts=lifts)
-        film = VaryingFilm(varying.film_series, shares, thickness > 0.0, self.film.weights)
-        return replace(self, family=family, film=film, varying=None)
+        film = VaryingFilmStrain(varying.film_series, shares, thickness > 0.0, self.film_strain.weights)
+        return replace(self, family=family, film_strain=film, varying=None)
 
 
 def largest_until(errors: Array, last: Array) -> Array:
@@ -323,7 +323,7 @@ def largest_until(errors: Array, last: Array) -> Array:
 @pytree
 class ImageKernels:
     """Step by step, for kernels at any lag: the operators of all steps of the staircase; film_coefficients: as in
-    ``Film``; image_error: as in ``Kernels``."""
+    ``FilmStrain``; image_error: as in ``Kernels``."""
 
     family: Family
     film_coefficients: Array | None
@@ -465,7 +465,7 @@ def _of_surface(
     film = None
     if top is not None:
         weights = separable.own_factors / scale.compliance
-        film = Film(
+        film = FilmStrain(
             coefficients[1] * scale.length / top.thickness, weights
         )  # of S_1, the top layer's own shape
     at_zero = separable.terms[1:, 0]
@@ -797,7 +797,7 @@ def assembled_varying(
     uniform = assembled(body, indenter, grid, expansion, of_indenter, nodes)
     scaled = scaled_images(expansion, indenter, uniform.scale)
     film = top_layer(body)
-    assert film is not None and uniform.film is not None
+    assert film is not None and uniform.film_strain is not None
     reference = jnp.asarray(film.thickness, float)
     cell = cell_of(grid)
     series = ThicknessSeries.of(thickness, cell, terms)
@@ -811,7 +811,7 @@ def assembled_varying(
     family, strains = jax.tree.map(series.coefficients, nodes_of)
     family = _as_one(family, terms)
     bed = _bed(scaled) / reference * uniform.scale.length
-    slopes = jnp.zeros(len(family.spectra)).at[0].set(uniform.film.weights[0] * bed).at[1].set(bed)
+    slopes = jnp.zeros(len(family.spectra)).at[0].set(uniform.film_strain.weights[0] * bed).at[1].set(bed)
     error = jax.lax.stop_gradient(_series_error(series, expansion, body, grid))
     return replace(uniform, varying=VaryingThickness(body, series, family, strains, slopes, error))
 

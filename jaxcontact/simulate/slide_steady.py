@@ -30,7 +30,7 @@ from jaxcontact.operators.kernels import (
     Errors,
     Kernels,
     Rubbing,
-    VaryingFilm,
+    VaryingFilmStrain,
     build_surface,
     deepest_strain,
     joint_errors,
@@ -183,7 +183,7 @@ class Wake:
 
     def film_strain(self, symbols: Array, pressure: Array) -> Array:
         """Shortening of the film over its thickness at its deepest point; zero without a film."""
-        film = self.kernels.film
+        film = self.kernels.film_strain
         if film is None:
             return jnp.zeros(())
         history = spectral.convolve(self.film_history(symbols), pressure, self.periodic)
@@ -191,8 +191,10 @@ class Wake:
 
     def film_history(self, symbols: Array) -> Array:
         """Return the spectrum (my/2 + 1, mx) of the film's weighted history over p; there is a film."""
-        assert self.kernels.film is not None
-        return on_grid(jnp.tensordot(self.kernels.film.weights[1:], symbols, 1), self.shape, self.periodic)
+        assert self.kernels.film_strain is not None
+        return on_grid(
+            jnp.tensordot(self.kernels.film_strain.weights[1:], symbols, 1), self.shape, self.periodic
+        )
 
     def far(self) -> Array:
         """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
@@ -360,7 +362,7 @@ class FilmWake:
     terms: Wake
     one: Wake
     shares: Array
-    film: VaryingFilm
+    film: VaryingFilmStrain
 
     @property
     def kernels(self) -> Kernels:
@@ -420,7 +422,7 @@ def film_wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, thic
 
     terms = jax.vmap(of_term, 1)(varying.family.spectra, varying.family.circulants)
     one = wake_of(body, grid, kernels, velocity, across=False)
-    return FilmWake(terms, one, varying.series.shares(thickness), here.film)
+    return FilmWake(terms, one, varying.series.shares(thickness), here.film_strain)
 
 
 # The wake of an indenter that rubs: what friction adds to ``simulate.slide_steady``.
