@@ -190,7 +190,7 @@ def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elas
 #
 #     du = C_0(h) * dp + sum_k lambda_k C_k(h) * d eta_k,      eta_k' = p - lambda_k eta_k
 #
-# (C_k, lambda_k and eta_k of ``history.memory``; the rates do not depend on h). What is assumed:
+# (C_k, lambda_k and eta_k of ``RecursiveMemory``; the rates do not depend on h). What is assumed:
 #
 # - the thickness is given in time, whatever the pressure;
 # - a change of thickness by itself moves nothing. What forms fits itself to the surface as it lies there, deformed and
@@ -361,7 +361,7 @@ class VaryingMemory(IncrementalMemory):
 #
 #     tangential_force = F_h + F_c,      power = hysteresis_power + friction_power,      friction_power = F_c |v|.
 #
-# Energy. The body is a chain of springs and dashpots (``history.memory``): with rates
+# Energy. The body is a chain of springs and dashpots (``RecursiveMemory``): with rates
 # d eta_k = p - lambda_k eta_k, taken with the material,
 #
 #     stored = 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, (lambda_k C_k) eta_k>,
@@ -532,8 +532,11 @@ class RecursiveMemory(Memory):
         return jnp.zeros((self.kernels.rates.shape[0], *shape))
 
     def predict(self, eta: Array, pressure: Array, dt: Array) -> Prediction:
+        # u(t + dt) = [C_0 + sum_k dt phi2(z_k) lambda_k C_k] * p(t + dt)                         the operator
+        #             + sum_k lambda_k C_k * (exp(-z_k) eta_k(t) + dt psi(z_k) p(t))               earlier
+        # with lambda_k C_k = sum_m mix[m, k] S_m: fields are mixed by the rates first, and then meet M kernels, not K.
         k = self.kernels
-        decay, old, new = ramps(k.rates * dt)
+        decay, old, new = ramps(k.rates * dt)  # exp(-z), psi(z), phi2(z)
         count = len(k.mix) if len(eta) else 0  # an elastic body has no history
         mix = k.mix[:count]  # of matrices: quicker to differentiate
         mixed = (mix * decay) @ eta.reshape(len(eta), pressure.size)
@@ -588,7 +591,7 @@ class RecursiveMemory(Memory):
         return {"film_strain": film.strain(pressure, eta)}
 
 
-# The memory of tractions: the recursion of ``history.memory`` in three directions.
+# The memory of tractions: the recursion of ``RecursiveMemory`` in three directions.
 #
 #     u = C_0 * t + sum_k lambda_k C_k * eta_k,      eta_k' = t - lambda_k eta_k,      t = (q_x, q_y, p).
 #
@@ -745,7 +748,7 @@ def with_indenter(memory: Memory, kernels: Kernels | TractionKernels) -> Memory:
 #     eta(t + dt) = exp(-z) eta + dt psi(z) p(t) + dt phi2(z) p(t + dt),
 #
 # for any step, sub-pixel or many pixels, and without any error where p is steady. (Theory: the exponential
-# integrator of ``history.memory`` along the characteristics, in Fourier space.)
+# integrator of ``RecursiveMemory`` along the characteristics, in Fourier space.)
 #
 # The modes are those of the zero-padded grid. Behind the window, in the padding, an absorbing layer takes a
 # share of the fields for each length that they move, so that nothing wraps around; what it takes is summed

@@ -232,8 +232,8 @@ class Kernels:
     """Discretised response of a body and an indenter on a grid; made by ``jaxcontact.kernels``, passed as ``kernels=``.
 
     family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.interface``;
-    separation_error: relative error of sharing the rates between wavenumbers, at times up to ``horizon`` [s], (), inf for
-    most bodies; image_errors: relative errors of the
+    separation_error: relative error of sharing the rates between wavenumbers up to the horizon, (); horizon [s]: latest
+    valid time, inf where there is no limit, (); image_errors: relative errors of the
     images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
     at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``; varying: for a film
     whose thickness varies in the plane, or None; all else is then of one thickness, until ``at``; indenter: the kernels of

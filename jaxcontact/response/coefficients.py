@@ -1,7 +1,7 @@
 """Influence coefficients: the displacement at a cell due to a unit pressure on another.
 
-An image at depth z (``response.images``) has a closed form over a rectangular cell: with F(x, y; z) the
-double integral of 1/(2 pi r), r^2 = x^2 + y^2 + z^2,
+An image at depth z (``response.images``) has a closed form over a rectangular cell, since exp(-z alpha)/alpha is the
+transform of 1/(2 pi r): with F(x, y; z) the double integral of 1/(2 pi r), r^2 = x^2 + y^2 + z^2,
 
     F = (1/2 pi) [x asinh(y/sqrt(x^2 + z^2)) + y asinh(x/sqrt(y^2 + z^2)) - z atan(x y/(z r))],
 
@@ -45,10 +45,12 @@ def influence_coefficients(grid: Grid, images: Images) -> Array:
     if not depths.size:
         return last * dx
 
-    # The other steps, which are bounded: sums over t = exp(v) of Gaussians (``response.images``).
+    # The other steps, which are bounded: sums over t = exp(v) of Gaussians (``response.images``), from lengths sqrt(t) far
+    # below a cell to where the terms are negligible: those of two images differ by z_J^2/(4 t) at most, over sqrt(t).
     low, high = NEGLECTED**2, jnp.maximum(1.0, (depths[-1] ** 2 / NEGLECTED) ** (2.0 / 3.0))
     v = jnp.linspace(jnp.log(low), jax.lax.stop_gradient(jnp.log(high)), POINTS)
     t = jnp.exp(v)
+    # in t a step is exp(-z_j^2/(4 t)) - exp(-z_(j+1)^2/(4 t)): the staircase for depths z_j^2 and wavenumbers 1/(4 t)
     of_steps = images.heights[..., :-1] @ staircase(depths**2, 0.25 / t)[:, :-1].T
     weights = of_steps * (v[1] - v[0]) / (4.0 * jnp.pi**1.5 * jnp.sqrt(t))
     along_x, along_y = over_cells(nx, t), over_cells(ny, t, aspect)
@@ -110,7 +112,7 @@ def strip_coefficients(grid: Grid, images: Images) -> Array:
             grid, shape=grid.shape[::-1], spacing=grid.spacing[::-1], periodic=grid.periodic[::-1]
         )
         return jnp.swapaxes(strip_coefficients(turned, images), -1, -2)
-    # The waves along y except the mean, in units of dx: sums over t = exp(v) of the module's formula.
+    # The waves along y except the mean, in units of dx: sums over t = exp(v) of the formula above.
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
     k = 2.0 * jnp.pi * jnp.fft.rfftfreq(ny)[1:] * dx / dy
     longest, shortest = 2.0 * jnp.pi * dx / (ny * dy), jnp.pi * dx / dy
@@ -225,7 +227,7 @@ class SurfaceKernels:
 
 
 def on_surface(x: Array, y: Array) -> Kinds:
-    """Return 2 pi times the integrals of the module's formulas at z = 0; x and y not zero."""
+    """Return 2 pi times the integrals of the formulas above at z = 0; x and y not zero."""
     r = jnp.sqrt(x**2 + y**2)
     return Kinds(
         xx=x * jnp.log(y + r),

@@ -173,7 +173,7 @@ class Lags(NamedTuple):
 
 
 class KernelsAtLags(NamedTuple):
-    """The kernels F of the module's formula at the picked lags.
+    """The kernels F of the formula above at the picked lags.
 
     kernels: the functions of ``Transfer``, (13, M, n); shares (nt, M); exact: F_n at all lags, (nt, 13, s), at the
     wavenumbers of ``sampled``, by which errors are measured.
@@ -299,7 +299,7 @@ Kinds = tuple[Array, ...]  # corner functions by the number of letters, (kinds, 
 
 
 def gradients(x: Array, y: Array, z: Array) -> Kinds:
-    """Return 2 pi times the integrals of the module's formulas: 1; x, y; xx, xy, yy; xxx, xxy, xyy, yyy. x and y not
+    """Return 2 pi times the integrals of the formulas above: 1; x, y; xx, xy, yy; xxx, xxy, xyy, yyy. x and y not
     zero.
     """
     r = jnp.sqrt(x**2 + y**2 + z**2)
@@ -364,7 +364,7 @@ MEMBERS = [np.flatnonzero(group_of == g) for g in range(GROUPS.shape[1])]
 class SubsurfaceImages(NamedTuple):
     """Images of ``KernelsAtLags.kernels`` at one depth.
 
-    depths (J,) [m], z first; weights (13, M, J); slope_weights (13, M): w' of the module's formula, in m times the unit of
+    depths (J,) [m], z first; weights (13, M, J); slope_weights (13, M): w' of the formula above, in m times the unit of
     the weights; shares (nt, M), as in ``KernelsAtLags``; deviations and sizes (nt, groups, s): largest deviation of the
     images and of the shares from the response at each lag, and the quantity that it is relative to, at some wavenumbers.
     """

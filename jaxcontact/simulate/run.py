@@ -58,6 +58,7 @@ from jaxcontact.response.body_facts import (
     has_zero_instantaneous_compliance,
     short_wave_compliance,
     stiffness_ratio,
+    top_layer,
 )
 from jaxcontact.response.stack import solids, uniform_compliance
 from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
@@ -171,9 +172,9 @@ class Experiment:
         # largest decay rate, which the exact response needs
         rigid = has_zero_instantaneous_compliance(body)
         alone: Array | bool = indenter.material is None
-        film, its_film = len(body.layers) > 0 and exact, False
+        film, its_film = top_layer(body) is not None and exact, False
         if surface is not None:
-            alone, its_film = has_zero_instantaneous_compliance(surface), len(surface.layers) > 0
+            alone, its_film = has_zero_instantaneous_compliance(surface), top_layer(surface) is not None
         if not is_concrete(rigid, alone):
             first, second = jnp.asarray(rigid), jnp.asarray(alone)
             valid = valid & ~((first & second) | (first & film) | (second & its_film))

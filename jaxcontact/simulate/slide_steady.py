@@ -77,7 +77,7 @@ class Wake:
     """The wake of an indenter in steady sliding.
 
     kernels: of the grid; shapes: spectra of S_m on the doubled grid, (M, MY/2 + 1, MX); velocity (2,) [cells
-    along x per second]; ratio: dy/dx; far_off: ``Response.creeps_far``; shape: (nx, ny) of the grid; across:
+    along x per second]; ratio: dy/dx; far_off: ``body_facts.creeps_far``; shape: (nx, ny) of the grid; across:
     whether the velocity may have a y, without which its modes are the same for all wavenumbers along y, with
     one row in place of MY/2 + 1. Along a periodic axis neither grid is padded or doubled.
     """
