@@ -73,8 +73,8 @@ def line_coefficients(grid: Grid, images: Images) -> Array:
     """Return the coefficients [m/Pa] at offsets i >= 0, (..., nx, 1), for heights (..., J + 1)."""
     x, datum = jnp.arange(grid.shape[0]) + 0.5, float(grid.shape[0])  # the edges; all in units of dx
 
-    def descend(carry: tuple[Array, Array], step: tuple[Array, Array]) -> tuple[tuple[Array, Array], None]:
-        (total, z), (height, Z) = carry, step
+    def descend(carry: tuple[Array, Array], stair: tuple[Array, Array]) -> tuple[tuple[Array, Array], None]:
+        (total, z), (height, Z) = carry, stair
         logarithm = x * jnp.log1p((Z - z) * (Z + z) / (x**2 + z**2))
         F = logarithm + 2.0 * (Z * jnp.arctan2(x, Z) - z * jnp.arctan2(x, z))  # 2 pi F(z, Z)
         return (total + height[..., None] * F, Z), None
@@ -153,8 +153,8 @@ def periodic_response(grid: Grid, images: Images, mean: Array | float = 0.0) -> 
     k = wavenumbers(grid)
     safe = k.at[0, 0].set(1.0)
 
-    def descend(carry: tuple[Array, Array], step: tuple[Array, Array]) -> tuple[tuple[Array, Array], None]:
-        (total, upper), (height, thickness) = carry, step
+    def descend(carry: tuple[Array, Array], stair: tuple[Array, Array]) -> tuple[tuple[Array, Array], None]:
+        (total, upper), (height, thickness) = carry, stair
         within = upper * -jnp.expm1(-safe * thickness)
         return (total + height[..., None, None] * within, upper - within), None
 
