@@ -56,6 +56,17 @@ def imported(dotted: str) -> bool:
     return False
 
 
+def test_every_file_that_the_page_for_developers_names_is_there():
+    text = (ROOT / "docs" / "developers.md").read_text()
+    paths = [
+        f"/{p.relative_to(ROOT)}"
+        for each in (*PACKAGES, "tests", "docs")
+        for p in (ROOT / each).rglob("*.py")
+    ]
+    for name in re.findall(r"`([\w/]+\.py)`", text):
+        assert any(path.endswith(f"/{name}") for path in paths), name
+
+
 def test_every_module_file_and_member_in_double_backticks_is_there():
     modules, members = defined()
     files = {path.name for folder in (*PACKAGES, "tests", "docs") for path in (ROOT / folder).rglob("*.py")}
