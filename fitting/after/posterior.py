@@ -30,7 +30,7 @@ from jaxcontact._compile.programs import fast_compile_options
 
 # Hamiltonian Monte Carlo sampling of the posterior of a fit: its density, the starts of the chains, and the chains.
 #
-# The density is that of ``bayes.py`` over coordinates x between ``low`` and ``high``; the sampler moves in z, x = low
+# The density is that of ``Density`` over coordinates x between ``low`` and ``high``; the sampler moves in z, x = low
 # + (high - low)/(1 + exp(-z)). It is the No-U-Turn sampler of numpyro (M. D. Hoffman, A. Gelman, J. Mach. Learn. Res.
 # 15 (2014) 1593), which is imported only here.
 

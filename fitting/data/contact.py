@@ -3,7 +3,7 @@ depth.
 
 Before contact the load is constant. After it the load on a half-space depends on the depth as
 
-    load = b + c (depth - d)^p,   p = 3/2 for a ball (``probe.py``).
+    load = b + c (depth - d)^p,   p = 3/2 for a ball (``data/indentation.py``).
 
 A film adds higher powers of the depth with positive coefficients (E. K. Dimitriadis et al., Biophys. J. 82 (2002) 2798:
 powers 3/2, 2, 5/2, 3, 7/2 for a ball), and creep during the approach lowers the power. A sum of powers with

@@ -1,7 +1,7 @@
 """Identification of the parameters of a body from measured fields of a contact.
 
-The model is ``jc.indent`` on a grid of its own, seen through the instrument (``imaging.py``). The fit is a least squares
-of means over blocks of pixels, divided by the standard deviations that their residuals show (``pixels.py``), over the
+The model is ``jc.indent`` on a grid of its own, seen through the instrument (``observed``). The fit is a least squares
+of means over blocks of pixels, divided by the standard deviations that their residuals show (``block_deviations``), over the
 logarithms of the parameters and the nuisance parameters of the instrument; the Jacobian is that of forward mode through
 the solver. Solutions on grids with twice the cells along each axis correct the images for the error of the grid; the
 intervals are widened by what the correction may leave of it.
@@ -497,7 +497,7 @@ def _mixed(square: np.ndarray, level: np.ndarray) -> np.ndarray:
 # same sum of squares at other parameters lead to rejection.
 #
 # The images of pressure, gap and displacement at the best optimum are corrected for the error of the grid
-# (``field_grids.py``), and the search goes on with the corrected images. Contact images are not corrected: the error
+# (``finer``), and the search goes on with the corrected images. Contact images are not corrected: the error
 # of their edge is not a smooth function of the size of the cells, and a correction would be uneven along the edge.
 
 

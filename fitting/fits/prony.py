@@ -228,7 +228,7 @@ class MaxwellSeries(ParameterList):
 # Fit of a generalised Maxwell model with given or automatically chosen relaxation times to a modulus.
 #
 # The model is linear in its moduli, which are all >= 0, so the fit is a bounded linear least-squares problem with one
-# optimum, as that of ``prony.py`` for a creep curve.
+# optimum, as that of a creep curve above.
 
 
 UNRELAXED = (

@@ -171,7 +171,7 @@ def mixture_half_width(
 
 # Calibration of the widths of intervals where the dependence of the noise on the values was estimated.
 #
-# The mixture of Student's t distributions over the noise models (``noise.py``) has the stated coverage on average
+# The mixture of Student's t distributions over the noise models has the stated coverage on average
 # over its prior, but not at every true ratio a/b: where few values are small, the intervals contain the truth too
 # often at a = 0, and too seldom at a/b near the smallest values. So half widths are multiplied by a factor exp(g), a
 # function of the estimated a/b, that makes the coverage as nearly equal to the level as possible at every true a/b.

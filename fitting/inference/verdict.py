@@ -204,7 +204,7 @@ def isolated(residuals: np.ndarray, i: int, blocks: np.ndarray | None = None) ->
 # than a given level. For white noise of known relative weights that level is F s^2, F the quantile of F(1, n - p) and
 # s^2 = RSS/(n - p), or chi^2 where sigma is given (D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988,
 # sec. 6.1). Where the noise may be correlated, or its dependence on the values was estimated, each coordinate has a
-# level of its own (``noise.py``). ``verdict.py`` rejects a model whose residuals show that it does not describe the
+# level of its own (``noise.py``). ``Verdict`` rejects a model whose residuals show that it does not describe the
 # data.
 #
 # A standard deviation that the user states is compared with the residuals: their RSS has a chi-square distribution

@@ -4,7 +4,7 @@ The force on an indenter at a given depth is that on a half-space (``data/indent
 
     chi = sqrt(R depth)/h  (ball of radius R),     depth tan(half-angle)/h  (cone),     R/h  (flat punch)
 
-for a layer of thickness h. The factor is that of ``layered_contact.py``, solved for a set of a/h and of nu; log f is
+for a layer of thickness h. The factor is that of ``contact_factors``, solved for a set of a/h and of nu; log f is
 represented by Chebyshev polynomials in log(1 + chi) and nu. Since
 the base is rigid and nu is constant, the modulus is a common factor, so that the same function of the depth gives the
 creep of a viscoelastic layer by the integral of Lee and Radok.
@@ -89,7 +89,7 @@ def compliance(x: np.ndarray, nu: complex, base: Base = RIGID) -> np.ndarray:
 
 
 def contact_factors(ratio: float, nu: complex, base: Base = RIGID) -> dict[str, tuple[complex, complex]]:
-    """Return {kind: (chi, f)} for a contact radius over the thickness: chi of ``thin_layer.py``, and the force over that
+    """Return {kind: (chi, f)} for a contact radius over the thickness: chi of the module, and the force over that
     on a half-space of the layer, with the same tip, at the same depth."""
     (flat, ball, cone), force = _edges_and_forces(ratio, nu, base)
     d, e = ball / flat, cone / flat
@@ -289,7 +289,7 @@ def clenshaw(series: Array, x: Array) -> Array:
 
 # Approximations in common use for the indentation of a thin incompressible sample bonded to its base, for comparison.
 #
-# The factor on the force of a half-space is a polynomial in chi (``thin_layer.py``):
+# The factor on the force of a half-space is a polynomial in chi (of the module):
 #
 #     ball   E. K. Dimitriadis et al., Biophys. J. 82 (2002) 2798
 #            P. D. Garcia, R. Garcia, Biophys. J. 114 (2018) 2923

@@ -1,11 +1,10 @@
 """The curves of a table: its wanted columns in SI, one curve for each block or step, for all readers.
 
-A file is read in steps, in ``fitting.read``: lines (``text``), cells and decimal mark (``cells``),
-blocks with headers and units (``table``, ``header``, ``names``), columns in SI (``columns``). Corrections that lose no
-information are made and recorded in ``notes``: rows out of order are sorted, repeated times are kept as repeated
-measurements, rows with an empty cell or J <= 0 are left out if they are at most a tenth, and a column without a unit is
-taken as SI. Everything else is a ValueError of one line that names the file, the line, the column, and the option that
-would read it.
+A file is read in steps, in ``fitting.read``: lines, cells, decimal mark, and blocks with their headers (``read.table``),
+and the columns in SI by their names and units (``read.columns``). Corrections that lose no information are made and
+recorded in ``notes``: rows out of order are sorted, repeated times are kept as repeated measurements, rows with an empty
+cell or J <= 0 are left out if they are at most a tenth, and a column without a unit is taken as SI. Everything else is a
+ValueError of one line that names the file, the line, the column, and the option that would read it.
 """
 
 import re

@@ -156,7 +156,7 @@ def chosen(name: str, count: int, curve: int | str | None) -> int:
 
 # Reader of the binary force curves and force volumes of Bruker's microscopes.
 #
-# The samples of a channel follow the header (``nanoscope.py``) at its "Data offset": little-endian integers of 2 or 4
+# The samples of a channel follow the header (``ScopeHeader``) at its "Data offset": little-endian integers of 2 or 4
 # bytes, for each curve the approach and then the retraction, both from the turning point outwards. In volts and in
 # metres they are
 #

@@ -302,7 +302,7 @@ def extents(
 
 # Optimum and profiles of a creep curve as compiled programs; ``batch.py`` runs the same for many curves.
 #
-# Variable projection (``varpro.py``) finds the optimum to the resolution of its grid of tau; Gauss-Newton steps with
+# Variable projection finds the optimum to the resolution of its grid of tau; Gauss-Newton steps with
 # exact Jacobians in the logarithms of the compliances remove the remaining error.
 
 

@@ -99,6 +99,13 @@ class Spectrum:
         flow = 0.0 if self.fluidity is None else self.fluidity * (start + end) / 2.0
         return self.instantaneous + jnp.sum(self.amplitudes * (1.0 - decay), -1) + flow
 
+    def rates_and_fluidities(self) -> tuple[Array, Array]:
+        """Return the rates 1/tau_i [1/s] and their fluidities J_i/tau_i [1/(Pa s)], steady-state flow last with rate 0."""
+        rates, fluidities = self.rates, self.amplitudes * self.rates
+        if self.fluidity is None:
+            return rates, fluidities
+        return jnp.append(rates, 0.0), jnp.append(fluidities, self.fluidity)
+
 
 LEAST_GAP = (
     300.0  # logarithm of the interval between two rates over the smallest distance of a zero from its ends

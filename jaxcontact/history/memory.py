@@ -28,18 +28,19 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import TractionOperator
 from jaxcontact.operators.kernels import (
-    Film,
+    FilmStrain,
     ImageKernels,
     Kernels,
     Rubbing,
     TractionKernels,
-    VaryingFilm,
+    VaryingFilmStrain,
     build,
     deepest_strain,
     image_weights,
 )
 from jaxcontact.operators.operator import Operator
-from jaxcontact.response.normal import limits_of
+from jaxcontact.response.body_facts import top_layer
+from jaxcontact.response.stack import film_creep
 
 
 class Prediction(NamedTuple):
@@ -176,10 +177,10 @@ def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elas
     start = jnp.maximum(times[:, None] - times[None, :], 0.0)
     end = jnp.maximum(times[:, None] - before[None, :], 0.0)
     weights = image_weights(body, indenter, start, end, quasi_elastic=quasi_elastic)
-    limits, n = limits_of(body), times.shape[0]
+    top, n = top_layer(body), times.shape[0]
     film = jnp.zeros((n, n))
-    if limits.film is not None:
-        film = jnp.tril(limits.film_creep().mean_creep(start, end))
+    if top is not None:
+        film = jnp.tril(film_creep(top).mean_creep(start, end))
     return LagRow(jnp.arange(n), weights, film)
 
 
@@ -189,7 +190,7 @@ def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elas
 #
 #     du = C_0(h) * dp + sum_k lambda_k C_k(h) * d eta_k,      eta_k' = p - lambda_k eta_k
 #
-# (C_k, lambda_k and eta_k of ``history.memory``; the rates do not depend on h). What is assumed:
+# (C_k, lambda_k and eta_k of ``RecursiveMemory``; the rates do not depend on h). What is assumed:
 #
 # - the thickness is given in time, whatever the pressure;
 # - a change of thickness by itself moves nothing. What forms fits itself to the surface as it lies there, deformed and
@@ -226,7 +227,7 @@ class Grown(NamedTuple):
 
     eta: Array
     displacement: Array
-    film: Film | VaryingFilm | None
+    film: FilmStrain | VaryingFilmStrain | None
     works: Array
 
 
@@ -269,7 +270,7 @@ class IncrementalMemory(Memory):
         displacement = fields.earlier + fields.operator(pressure)
         kernels = fields.kernels
         works = kernels.works(jax.lax.stop_gradient(pressure))
-        return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, kernels.film, works)
+        return Grown(fields.eta + jnp.tensordot(new, pressure, 0), displacement, kernels.film_strain, works)
 
     @property
     def delayed_rates(self) -> Array:
@@ -303,7 +304,7 @@ class GrowingMemory(IncrementalMemory):
     def start(self, shape: tuple[int, int]) -> Grown:
         eta = jnp.zeros((self.kernels.rates.size, *shape))
         none = jnp.zeros(1 + self.kernels.rates.size)
-        return Grown(eta, jnp.zeros(shape), jax.tree.map(jnp.zeros_like, self.kernels.film), none)
+        return Grown(eta, jnp.zeros(shape), jax.tree.map(jnp.zeros_like, self.kernels.film_strain), none)
 
     def kernels_at(self, step: GrowthStep) -> Kernels:
         return build(self.body.with_thicknesses(step.thicknesses), self.indenter, self.grid)
@@ -324,7 +325,7 @@ class VaryingMemory(IncrementalMemory):
         return self.kernels.rates
 
     def start(self, shape: tuple[int, int]) -> Grown:
-        film = jax.tree.map(jnp.zeros_like, self.kernels.at(self.at_first).film)
+        film = jax.tree.map(jnp.zeros_like, self.kernels.at(self.at_first).film_strain)
         none = jnp.zeros(1 + self.rates.size)
         return Grown(jnp.zeros((self.rates.size, *shape)), jnp.zeros(shape), film, none)
 
@@ -360,7 +361,7 @@ class VaryingMemory(IncrementalMemory):
 #
 #     tangential_force = F_h + F_c,      power = hysteresis_power + friction_power,      friction_power = F_c |v|.
 #
-# Energy. The body is a chain of springs and dashpots (``history.memory``): with rates
+# Energy. The body is a chain of springs and dashpots (``RecursiveMemory``): with rates
 # d eta_k = p - lambda_k eta_k, taken with the material,
 #
 #     stored = 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, (lambda_k C_k) eta_k>,
@@ -531,8 +532,11 @@ class RecursiveMemory(Memory):
         return jnp.zeros((self.kernels.rates.shape[0], *shape))
 
     def predict(self, eta: Array, pressure: Array, dt: Array) -> Prediction:
+        # u(t + dt) = [C_0 + sum_k dt phi2(z_k) lambda_k C_k] * p(t + dt)                         the operator
+        #             + sum_k lambda_k C_k * (exp(-z_k) eta_k(t) + dt psi(z_k) p(t))               earlier
+        # with lambda_k C_k = sum_m mix[m, k] S_m: fields are mixed by the rates first, and then meet M kernels, not K.
         k = self.kernels
-        decay, old, new = ramps(k.rates * dt)
+        decay, old, new = ramps(k.rates * dt)  # exp(-z), psi(z), phi2(z)
         count = len(k.mix) if len(eta) else 0  # an elastic body has no history
         mix = k.mix[:count]  # of matrices: quicker to differentiate
         mixed = (mix * decay) @ eta.reshape(len(eta), pressure.size)
@@ -581,13 +585,13 @@ class RecursiveMemory(Memory):
         return k.family.total(jnp.concatenate([pressure[None], jnp.tensordot(k.mix, eta, 1)]))
 
     def observe(self, eta: Array, pressure: Array, dt: Array, other: Array | None = None) -> dict[str, Array]:
-        film = self.kernels.film
+        film = self.kernels.film_strain
         if film is None:
             return {"film_strain": jnp.zeros(())}
         return {"film_strain": film.strain(pressure, eta)}
 
 
-# The memory of tractions: the recursion of ``history.memory`` in three directions.
+# The memory of tractions: the recursion of ``RecursiveMemory`` in three directions.
 #
 #     u = C_0 * t + sum_k lambda_k C_k * eta_k,      eta_k' = t - lambda_k eta_k,      t = (q_x, q_y, p).
 #
@@ -744,7 +748,7 @@ def with_indenter(memory: Memory, kernels: Kernels | TractionKernels) -> Memory:
 #     eta(t + dt) = exp(-z) eta + dt psi(z) p(t) + dt phi2(z) p(t + dt),
 #
 # for any step, sub-pixel or many pixels, and without any error where p is steady. (Theory: the exponential
-# integrator of ``history.memory`` along the characteristics, in Fourier space.)
+# integrator of ``RecursiveMemory`` along the characteristics, in Fourier space.)
 #
 # The modes are those of the zero-padded grid. Behind the window, in the padding, an absorbing layer takes a
 # share of the fields for each length that they move, so that nothing wraps around; what it takes is summed
@@ -983,7 +987,7 @@ class MovingMemory(Memory):
         return hysteresis, coulomb
 
     def _film_strain(self, fields: Fields, pressure: Array) -> Array:
-        film = self.kernels.film
+        film = self.kernels.film_strain
         if film is None:
             return jnp.zeros(())
         history = jnp.tensordot(film.weights[1:], fields.eta[: self.kernels.rates.size], 1)

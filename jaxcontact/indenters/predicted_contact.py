@@ -39,8 +39,10 @@ from jax import Array
 
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.controls import Control, Load
-from jaxcontact.response.half_space import Response
-from jaxcontact.response.normal import BodyLimits, limits_of, response_of
+from jaxcontact.response.body_facts import long_wave_compliance, short_wave_compliance, top_layer
+from jaxcontact.response.interface import Response
+from jaxcontact.response.normal import response_of
+from jaxcontact.response.stack import film_creep, film_shape
 
 Z = np.geomspace(1e-4, 1e3, 3000)  # alpha a; the omitted part is 1e-6 of the displacement at the centre
 WEIGHTS = Z * np.log(Z[1] / Z[0])  # of the quadrature over Z
@@ -92,10 +94,10 @@ def predicted(body: LayeredHalfSpace, outline: Outline, control: Control, times:
     history.
     """
     checked = checked_body(body)[0]
-    response, limits = response_of(checked), limits_of(checked)
+    response = response_of(checked)
     value = max(float(np.max(np.asarray(control.value))), 0.0)
     instants = {0.0, float(times[-1] - times[0])}
-    each = [_at(response, limits, outline, isinstance(control, Load), value, t) for t in instants]
+    each = [_at(response, checked, outline, isinstance(control, Load), value, t) for t in instants]
     return Predicted(max(one.radius for one in each), max(one.film_strain for one in each))
 
 
@@ -103,23 +105,21 @@ def softening(body: LayeredHalfSpace, outline: Outline, radius: float, t: float)
     """Return by how much body and indenter together soften in a time t [s] under a contact of a radius [m], relative to
     their instantaneous compliance; the compliance is that at the wavenumber 1.5/radius."""
     alpha, response = jnp.asarray([1.5 / radius]), response_of(checked_body(body)[0])
-    at_first, later = (float(_step(response, alpha, time)[0]) + outline.compliance for time in (0.0, t))
+    at_first, later = (float(_alpha_N(response, alpha, time)[0]) + outline.compliance for time in (0.0, t))
     return later / at_first - 1.0
 
 
 def _at(
-    response: Response, limits: BodyLimits, outline: Outline, loaded: bool, value: float, t: float
+    response: Response, body: LayeredHalfSpace, outline: Outline, loaded: bool, value: float, t: float
 ) -> Predicted:
     """Return the estimate after a time t [s] under a load [N], or at an approach [m]."""
     own = outline.compliance
-    wide, narrow = (
-        float(side(t)) + own for side in (limits.long_wave_compliance, limits.short_wave_compliance)
-    )
+    wide, narrow = (float(side(body, t)) + own for side in (long_wave_compliance, short_wave_compliance))
     if value == 0.0 or max(wide, narrow) == 0.0:  # no load, or both instantaneous compliances are zero
         return Predicted(0.0, 0.0)
     radii = np.array([a for a in (outline.hertz(A, value, loaded) for A in (wide, narrow)) if a > 0.0])
     alpha = np.geomspace(1.0 / (WAVENUMBER_RANGE * radii.max()), WAVENUMBER_RANGE / radii.min(), 400)
-    A = own + np.asarray(_step(response, alpha, t))
+    A = own + np.asarray(_alpha_N(response, alpha, t))
 
     def compliance(a: float) -> np.ndarray:
         return np.interp(np.log(Z / a), np.log(alpha), A)
@@ -150,16 +150,17 @@ def _at(
     a = float(np.sqrt(low * high))
 
     # The film strain J(t) p0 (a/h) int F(h z/a) g(z) dz.
-    if outline.length is not None or limits.film is None:
+    top = top_layer(body)
+    if outline.length is not None or top is None:
         return Predicted(a, 0.0)
-    shape = np.asarray(limits.film_shape(jnp.asarray(Z / a)))
-    of_pressure = float(limits.film_creep().creep(t)) * a / float(limits.film.thickness) * _round(shape)[0]
+    shape = np.asarray(film_shape(top, jnp.asarray(Z / a)))
+    of_pressure = float(film_creep(top).creep(t)) * a / float(top.thickness) * _round(shape)[0]
     return Predicted(a, peak(a) * of_pressure)
 
 
 @jax.jit  # otherwise each operation is compiled separately
-def _step(response: Response, alpha: Array, t: Array) -> Array:
-    return response.step(alpha, t, t)
+def _alpha_N(response: Response, alpha: Array, t: Array) -> Array:
+    return response.mean_response(alpha, t, t)
 
 
 def _round(A: np.ndarray) -> tuple[float, float]:

@@ -22,7 +22,12 @@ from jaxcontact.bodies.grid import Grid
 from jaxcontact.bodies.materials import Elastic, Material
 from jaxcontact.indenters.predicted_contact import Outline, predicted
 from jaxcontact.reference import hertz
-from jaxcontact.response.normal import limits_of
+from jaxcontact.response.body_facts import (
+    is_fluid,
+    long_wave_compliance,
+    relaxed_compliance,
+    short_wave_compliance,
+)
 from jaxcontact.response.stack import surface_creep
 
 ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that elsewhere
@@ -57,8 +62,8 @@ class Indenter(abc.ABC):
         """Estimate the largest half-widths of the contact along x and y [m] over the history, for choosing a grid."""
         surface, estimated = self.surface(), self
         if surface is not None:  # as an elastic indenter of the largest compliance that it comes to have
-            limits, t = limits_of(checked_body(surface)[0]), float(times[-1] - times[0])
-            largest = max(float(limits.long_wave_compliance(t)), float(limits.short_wave_compliance(t)))
+            checked, t = checked_body(surface)[0], float(times[-1] - times[0])
+            largest = max(float(long_wave_compliance(checked, t)), float(short_wave_compliance(checked, t)))
             estimated = replace(self, material=Elastic(G=0.5 / largest, nu=0.5))
         radius = predicted(at_its_thickest(body), estimated.outline(), control, times).radius
         return radius, radius
@@ -98,17 +103,17 @@ class Indenter(abc.ABC):
     def compliance_of_short_waves(self, t: Array | float) -> Array:
         """Return the compliance [1/Pa] at a time t [s] in contacts much narrower than the indenter's top layer."""
         surface = self.surface()
-        return self.compliance() if surface is None else limits_of(surface).short_wave_compliance(t)
+        return self.compliance() if surface is None else short_wave_compliance(surface, t)
 
     def flows(self) -> Array | bool:
         """Return whether the indenter's surface creeps without limit under a load, () bool."""
         surface = self.surface()
-        return False if surface is None else limits_of(surface).is_fluid()
+        return False if surface is None else is_fluid(surface)
 
     def relaxed_compliance(self) -> Array:
         """Return the relaxed compliance without steady-state flow [1/Pa] in contacts much wider than the layers."""
         surface = self.surface()
-        return self.compliance() if surface is None else limits_of(surface).relaxed_compliance()
+        return self.compliance() if surface is None else relaxed_compliance(surface)
 
 
 def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:

@@ -22,6 +22,7 @@ from jaxcontact.indenters.shapes import Indenter, checked_indenter, with_layers_
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import CoupledFamily, Tangential, spectrum
 from jaxcontact.operators.operator import Family, Operator, series_entries
+from jaxcontact.response.body_facts import relaxed_compliance, stiffness_ratio, surface_material, top_layer
 from jaxcontact.response.coefficients import (
     SurfaceKernels,
     TangentialImages,
@@ -33,18 +34,18 @@ from jaxcontact.response.coefficients import (
     tangential_lines,
     wavenumbers,
 )
-from jaxcontact.response.half_space import Response, Separable
 from jaxcontact.response.images import Images, image_errors
-from jaxcontact.response.in_time import DEFAULT_NODES, check_times, products
-from jaxcontact.response.normal import BodyLimits, limits_of, response_of, sideways_compliance
+from jaxcontact.response.interface import DEFAULT_NODES, Response, Separable, check_times, products
+from jaxcontact.response.normal import response_of, sideways_compliance
+from jaxcontact.response.stack import film_shape
 from jaxcontact.response.tangential import TangentialExpansion, half_space_shares, tangential_expansion
 
 # The shortening of a film at the deepest point of a contact, over its thickness there.
 
 
 @pytree
-class Film:
-    """A film of one thickness on a rigid base.
+class FilmStrain:
+    """The shortening of a film of one thickness, as if on a rigid base, over its thickness.
 
     coefficients: displacement at offsets (i, j) >= 0 under a unit pressure on one cell, times the film's modulus, over its
     thickness, (nx, ny); weights [1/A] of the pressure and of the history fields, (1 + K,).
@@ -59,10 +60,10 @@ class Film:
 
 
 @pytree
-class VaryingFilm:
-    """A film whose thickness varies in the plane.
+class VaryingFilmStrain:
+    """The same of a film whose thickness varies in the plane.
 
-    series: of the coefficients of ``Film`` in Chebyshev polynomials of the thickness, (n, nx, ny); shares: the
+    series: of the coefficients of ``FilmStrain`` in Chebyshev polynomials of the thickness, (n, nx, ny); shares: the
     polynomials of the thickness at each cell, (n, nx, ny); present: cells with a film, (nx, ny) bool; weights: as there.
     """
 
@@ -121,7 +122,7 @@ def _around(coefficients: Array, i: Array, j: Array) -> Array:
 # On a grid that is periodic along both axes the operator is that of the pressures and displacements of zero mean. A
 # mean pressure p0 moves the surface by w(x) p0: without its mean, the film's compliance in uniaxial strain times its
 # thickness less what the film, which presses sideways, lifts the surface where it is thick
-# (``response.body.sideways_compliance``). By reciprocity, displacement is then from the mean of the surface but for
+# (``response.normal.sideways_compliance``). By reciprocity, displacement is then from the mean of the surface but for
 # mean(w p).
 #
 # The response of one layer depends on alpha h alone, with rates and a mix that are those of every thickness. Its
@@ -200,8 +201,8 @@ class VaryingThickness:
     """What the kernels of a film are made of for all values of its thickness.
 
     body: with a film of one thickness; series: in the thickness; family: the operators of the terms of the series, without
-    its weights and lifts; film_series (n, nx, ny): as in ``VaryingFilm``; slopes (M + 1,): of the displacement under a mean
-    pressure over the thickness; error: the largest relative error of the series, ().
+    its weights and lifts; film_series (n, nx, ny): as in ``VaryingFilmStrain``; slopes (M + 1,): of the displacement under a
+    mean pressure over the thickness; error: the largest relative error of the series, ().
     """
 
     body: LayeredHalfSpace
@@ -230,9 +231,9 @@ class Errors(NamedTuple):
 class Kernels:
     """Discretised response of a body and an indenter on a grid; made by ``jaxcontact.kernels``, passed as ``kernels=``.
 
-    family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.half_space``;
-    separation_error: relative error of sharing the rates between wavenumbers, at times up to ``horizon`` [s], (), inf for
-    most bodies; image_errors: relative errors of the
+    family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.interface``;
+    separation_error: relative error of sharing the rates between wavenumbers up to the horizon, (); horizon [s]: latest
+    valid time, inf where there is no limit, (); image_errors: relative errors of the
     images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
     at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``; varying: for a film
     whose thickness varies in the plane, or None; all else is then of one thickness, until ``at``; indenter: the kernels of
@@ -243,7 +244,7 @@ class Kernels:
     family: Family
     rates: Array
     mix: Array
-    film: Film | None
+    film_strain: FilmStrain | None
     scale: Scale
     separation_error: Array
     horizon: Array
@@ -299,7 +300,7 @@ class Kernels:
     def at(self, thickness: Array) -> Kernels:
         """Return the kernels for a thickness (nx, ny) [m] of a film that varies in the plane."""
         varying, lifts = self.varying, None
-        assert varying is not None and self.film is not None
+        assert varying is not None and self.film_strain is not None
         shares = varying.series.shares(thickness)
         if all(self.grid.periodic):
             # displacement by a mean pressure of one, less its mean, (M + 1, nx, ny)
@@ -309,8 +310,8 @@ class Kernels:
             lifts = varying.slopes[:, None, None] * excess
             lifts = lifts.at[0].add(-spectral.apply_circulant(raised, excess))
         family = replace(varying.family, weights=shares[1:], lifts=lifts)
-        film = VaryingFilm(varying.film_series, shares, thickness > 0.0, self.film.weights)
-        return replace(self, family=family, film=film, varying=None)
+        film = VaryingFilmStrain(varying.film_series, shares, thickness > 0.0, self.film_strain.weights)
+        return replace(self, family=family, film_strain=film, varying=None)
 
 
 def largest_until(errors: Array, last: Array) -> Array:
@@ -322,7 +323,7 @@ def largest_until(errors: Array, last: Array) -> Array:
 @pytree
 class ImageKernels:
     """Step by step, for kernels at any lag: the operators of all steps of the staircase; film_coefficients: as in
-    ``Film``; image_error: as in ``Kernels``."""
+    ``FilmStrain``; image_error: as in ``Kernels``."""
 
     family: Family
     film_coefficients: Array | None
@@ -393,7 +394,7 @@ def check_kernels(kernels: Kernels, grid: Grid, indenter: Indenter) -> Verdict:
 
 def check_stiffness(body: LayeredHalfSpace) -> Verdict:
     """A film that images can stand for: not more than a million times as stiff as its substrate."""
-    ratio = limits_of(body).stiffness_ratio()
+    ratio = stiffness_ratio(body)
     if not is_concrete(ratio):
         return ratio <= MOST_STIFF
     checks.require(
@@ -404,13 +405,13 @@ def check_stiffness(body: LayeredHalfSpace) -> Verdict:
     return True
 
 
-def scale_of(limits: BodyLimits, indenter: Indenter, grid: Grid) -> Scale:
+def scale_of(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> Scale:
     """Return dx, and the compliance of a very wide contact, which is held constant in derivatives.
 
     The length is not held: it is by dx itself that cells are counted, also where no unit is converted, as in the cells that
     a velocity passes in a second.
     """
-    compliance = jax.lax.stop_gradient(limits.relaxed_compliance() + indenter.relaxed_compliance())
+    compliance = jax.lax.stop_gradient(relaxed_compliance(body) + indenter.relaxed_compliance())
     return Scale(jnp.asarray(grid.spacing[0]), compliance, jnp.asarray(grid.cell_area))
 
 
@@ -441,7 +442,7 @@ def assembled(
 ) -> Kernels:
     """The kernels of the expansion of a body, and of that of an indenter that has one, else with the indenter's compliance,
     on a grid."""
-    scale, surface = scale_of(limits_of(body), indenter, grid), indenter.surface()
+    scale, surface = scale_of(body, indenter, grid), indenter.surface()
     images = scaled_images(expansion, indenter, scale)
     kernels = _of_surface(body, grid, expansion, images, scale, nodes)
     if surface is None or of_indenter is None:
@@ -454,7 +455,7 @@ def _of_surface(
     body: LayeredHalfSpace, grid: Grid, expansion: Expansion, scaled: Images, scale: Scale, nodes: int
 ) -> Kernels:
     """Return the kernels of one surface, from its expansion and its images in the scale of the contact."""
-    limits, (separable, _, errors) = limits_of(body), expansion
+    top, (separable, _, errors) = top_layer(body), expansion
     mean = None
     if body.substrate is None:
         mean = separable.terms[:, 0] * body.height / scale.length
@@ -462,9 +463,11 @@ def _of_surface(
     family, coefficients = on_grid(grid, scaled, mean)
     mix = separable.mix / scale.compliance
     film = None
-    if limits.film is not None:
-        weights = separable.film / scale.compliance
-        film = Film(coefficients[1] * scale.length / limits.film.thickness, weights)
+    if top is not None:
+        weights = separable.own_factors / scale.compliance
+        film = FilmStrain(
+            coefficients[1] * scale.length / top.thickness, weights
+        )  # of S_1, the top layer's own shape
     at_zero = separable.terms[1:, 0]
     horizon = jnp.asarray(separable.horizon)
     return Kernels(
@@ -537,9 +540,7 @@ def on_grid(grid: Grid, images: Images, mean: Array | None = None) -> tuple[Fami
 
 def _images(response: Response, separable: Separable) -> Images:
     """The images of C_0 and of the shapes, (M + 1, J + 1)."""
-    swapped = lambda a: jnp.concatenate([a[1:2], a[:1], a[2:]])  # the film's shape is to be the first
-    images = response.expand_shapes(swapped(separable.terms))
-    return Images(images.depths, swapped(images.heights))
+    return response.expand_shapes(separable.terms[:1], separable.terms[1:2], separable.terms[2:])
 
 
 def _image_errors(response: Response, separable: Separable, images: Images) -> Array:
@@ -553,13 +554,14 @@ def _image_errors(response: Response, separable: Separable, images: Images) -> A
 
 def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> ImageKernels:
     """The steps of the staircase one by one."""
-    response, limits = response_of(body), limits_of(body)
-    scale = scale_of(limits, indenter, grid)
-    on_base = response.expand_shapes(limits.film_shape(response.wavenumbers())[None])
+    response, top, scale = response_of(body), top_layer(body), scale_of(body, indenter, grid)
+    alpha = response.wavenumbers()
+    shape = jnp.zeros_like(alpha) if top is None else film_shape(top, alpha)
+    on_base = response.expand_shapes(jnp.zeros((0, alpha.size)), shape[None], jnp.zeros((0, alpha.size)))
     unit = jnp.eye(on_base.depths.size + 1) / (scale.length * scale.compliance)
     family, _ = on_grid(grid, Images(on_base.depths, unit))
-    film = None if limits.film is None else on_grid(grid, on_base)[1][0] / limits.film.thickness
-    return ImageKernels(family, film, scale, _quasi_elastic_error(response, limits.surface))
+    film = None if top is None else on_grid(grid, on_base)[1][0] / top.thickness
+    return ImageKernels(family, film, scale, _quasi_elastic_error(response, surface_material(body)))
 
 
 def _quasi_elastic_error(response: Response, surface: Material) -> Array:
@@ -575,7 +577,7 @@ def image_weights(
 ) -> Array:
     """Heights (..., J + 1) [1/Pa] of the staircase for the mean response over lags start to end, both (...)."""
     response = response_of(body)
-    respond = response.quasi_elastic if quasi_elastic else response.step
+    respond = response.quasi_elastic if quasi_elastic else response.mean_response
     values = respond(response.wavenumbers(), start[..., None], end[..., None])
     return response.expand(values).heights + indenter.compliance()
 
@@ -794,8 +796,8 @@ def assembled_varying(
     """Return the kernels from the expansion of a film of one thickness, and that of the indenter as in ``assembled``."""
     uniform = assembled(body, indenter, grid, expansion, of_indenter, nodes)
     scaled = scaled_images(expansion, indenter, uniform.scale)
-    film = limits_of(body).film
-    assert film is not None and uniform.film is not None
+    film = top_layer(body)
+    assert film is not None and uniform.film_strain is not None
     reference = jnp.asarray(film.thickness, float)
     cell = cell_of(grid)
     series = ThicknessSeries.of(thickness, cell, terms)
@@ -809,7 +811,7 @@ def assembled_varying(
     family, strains = jax.tree.map(series.coefficients, nodes_of)
     family = _as_one(family, terms)
     bed = _bed(scaled) / reference * uniform.scale.length
-    slopes = jnp.zeros(len(family.spectra)).at[0].set(uniform.film.weights[0] * bed).at[1].set(bed)
+    slopes = jnp.zeros(len(family.spectra)).at[0].set(uniform.film_strain.weights[0] * bed).at[1].set(bed)
     error = jax.lax.stop_gradient(_series_error(series, expansion, body, grid))
     return replace(uniform, varying=VaryingThickness(body, series, family, strains, slopes, error))
 
@@ -868,7 +870,7 @@ def _series_error(series: ThicknessSeries, expansion: Expansion, body: LayeredHa
     longest, shortest = jnp.log(width), jnp.log(SHORTEST_WAVE * cell_of(grid))
     alpha = 2.0 * jnp.pi / jnp.exp(jnp.linspace(shortest, longest, WAVES))
     times = check_times(expansion.separable.rates)[:, None]
-    images, film = expansion.images, limits_of(body).film
+    images, film = expansion.images, top_layer(body)
     assert film is not None
     reference = jnp.asarray(film.thickness, float)
 

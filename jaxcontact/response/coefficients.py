@@ -1,7 +1,7 @@
 """Influence coefficients: the displacement at a cell due to a unit pressure on another.
 
-An image at depth z (``response.images``) has a closed form over a rectangular cell: with F(x, y; z) the
-double integral of 1/(2 pi r), r^2 = x^2 + y^2 + z^2,
+An image at depth z (``response.images``) has a closed form over a rectangular cell, since exp(-z alpha)/alpha is the
+transform of 1/(2 pi r): with F(x, y; z) the double integral of 1/(2 pi r), r^2 = x^2 + y^2 + z^2,
 
     F = (1/2 pi) [x asinh(y/sqrt(x^2 + z^2)) + y asinh(x/sqrt(y^2 + z^2)) - z atan(x y/(z r))],
 
@@ -23,7 +23,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.bodies.grid import Grid
-from jaxcontact.response.images import NEGLECTED, POINTS, Images, over_cells, steps
+from jaxcontact.response.images import NEGLECTED, POINTS, Images, over_cells, staircase
 
 
 def influence_coefficients(grid: Grid, images: Images) -> Array:
@@ -45,12 +45,14 @@ def influence_coefficients(grid: Grid, images: Images) -> Array:
     if not depths.size:
         return last * dx
 
-    # The other steps, which are bounded: sums over t = exp(v) of Gaussians (``response.images``).
+    # The other steps, which are bounded: sums over t = exp(v) of Gaussians (``response.images``), from lengths sqrt(t) far
+    # below a cell to where the terms are negligible: those of two images differ by z_J^2/(4 t) at most, over sqrt(t).
     low, high = NEGLECTED**2, jnp.maximum(1.0, (depths[-1] ** 2 / NEGLECTED) ** (2.0 / 3.0))
     v = jnp.linspace(jnp.log(low), jax.lax.stop_gradient(jnp.log(high)), POINTS)
     t = jnp.exp(v)
-    staircase = images.heights[..., :-1] @ steps(depths**2, 0.25 / t)[:, :-1].T
-    weights = staircase * (v[1] - v[0]) / (4.0 * jnp.pi**1.5 * jnp.sqrt(t))
+    # in t a step is exp(-z_j^2/(4 t)) - exp(-z_(j+1)^2/(4 t)): the staircase for depths z_j^2 and wavenumbers 1/(4 t)
+    of_steps = images.heights[..., :-1] @ staircase(depths**2, 0.25 / t)[:, :-1].T
+    weights = of_steps * (v[1] - v[0]) / (4.0 * jnp.pi**1.5 * jnp.sqrt(t))
     along_x, along_y = over_cells(nx, t), over_cells(ny, t, aspect)
     return (last + (weights[..., None, :] * along_x) @ along_y.T) * dx
 
@@ -71,8 +73,8 @@ def line_coefficients(grid: Grid, images: Images) -> Array:
     """Return the coefficients [m/Pa] at offsets i >= 0, (..., nx, 1), for heights (..., J + 1)."""
     x, datum = jnp.arange(grid.shape[0]) + 0.5, float(grid.shape[0])  # the edges; all in units of dx
 
-    def descend(carry: tuple[Array, Array], step: tuple[Array, Array]) -> tuple[tuple[Array, Array], None]:
-        (total, z), (height, Z) = carry, step
+    def descend(carry: tuple[Array, Array], stair: tuple[Array, Array]) -> tuple[tuple[Array, Array], None]:
+        (total, z), (height, Z) = carry, stair
         logarithm = x * jnp.log1p((Z - z) * (Z + z) / (x**2 + z**2))
         F = logarithm + 2.0 * (Z * jnp.arctan2(x, Z) - z * jnp.arctan2(x, z))  # 2 pi F(z, Z)
         return (total + height[..., None] * F, Z), None
@@ -110,7 +112,7 @@ def strip_coefficients(grid: Grid, images: Images) -> Array:
             grid, shape=grid.shape[::-1], spacing=grid.spacing[::-1], periodic=grid.periodic[::-1]
         )
         return jnp.swapaxes(strip_coefficients(turned, images), -1, -2)
-    # The waves along y except the mean, in units of dx: sums over t = exp(v) of the module's formula.
+    # The waves along y except the mean, in units of dx: sums over t = exp(v) of the formula above.
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
     k = 2.0 * jnp.pi * jnp.fft.rfftfreq(ny)[1:] * dx / dy
     longest, shortest = 2.0 * jnp.pi * dx / (ny * dy), jnp.pi * dx / dy
@@ -151,8 +153,8 @@ def periodic_response(grid: Grid, images: Images, mean: Array | float = 0.0) -> 
     k = wavenumbers(grid)
     safe = k.at[0, 0].set(1.0)
 
-    def descend(carry: tuple[Array, Array], step: tuple[Array, Array]) -> tuple[tuple[Array, Array], None]:
-        (total, upper), (height, thickness) = carry, step
+    def descend(carry: tuple[Array, Array], stair: tuple[Array, Array]) -> tuple[tuple[Array, Array], None]:
+        (total, upper), (height, thickness) = carry, stair
         within = upper * -jnp.expm1(-safe * thickness)
         return (total + height[..., None, None] * within, upper - within), None
 
@@ -171,9 +173,9 @@ def periodic_coefficients(grid: Grid, images: Images, mean: Array | None = None)
     ``mean``, or by default the limit of the images.
     """
     nx, ny = grid.shape
-    spectrum = jnp.swapaxes(periodic_response(grid, images), -1, -2)
+    transform = jnp.swapaxes(periodic_response(grid, images), -1, -2)
     mean = images.heights[..., :-1] @ _thicknesses(images) if mean is None else mean
-    return jnp.fft.irfft2(spectrum.at[..., 0, 0].set(mean), s=(nx, ny))
+    return jnp.fft.irfft2(transform.at[..., 0, 0].set(mean), s=(nx, ny))
 
 
 def _thicknesses(images: Images) -> Array:
@@ -225,7 +227,7 @@ class SurfaceKernels:
 
 
 def on_surface(x: Array, y: Array) -> Kinds:
-    """Return 2 pi times the integrals of the module's formulas at z = 0; x and y not zero."""
+    """Return 2 pi times the integrals of the formulas above at z = 0; x and y not zero."""
     r = jnp.sqrt(x**2 + y**2)
     return Kinds(
         xx=x * jnp.log(y + r),

@@ -96,7 +96,7 @@ class Images:
 
     def at(self, wavenumber: Array) -> Array:
         """Return the response at wavenumbers (n,) [rad/m], (..., n)."""
-        return self.heights @ steps(self.depths, wavenumber).T
+        return self.heights @ staircase(self.depths, wavenumber).T
 
 
 @pytree
@@ -119,13 +119,17 @@ def fit_wavenumbers(thinnest: Array | float, whole: Array | float) -> Array:
     limit, (n,).
     """
     return jnp.concatenate(
-        [jnp.zeros(1), spread(LONGEST / whole, SHORTEST / thinnest, NODES), jnp.full(1, BEYOND / thinnest)]
+        [
+            jnp.zeros(1),
+            log_spaced(LONGEST / whole, SHORTEST / thinnest, NODES),
+            jnp.full(1, BEYOND / thinnest),
+        ]
     )
 
 
-def spread(low: Array | float, high: Array | float, count: int) -> Array:
+def log_spaced(low: Array | float, high: Array | float, count: int) -> Array:
     """Return points evenly spaced in their logarithm, (count,)."""
-    return jnp.exp(jnp.linspace(jnp.log(low), jnp.log(high), count))
+    return low * (high / low) ** jnp.linspace(0.0, 1.0, count)
 
 
 def image_depths(first: Array | float, bent: Array, last: Array) -> Array:
@@ -136,7 +140,7 @@ def image_depths(first: Array | float, bent: Array, last: Array) -> Array:
     return jnp.exp(first + jnp.minimum(position, dense) + SPARSE * jnp.maximum(position - dense, 0.0))
 
 
-def steps(depths: Array, wavenumber: Array) -> Array:
+def staircase(depths: Array, wavenumber: Array) -> Array:
     """Return exp(-z_j alpha) - exp(-z_{j+1} alpha), (n, J + 1)."""
     upper = jnp.exp(-wavenumber[:, None] * jnp.append(0.0, depths))
     within = -jnp.expm1(-wavenumber[:, None] * jnp.diff(depths, prepend=0.0))
@@ -146,7 +150,7 @@ def steps(depths: Array, wavenumber: Array) -> Array:
 def fit_images(values: Array, ladder: Ladder) -> Images:
     """Return the least-squares images of responses alpha N at the ladder's wavenumbers, (..., n)."""
     ladder = jax.lax.stop_gradient(ladder)
-    relative = steps(ladder.depths, ladder.wavenumbers[1:-1:2])
+    relative = staircase(ladder.depths, ladder.wavenumbers[1:-1:2])
     at_nodes, at_steps = ladder.at_nodes[::2], ladder.at_steps
     last, first = values[..., :1], values[..., -1:]
     matrix = relative[:, 1:-1] * at_steps / at_nodes[:, None]
@@ -182,7 +186,7 @@ def image_errors(fitted: Array, values: Array) -> Array:
 #
 #     int_{x1}^{x2} exp(-x^2/(4 t)) dx = sqrt(pi t) (erf(x2/(2 sqrt t)) - erf(x1/(2 sqrt t))).
 #
-# So the steps between images are ``steps`` at z^2 for the depth and 1/(4 t) for the
+# So the steps between images are ``staircase`` at z^2 for the depth and 1/(4 t) for the
 # wavenumber. The trapezoidal rule in v converges geometrically: its relative error is exp(-pi^2/step), 1e-13 at a
 # step of 0.33 and 1e-17 at one of 0.25. This accuracy is needed because the heights of a stiff film alternate in
 # sign, with magnitudes up to 1e10 times the first.

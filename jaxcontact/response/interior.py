@@ -20,9 +20,10 @@ from jax import Array
 
 from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.grid import Grid
+from jaxcontact.response.body_facts import has_fluidity
 from jaxcontact.response.coefficients import of_image, on_surface
-from jaxcontact.response.images import decomposed
-from jaxcontact.response.in_time import farthest_image, has_fluidity, least_squares, pivots
+from jaxcontact.response.images import decomposed, log_spaced
+from jaxcontact.response.in_time import farthest_image
 from jaxcontact.response.stack import (
     SurfaceCompliance,
     TwoPort,
@@ -161,6 +162,7 @@ def _transmitted(port: TwoPort, j: Array, below: SurfaceCompliance, t: Entries) 
 
 KEPT = 16  # lags whose kernels stand for all
 SAMPLED = 32  # wavenumbers by which these lags are picked
+SHARES_CUTOFF = 1e-12  # singular values of the lags below this part of the largest are discarded
 
 
 class Lags(NamedTuple):
@@ -171,7 +173,7 @@ class Lags(NamedTuple):
 
 
 class KernelsAtLags(NamedTuple):
-    """The kernels F of the module's formula at the picked lags.
+    """The kernels F of the formula above at the picked lags.
 
     kernels: the functions of ``Transfer``, (13, M, n); shares (nt, M); exact: F_n at all lags, (nt, 13, s), at the
     wavenumbers of ``sampled``, by which errors are measured.
@@ -193,6 +195,18 @@ def sampled(count: int) -> slice:
     return slice(None, None, -(-count // SAMPLED))
 
 
+def pivots(matrix: Array, count: int) -> Array:
+    """Return the indices of the columns that a QR decomposition with column pivots takes first, (count,)."""
+
+    def take(rest: Array, _: None) -> tuple[Array, Array]:
+        sizes = jnp.sum(rest**2, 0)
+        best = jnp.argmax(sizes)
+        direction = rest[:, best] / jnp.sqrt(jnp.where(sizes[best] > 0.0, sizes[best], 1.0))
+        return rest - jnp.outer(direction, direction @ rest), best
+
+    return jax.lax.scan(take, jax.lax.stop_gradient(matrix), None, count)[1]
+
+
 def kernels_at_lags(body: LayeredHalfSpace, wavenumber: Array, z: Array, lags: Lags | None) -> KernelsAtLags:
     """Return the kernels at wavenumbers (n,) [rad/m] for the depth z [m], ()."""
     some = sampled(wavenumber.size)
@@ -208,7 +222,12 @@ def kernels_at_lags(body: LayeredHalfSpace, wavenumber: Array, z: Array, lags: L
         scale = jnp.max(jnp.abs(jax.lax.stop_gradient(exact)), (0, 2), keepdims=True)
         rows = (exact / jnp.where(scale > 0.0, scale, 1.0)).reshape(count, -1)
         picked = pivots(rows.T, KEPT)
-        shares = least_squares(rows[picked].T, rows.T).T
+        # by least squares; each of the two steps of refinement carries one order of derivatives
+        few = rows[picked].T
+        singular = decomposed(few)
+        shares = singular.truncated(rows, SHARES_CUTOFF)
+        for _ in range(2):
+            shares = shares + singular.truncated(rows - shares @ few.T, SHARES_CUTOFF)
     means = jax.lax.map(lambda n: _mean(body, wavenumber, z, Lags(lags.start[n], lags.end[n])), picked)
     return KernelsAtLags(jnp.moveaxis(means, 0, 1), shares, exact)
 
@@ -280,7 +299,7 @@ Kinds = tuple[Array, ...]  # corner functions by the number of letters, (kinds, 
 
 
 def gradients(x: Array, y: Array, z: Array) -> Kinds:
-    """Return 2 pi times the integrals of the module's formulas: 1; x, y; xx, xy, yy; xxx, xxy, xyy, yyy. x and y not
+    """Return 2 pi times the integrals of the formulas above: 1; x, y; xx, xy, yy; xxx, xxy, xyy, yyy. x and y not
     zero.
     """
     r = jnp.sqrt(x**2 + y**2 + z**2)
@@ -345,7 +364,7 @@ MEMBERS = [np.flatnonzero(group_of == g) for g in range(GROUPS.shape[1])]
 class SubsurfaceImages(NamedTuple):
     """Images of ``KernelsAtLags.kernels`` at one depth.
 
-    depths (J,) [m], z first; weights (13, M, J); slope_weights (13, M): w' of the module's formula, in m times the unit of
+    depths (J,) [m], z first; weights (13, M, J); slope_weights (13, M): w' of the formula above, in m times the unit of
     the weights; shares (nt, M), as in ``KernelsAtLags``; deviations and sizes (nt, groups, s): largest deviation of the
     images and of the shares from the response at each lag, and the quantity that it is relative to, at some wavenumbers.
     """
@@ -433,10 +452,9 @@ def _depths_and_nodes(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> tu
     times = jnp.zeros(1) if lags is None else lags.end
     reach = jnp.maximum(REACH * total, farthest_image(body, times))
     flowing = lags is not None and any(has_fluidity(solid) for solid in solids(body))
-    span = jnp.linspace(0.0, 1.0, (MORE_IMAGES if flowing else IMAGES) - 1)
-    below = jnp.append(0.0, closest * (reach / closest) ** span)
+    below = jnp.append(0.0, log_spaced(closest, reach, (MORE_IMAGES if flowing else IMAGES) - 1))
     shortest = SHORTEST / jnp.maximum(jnp.minimum(held, closest), CLOSEST * total)
-    nodes = 1e-2 / reach * (shortest * reach / 1e-2) ** jnp.linspace(0.0, 1.0, NODES - 1)
+    nodes = log_spaced(1e-2 / reach, shortest, NODES - 1)
     below, nodes, length = jax.lax.stop_gradient(
         (below, jnp.append(0.0, nodes), jnp.maximum(held, CLOSEST * total))
     )

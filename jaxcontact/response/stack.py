@@ -292,7 +292,7 @@ def compliances(spectra: Spectra, period: Array) -> Array:
     return jax.vmap(one)(spectra)
 
 
-def scaled_responses(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> SurfaceCompliance:
+def alpha_LKNT(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> SurfaceCompliance:
     """Return alpha (L, K, N, T) [1/Pa] of the body's geometry with the given shear compliances, (layers + 1, ...).
 
     At alpha = 0 it is that of the half-space. On a rigid base, where it would be zero, it is there the displacement under
@@ -318,15 +318,15 @@ def scaled_responses(body: LayeredHalfSpace, wavenumber: Array, compliances: Arr
 @jax.jit  # of every check
 def uniform_compliance(body: LayeredHalfSpace) -> Array:
     """Return the compliance of layers on a rigid base under a uniform pressure at first, over their thickness [1/Pa], ()."""
-    return scaled_response(body, jnp.zeros(()), spectra(body).instantaneous)
+    return alpha_N(body, jnp.zeros(()), spectra(body).instantaneous)
 
 
-def scaled_response(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> Array:
-    """Return alpha N [1/Pa] with the arguments of ``scaled_responses``."""
-    return scaled_responses(body, wavenumber, compliances).normal
+def alpha_N(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) -> Array:
+    """Return alpha N [1/Pa] with the arguments of ``alpha_LKNT``."""
+    return alpha_LKNT(body, wavenumber, compliances).normal
 
 
-def step(body: LayeredHalfSpace, wavenumber: Array, t: Array | float) -> Array:
+def step_response(body: LayeredHalfSpace, wavenumber: Array, t: Array | float) -> Array:
     """Return alpha N(alpha, t) [1/Pa]: the response at t >= 0 [s] to a unit pressure step at t = 0.
 
     wavenumber [rad/m] and t broadcast. The difference from the closed form of one layer is 4e-14 relative, over
@@ -335,8 +335,10 @@ def step(body: LayeredHalfSpace, wavenumber: Array, t: Array | float) -> Array:
     return jnp.real(_on_contour(body, wavenumber, jnp.asarray(t, float)) @ (WEIGHTS / POINTS))
 
 
-def mean_step(body: LayeredHalfSpace, wavenumber: Array, start: Array | float, end: Array | float) -> Array:
-    """Return the mean of ``step`` over start <= t <= end [s]; its value where the two coincide.
+def mean_response(
+    body: LayeredHalfSpace, wavenumber: Array, start: Array | float, end: Array | float
+) -> Array:
+    """Return the mean of ``step_response`` over start <= t <= end [s]; its value where the two coincide.
 
     All arguments broadcast. The difference from the closed form of one layer is 7e-13 relative.
     """
@@ -359,16 +361,16 @@ def mean_in_time(on_contour: Callable[[Array], Array], start: Array, end: Array)
     return jnp.where(short, within, difference / jnp.where(short, 1.0, end - start))
 
 
-def all_steps(body: LayeredHalfSpace, wavenumber: Array, t: Array | float) -> SurfaceCompliance:
-    """Return all four functions alpha (L, K, N, T) [1/Pa] as ``step`` does; K is accurate relative to the root of L N."""
+def step_responses(body: LayeredHalfSpace, wavenumber: Array, t: Array | float) -> SurfaceCompliance:
+    """Return alpha (L, K, N, T) [1/Pa] as ``step_response`` returns alpha N; K is accurate relative to the root of L N."""
     wavenumber, t = jnp.asarray(wavenumber, float), jnp.asarray(t, float)
-    on_contour = scaled_responses(body, wavenumber[..., None], compliances_on_contour(body, t))
+    on_contour = alpha_LKNT(body, wavenumber[..., None], compliances_on_contour(body, t))
     return SurfaceCompliance(*(jnp.real(entry @ (WEIGHTS / POINTS)) for entry in on_contour))
 
 
 def _on_contour(body: LayeredHalfSpace, wavenumber: Array, t: Array) -> Array:
     """Return alpha N at the points of the contour for time t, (..., points) complex."""
-    return scaled_response(body, jnp.asarray(wavenumber, float)[..., None], compliances_on_contour(body, t))
+    return alpha_N(body, jnp.asarray(wavenumber, float)[..., None], compliances_on_contour(body, t))
 
 
 def compliances_on_contour(body: LayeredHalfSpace, t: Array) -> Array:

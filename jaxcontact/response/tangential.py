@@ -30,31 +30,30 @@ from jaxcontact._support.pytree import as_float64, is_concrete, pytree
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
 from jaxcontact.bodies.materials import Material
 from jaxcontact.response import in_time
+from jaxcontact.response.body_facts import creeps
 from jaxcontact.response.coefficients import TangentialImages
-from jaxcontact.response.half_space import own_creep
 from jaxcontact.response.images import expected_sizes
 from jaxcontact.response.in_time import (
     MORE_RATES,
     STRIDE,
+    RateBand,
     Samples,
-    Window,
     common_rates,
-    creeps,
     fitted,
     may_have_no_slowest,
+    rate_band,
     rounded,
     sampled_compliances,
     samples_of,
     weights_of,
-    window,
 )
 from jaxcontact.response.stack import (
     SurfaceCompliance,
-    all_steps,
+    alpha_LKNT,
     nu_at_first,
-    scaled_responses,
     solids,
     spectra,
+    step_responses,
     surface_creep,
 )
 
@@ -142,7 +141,7 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
             shear, surface = jnp.array([0.0, 1.0, -0.5]), jnp.array([1.0, 0.0, 1.0])
             parts = [(shear, material.spectrum()), (surface, surface_creep(material))]
         start = sum(share * creep.instantaneous for share, creep in parts)
-        owned = [own_creep(creep) for _, creep in parts]
+        owned = [creep.rates_and_fluidities() for _, creep in parts]
         own_rates = jnp.concatenate([each for each, _ in owned])
         if not own_rates.size:
             at_once = jnp.reshape(start, (3, 1, 1))
@@ -153,13 +152,13 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
 
     wavenumber = fit_wavenumbers(body)
     if not any(creeps(solid) for solid in solids(body)):
-        start = _entries(scaled_responses(body, wavenumber, spectra(body).instantaneous))
+        start = _entries(alpha_LKNT(body, wavenumber, spectra(body).instantaneous))
         return TangentialSeparable(jnp.zeros(0), start.reshape(3, 1, -1), jnp.zeros((0, 0)), jnp.zeros(1))
     rates, shapes = RATES, SHAPES
     if may_have_no_slowest(body):
         rates, shapes = int(MORE_RATES * rates), MORE_SHAPES
     rough = rounded(body)
-    chosen = window(rough, rates)
+    chosen = rate_band(rough, rates)
     alike = wavenumber * jax.lax.stop_gradient(body.layers[0].thickness) / rough.layers[0].thickness
     expected, sizes = _sampled(rough, alike, chosen)
     samples, _ = _sampled(body, wavenumber, chosen)
@@ -169,10 +168,10 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
     return TangentialSeparable(common, jnp.moveaxis(terms, 1, 0), mix, chosen.times, chosen.horizon)
 
 
-def _sampled(body: LayeredHalfSpace, wavenumber: Array, chosen: Window) -> tuple[Samples, Array]:
+def _sampled(body: LayeredHalfSpace, wavenumber: Array, chosen: RateBand) -> tuple[Samples, Array]:
     """Return the samples of alpha (L, T, K), one after the other, (r, 3 n), and their sizes at the frequencies, (s, 3 n)."""
     j = sampled_compliances(spectra(body), chosen.period)
-    responses = scaled_responses(body, wavenumber, j[..., None])
+    responses = alpha_LKNT(body, wavenumber, j[..., None])
     return samples_of(_entries(responses)), _sizes(responses)[1 : 1 + chosen.period.size]
 
 
@@ -197,7 +196,7 @@ def _errors(
         return jnp.zeros(()), jnp.pad(times, ((0, 0), (0, 1)))
     wavenumber = fit_wavenumbers(body)
     some = jnp.arange(2, wavenumber.size - 1, STRIDE)  # between those at which images are fitted
-    exact = all_steps(body, wavenumber[some], times)
+    exact = step_responses(body, wavenumber[some], times)
     entries, sizes = _entries(exact), _sizes(exact)
     growth = times * phi1(times * separable.rates)
     sizes = expected_sizes(sizes.reshape(len(sizes), 3, -1)).reshape(sizes.shape)
@@ -278,7 +277,7 @@ def _response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array) -> Array:
     at_zero = (kx == 0.0) & (ky == 0.0)
     kx = jnp.where(at_zero, 1.0, kx)
     alpha = jnp.hypot(kx, ky)
-    (L, K, N, T), c, s = all_steps(body, alpha, t), kx / alpha, ky / alpha
+    (L, K, N, T), c, s = step_responses(body, alpha, t), kx / alpha, ky / alpha
     rows = [
         [L * c**2 + T * s**2, (L - T) * c * s, 1j * K * c],
         [(L - T) * c * s, L * s**2 + T * c**2, 1j * K * s],
@@ -288,7 +287,7 @@ def _response(body: LayeredHalfSpace, kx: Array, ky: Array, t: Array) -> Array:
     response = matrix / alpha[..., None, None]
     uniform = jnp.where(jnp.eye(3, dtype=bool), jnp.inf, 0.0)
     if body.substrate is None:
-        along, _, normal, across = all_steps(body, jnp.zeros_like(alpha), t)
+        along, _, normal, across = step_responses(body, jnp.zeros_like(alpha), t)
         own = jnp.stack([along, across, normal], -1) * body.height
         uniform = own[..., None] * jnp.eye(3)
     return jnp.where(at_zero[..., None, None], uniform, response)

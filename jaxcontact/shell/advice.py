@@ -18,14 +18,19 @@ from jaxcontact._support.fields import FIELDS, VECTOR
 from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.pytree import replace
 from jaxcontact._support.run_directory import UNFINISHED
-from jaxcontact.bodies.body import checked_body, thickest
+from jaxcontact.bodies.body import LayeredHalfSpace, checked_body, thickest
 from jaxcontact.bodies.controls import Load
 from jaxcontact.bodies.materials import Material, Spectrum, relaxation_modes
 from jaxcontact.history.time_loop import FAINT
 from jaxcontact.indenters.predicted_contact import predicted, softening
 from jaxcontact.indenters.shapes import HeightField, Sphere
-from jaxcontact.response.normal import BodyLimits, limits_of
-from jaxcontact.response.stack import surface_creep
+from jaxcontact.response.body_facts import (
+    long_wave_compliance,
+    short_wave_compliance,
+    surface_material,
+    top_layer,
+)
+from jaxcontact.response.stack import solids, surface_creep
 from jaxcontact.results.labels import stored_fields
 from jaxcontact.results.notes import DEEP, FEW_CELLS, FEW_COHESIVE, STEP_ERROR, STRAIN_LIMIT
 from jaxcontact.shell.case_file import Case, CaseError, tables_named
@@ -41,7 +46,7 @@ from jaxcontact.simulate.run import BLOCK, Experiment, first_block
 # last time.
 
 
-LONG, SHORT = BodyLimits.long_wave_compliance, BodyLimits.short_wave_compliance
+LONG, SHORT = long_wave_compliance, short_wave_compliance
 COARSE = "cells across the {which} contact: fewer than {few} are too coarse; accepted: grid.n of about {n}"
 WIDER = "grid.width: the contact may grow to {contact:.3g} m, found {width:.3g} m; accepted: a wider grid"
 
@@ -85,10 +90,10 @@ def adhesion_advice(case: Case) -> Iterator[str]:
         yield WIDER.format(contact=largest, width=width)
 
 
-def _compliances(case: Case, side: Callable[[BodyLimits, float], Array]) -> list[float]:
+def _compliances(case: Case, side: Callable[[LayeredHalfSpace, float], Array]) -> list[float]:
     """Return (1 - nu) J [1/Pa] of the substrate (``LONG``) or the surface (``SHORT``), with the ball's, first and last."""
-    limits, own = limits_of(checked_body(case.body)[0]), float(case.indenter.compliance())
-    return [float(side(limits, t)) + own for t in (0.0, float(case.times[-1] - case.times[0]))]
+    body, own = checked_body(case.body)[0], float(case.indenter.compliance())
+    return [float(side(body, t)) + own for t in (0.0, float(case.times[-1] - case.times[0]))]
 
 
 def _radius(case: Case, compliance: float) -> float:
@@ -272,7 +277,7 @@ def advice(case: Case) -> list[str]:
 
 def describe_strain(case: Case) -> str:
     """Return the estimated film strain in one line, or that there is no estimate; an empty string without a film."""
-    if limits_of(checked_body(case.body_for_estimates)[0]).film is None:
+    if top_layer(checked_body(case.body_for_estimates)[0]) is None:
         return ""
     strain = estimated_strain(case)
     if strain is None:
@@ -363,7 +368,7 @@ def first_radius(case: Case) -> float:
 
 def fastest_time(case: Case) -> float:
     """Return the shortest relaxation time [s] of the material at the surface; inf for an elastic one."""
-    spectrum = limits_of(checked_body(case.body_for_estimates)[0]).surface.spectrum()
+    spectrum = surface_material(checked_body(case.body_for_estimates)[0]).spectrum()
     # its retardation times are finite, but not its relaxation times
     kelvin_voigt = float(spectrum.instantaneous) == 0.0
     rates = np.asarray(spectrum.rates if kelvin_voigt else relaxation_modes(spectrum)[0])
@@ -373,9 +378,7 @@ def fastest_time(case: Case) -> float:
 def _time_advice(case: Case) -> Iterator[str]:
     """Warn of an error of more than 1 % by the steps in time, as it is foretold for a bed of springs."""
     given, times = case.options.get("substeps", 1), np.asarray(case.times, float)
-    creeping = [
-        solid for solid in limits_of(checked_body(case.body_for_estimates)[0]).solids if _creeps(solid)
-    ]
+    creeping = [solid for solid in solids(checked_body(case.body_for_estimates)[0]) if _creeps(solid)]
     if KINDS[case.kind].times is None or times.size < 2 or not creeping:
         return
     values = np.broadcast_to(np.asarray(case.control.value, float), times.shape)

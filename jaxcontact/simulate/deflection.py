@@ -28,7 +28,7 @@ from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directi
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.operators.kernels import Kernels, check_stiffness, compiled_build
 from jaxcontact.operators.operator import Operator
-from jaxcontact.response.normal import limits_of
+from jaxcontact.response.body_facts import has_zero_instantaneous_compliance, top_layer
 from jaxcontact.results.notes import IMAGE_LIMIT, Note, brief
 from jaxcontact.simulate.run import fine_steps, fine_values
 
@@ -148,8 +148,7 @@ def deflection(
         f"pressure: expected shape {tuple(grid.shape)} as the grid or {(count, *grid.shape)} as times, got {shape}",
     )
     valid = valid & checks.finite("pressure [Pa]", pressure)
-    limits = limits_of(body)
-    rigid = limits.film is not None and limits.has_zero_instantaneous_compliance()
+    rigid = top_layer(body) is not None and has_zero_instantaneous_compliance(body)
     if is_concrete(rigid):
         checks.require(
             not bool(rigid),

@@ -32,7 +32,7 @@ from jaxcontact.history.normal_step import PressStepper
 from jaxcontact.history.time_loop import Delayed
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
-from jaxcontact.response.normal import limits_of
+from jaxcontact.response.body_facts import surface_material
 from jaxcontact.response.stack import surface_creep
 from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.notes import announce
@@ -237,7 +237,7 @@ class Indentation(Experiment):
             table: Any = rows(self.body, self.indenter, when.ravel(), quasi_elastic=True)
             more = jax.tree.map(lambda a: a.reshape(*when.shape, *a.shape[1:]), table)
             # the error of the time steps needs rates, which are those of the creep of the surface
-            creep = surface_creep(limits_of(self.body).surface)
+            creep = surface_creep(surface_material(self.body))
             rates, shares = creep.rates, creep.rates * creep.amplitudes / creep.instantaneous
             if creep.fluidity is not None:
                 rates = jnp.append(rates, 0.0)

@@ -94,7 +94,7 @@ def rub(
             place.
         law: rate of change of the thickness: ``StressActivated``, ``ProportionalRemoval``, ``Archard``, sums of them, or any
             frozen pytree with a method ``rate(step)`` that returns (nx, ny) [m/s], where step is an
-            ``inputs.laws.RubbingState``. None: the thickness stays as it is, and the film creeps.
+            ``bodies.laws.RubbingState``. None: the thickness stays as it is, and the film creeps.
         friction: coefficient of friction, a number or (nx, ny), which gives the shear stress and the frictional heat; above
             zero with ``thermal`` or a growth by shear stress.
         wears: "film" if the law changes the thickness of the film, "indenter" if it changes the profile of the indenter.

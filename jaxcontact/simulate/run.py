@@ -54,7 +54,12 @@ from jaxcontact.operators.kernels import (
     compiled_build,
     compiled_varying,
 )
-from jaxcontact.response.normal import limits_of
+from jaxcontact.response.body_facts import (
+    has_zero_instantaneous_compliance,
+    short_wave_compliance,
+    stiffness_ratio,
+    top_layer,
+)
 from jaxcontact.response.stack import solids, uniform_compliance
 from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
 from jaxcontact.results.notes import Diagnostics, announce
@@ -165,12 +170,11 @@ class Experiment:
 
         # a surface with J(0) = 0 is rigid at first: the contact then needs an elastic indenter, and a film of it has no
         # largest decay rate, which the exact response needs
-        limits, of_indenter = limits_of(body), None if surface is None else limits_of(surface)
-        rigid = limits.has_zero_instantaneous_compliance()
+        rigid = has_zero_instantaneous_compliance(body)
         alone: Array | bool = indenter.material is None
-        film, its_film = limits.film is not None and exact, False
-        if of_indenter is not None:
-            alone, its_film = of_indenter.has_zero_instantaneous_compliance(), of_indenter.film is not None
+        film, its_film = top_layer(body) is not None and exact, False
+        if surface is not None:
+            alone, its_film = has_zero_instantaneous_compliance(surface), top_layer(surface) is not None
         if not is_concrete(rigid, alone):
             first, second = jnp.asarray(rigid), jnp.asarray(alone)
             valid = valid & ~((first & second) | (first & film) | (second & its_film))
@@ -337,7 +341,7 @@ def tabor_numbers(law: Adhesion, experiment: Experiment) -> Array:
     if not isinstance(indenter, Sphere):
         return jnp.full(times.shape, jnp.nan)
     since = times - times[0]
-    compliance = limits_of(experiment.body).short_wave_compliance(since)
+    compliance = short_wave_compliance(experiment.body, since)
     compliance = compliance + indenter.compliance_of_short_waves(since)
     return law.tabor_number(indenter.radius, 2.0 / compliance)
 
@@ -498,7 +502,7 @@ def _told_of_thickness(film_map: ThicknessMap, experiment: Experiment, result: A
             wraps = grid.periodic[axis]
             step = values - jnp.roll(values, 1, axis - 2) if wraps else jnp.diff(values, axis=axis - 2)
             slopes.append(jnp.max(jnp.abs(step)) / grid.spacing[axis])
-    ratio = limits_of(experiment.body).stiffness_ratio()
+    ratio = stiffness_ratio(experiment.body)
     found = {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
     if not hasattr(result, "thickness"):
         return found

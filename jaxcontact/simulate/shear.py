@@ -71,7 +71,7 @@ def shear(
         tolerance, max_iterations: as in ``indent``, for both problems; the limit applies to all outer iterations of a
             step together.
         save: as in ``indent``; the argument of a function has also ``.traction`` (2, nx, ny) [Pa], ``.slip`` [m],
-            ``.stick``, ``.tangential_load`` [N] and others (``results.friction.ShearStep``).
+            ``.stick``, ``.tangential_load`` [N] and others (``results.contact.ShearStep``).
         substeps, checkpoint: as in ``indent``.
 
     Returns:

@@ -30,14 +30,14 @@ from jaxcontact.operators.kernels import (
     Errors,
     Kernels,
     Rubbing,
-    VaryingFilm,
+    VaryingFilmStrain,
     build_surface,
     deepest_strain,
     joint_errors,
     rub,
 )
 from jaxcontact.operators.operator import Family, Operator, series_entries
-from jaxcontact.response.normal import limits_of
+from jaxcontact.response.body_facts import creeps_far, is_fluid
 from jaxcontact.results.contact import SteadySliding, with_totals
 from jaxcontact.simulate.run import Experiment, reported
 
@@ -77,7 +77,7 @@ class Wake:
     """The wake of an indenter in steady sliding.
 
     kernels: of the grid; shapes: spectra of S_m on the doubled grid, (M, MY/2 + 1, MX); velocity (2,) [cells
-    along x per second]; ratio: dy/dx; far_off: ``Response.creeps_far``; shape: (nx, ny) of the grid; across:
+    along x per second]; ratio: dy/dx; far_off: ``body_facts.creeps_far``; shape: (nx, ny) of the grid; across:
     whether the velocity may have a y, without which its modes are the same for all wavenumbers along y, with
     one row in place of MY/2 + 1. Along a periodic axis neither grid is padded or doubled.
     """
@@ -183,7 +183,7 @@ class Wake:
 
     def film_strain(self, symbols: Array, pressure: Array) -> Array:
         """Shortening of the film over its thickness at its deepest point; zero without a film."""
-        film = self.kernels.film
+        film = self.kernels.film_strain
         if film is None:
             return jnp.zeros(())
         history = spectral.convolve(self.film_history(symbols), pressure, self.periodic)
@@ -191,8 +191,10 @@ class Wake:
 
     def film_history(self, symbols: Array) -> Array:
         """Return the spectrum (my/2 + 1, mx) of the film's weighted history over p; there is a film."""
-        assert self.kernels.film is not None
-        return on_grid(jnp.tensordot(self.kernels.film.weights[1:], symbols, 1), self.shape, self.periodic)
+        assert self.kernels.film_strain is not None
+        return on_grid(
+            jnp.tensordot(self.kernels.film_strain.weights[1:], symbols, 1), self.shape, self.periodic
+        )
 
     def far(self) -> Array:
         """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
@@ -260,7 +262,7 @@ class Wake:
 def wake_of(body: LayeredHalfSpace, grid: Grid, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
     """The wake in a surface, of a body or an indenter, at a velocity in cells per second; that of a half-space reaches
     beyond the grid. kernels: of the surface."""
-    far_off = limits_of(body).creeps_far
+    far_off = creeps_far(body)
     if not far_off or all(grid.periodic):
         shapes = extended(kernels, grid.shape)
     else:
@@ -360,7 +362,7 @@ class FilmWake:
     terms: Wake
     one: Wake
     shares: Array
-    film: VaryingFilm
+    film: VaryingFilmStrain
 
     @property
     def kernels(self) -> Kernels:
@@ -420,7 +422,7 @@ def film_wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, thic
 
     terms = jax.vmap(of_term, 1)(varying.family.spectra, varying.family.circulants)
     one = wake_of(body, grid, kernels, velocity, across=False)
-    return FilmWake(terms, one, varying.series.shares(thickness), here.film)
+    return FilmWake(terms, one, varying.series.shares(thickness), here.film_strain)
 
 
 # The wake of an indenter that rubs: what friction adds to ``simulate.slide_steady``.
@@ -589,13 +591,13 @@ def slide_steady(
 def check_steady(experiment: Experiment, body: LayeredHalfSpace, velocity: Array) -> Verdict:
     """A finite velocity; ValueError where there is no steady state. body: of a surface that moves through the contact."""
     finite = checks.finite("velocity [m/s]", velocity)
-    limits, grid = limits_of(body), experiment.grid
+    grid = experiment.grid
     checks.require(
-        not limits.creeps_far or all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
+        not creeps_far(body) or all(grid.periodic) or not any(grid.periodic) or grid.plane_strain,
         "grid: expected one that is periodic along both axes, along none, or in plane strain, under a half-space or"
         f" substrate that creeps, got periodic={grid.periodic} with {tuple(grid.shape)} cells; slide takes it",
     )
-    fluid = limits.is_fluid()
+    fluid = is_fluid(body)
     if not is_concrete(fluid, velocity) or not bool(fluid):
         return finite
     checks.require(
@@ -609,7 +611,7 @@ def check_steady(experiment: Experiment, body: LayeredHalfSpace, velocity: Array
         " under an indenter, and on a periodic grid the body creeps indefinitely under the mean pressure",
     )
     checks.require(
-        not limits.creeps_far or not isinstance(experiment.control, Approach),
+        not creeps_far(body) or not isinstance(experiment.control, Approach),
         "control: expected a Load on a half-space or substrate that flows without limit: it creeps indefinitely, so that"
         " under a fixed approach the load decreases to zero and there is no steady state",
     )
@@ -618,7 +620,7 @@ def check_steady(experiment: Experiment, body: LayeredHalfSpace, velocity: Array
 
 def _tilts_or_thins(grid: Grid, body: LayeredHalfSpace) -> bool:
     """Return whether a fluid body could have no steady state on this grid."""
-    return all(grid.periodic) or (grid.plane_strain and limits_of(body).creeps_far)
+    return all(grid.periodic) or (grid.plane_strain and creeps_far(body))
 
 
 @Program
@@ -700,7 +702,6 @@ def with_no_steady_state(
 ) -> Array:
     """Return the status, ``NOT_STEADY`` where a body that flows without limit has no steady state; body: as in
     ``check_steady``."""
-    limits = limits_of(body)
-    sinks = limits.creeps_far and not experiment.load_controlled
+    sinks = creeps_far(body) and not experiment.load_controlled
     endless = ~jnp.any(velocity != 0.0) | sinks | _tilts_or_thins(experiment.grid, body)
-    return most_serious((limits.is_fluid() & endless, Status.NOT_STEADY), status=status)
+    return most_serious((is_fluid(body) & endless, Status.NOT_STEADY), status=status)

@@ -18,7 +18,7 @@ from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum as padded_spectrum
-from jaxcontact.response.in_time import creeps
+from jaxcontact.response.body_facts import creeps
 from jaxcontact.response.interior import (
     OF_DISPLACEMENTS,
     OF_GRADIENTS,

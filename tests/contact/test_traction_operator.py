@@ -11,7 +11,7 @@ from jaxcontact._support.exponential import phi1
 from jaxcontact.operators.coupled import Tangential, TractionOperator
 from jaxcontact.reference.layered_solid import surface_response
 from jaxcontact.response.coefficients import TangentialImages, tangential_coefficients
-from jaxcontact.response.stack import all_steps
+from jaxcontact.response.stack import step_responses
 from jaxcontact.response.tangential import fit_images, fit_wavenumbers, separate_tangential
 
 GRID = jc.Grid((6, 5), (2.0, 3.0))
@@ -77,7 +77,7 @@ def test_the_operator_is_the_sum_over_cells():
 def test_images_stand_for_the_layered_response(ratio, nu, bound):
     """Against the interface conditions, alpha h from 1e-6 to 1e3; 4e-8 (nu = 0.5: 7e-7) up to a ratio of 30."""
     body = jc.LayeredHalfSpace((jc.Layer(jc.Elastic(ratio, nu), 1.0),), jc.Elastic(1.0, 0.3))
-    L, K, _, T = all_steps(body, fit_wavenumbers(body), 0.0)
+    L, K, _, T = step_responses(body, fit_wavenumbers(body), 0.0)
     images = fit_images(body, jnp.stack([L, T, K])[:, None])
     alpha = np.geomspace(1e-6, 1e3, 150)
     weights, depths = np.asarray(images.weights[:, 0]), np.asarray(images.depths)

@@ -89,7 +89,7 @@ def test_film_against_laplace_inversion():
 def test_the_sum_of_products_of_a_film_is_as_good_as_it_says():
     """What a march uses, against the response just inverted."""
     x = np.concatenate([[0.0], np.geomspace(1e-5, 40.0, 60), X, [1e5]])
-    found = jax.jit(separate)(ON_STEEL, x / H)
+    found = jax.jit(lambda x: separate(ON_STEEL, x, 32, 12))(x / H)
     rates, t = np.asarray(found.rates), TIMES[:, None]
     growth = np.where(rates > 0, -np.expm1(-rates * t) / np.where(rates > 0, rates, 1.0), t)
     sums = (found.terms[0] + growth @ found.mix.T @ found.terms[1:])[:, -5:-1]
@@ -161,7 +161,7 @@ def test_derivatives_of_a_film_by_all_its_parameters():
     x, t = jnp.array([0.8, 0.05]), 600.0
 
     def ours(film):
-        found = separate(jc.LayeredHalfSpace([jc.Layer(film, H)], STEEL), jnp.append(x, 40.0) / H)
+        found = separate(jc.LayeredHalfSpace([jc.Layer(film, H)], STEEL), jnp.append(x, 40.0) / H, 32, 12)
         safe = jnp.where(found.rates > 0, found.rates, 1.0)
         growth = jnp.where(found.rates > 0, -jnp.expm1(-safe * t) / safe, t)
         return (found.terms[0] + growth @ found.mix.T @ found.terms[1:])[0]

@@ -24,7 +24,7 @@ influence_coefficients = jax.jit(
 
 def images_at_once(body):
     response = response_of(body)
-    return response.expand(response.step(response.wavenumbers(), 0.0, 0.0))
+    return response.expand(response.mean_response(response.wavenumbers(), 0.0, 0.0))
 
 
 images_of = jax.jit(images_at_once)
@@ -38,7 +38,7 @@ def coefficients(body, grid, t=0.0):
 
 @jax.jit
 def fitted_and_exact(body, wavenumbers):
-    return images_at_once(body).at(wavenumbers), response_of(body).step(wavenumbers, 0.0, 0.0)
+    return images_at_once(body).at(wavenumbers), response_of(body).mean_response(wavenumbers, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -115,12 +115,14 @@ def test_layered_coefficients_against_a_hankel_integral(steel, h, pixel):
     r, b = 20 * pixel, pixel / np.sqrt(np.pi)  # a disc of the cell's area: equal but for (pixel/r)^4
 
     def film_part(a):
-        return float(response_of(body).step(a, 0.0, 0.0)) - 0.7 / float(steel.G)
+        return float(response_of(body).mean_response(a, 0.0, 0.0)) - 0.7 / float(steel.G)
 
     far_field = 0.7 / float(steel.G) * pixel**2 / (2 * np.pi * r)
     a = np.linspace(1e-9, 60.0, 400001) / h if h > pixel else None
     if a is not None:
-        values = np.asarray(jax.jit(lambda a: response_of(body).step(a, 0.0, 0.0))(a)) - 0.7 / float(steel.G)
+        values = np.asarray(jax.jit(lambda a: response_of(body).mean_response(a, 0.0, 0.0))(a)) - 0.7 / float(
+            steel.G
+        )
         tail = float(values[-1])
         disc = 2 * j1(a * b) / (a * b)
         film_field = np.trapezoid((values - tail) * disc * j0(a * r), a) * pixel**2 / (2 * np.pi)
@@ -155,7 +157,7 @@ def test_the_papers_procedure_converges_to_ours(body, t):
     """Eqs. (7)-(10): the central coefficient's error falls with AL, the far field's with chi."""
     grid = jc.Grid.square(n=32, width=32 * 1.6e-6)
     ours = np.asarray(coefficients(body, grid, t))
-    respond = jax.jit(lambda a: response_of(body).step(a, t, t))
+    respond = jax.jit(lambda a: response_of(body).mean_response(a, t, t))
     errors = {}
     for chi, aliases in [(4, 2), (16, 0), (16, 2)]:
         theirs = refined_grid.coefficients(

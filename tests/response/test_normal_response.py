@@ -11,7 +11,7 @@ from jaxcontact.response.normal import response_of
 
 EXACT = 1e-13  # float64 sums of positive terms
 step = jax.jit(
-    lambda body, *given: response_of(body).step(*given)
+    lambda body, *given: response_of(body).mean_response(*given)
 )  # one program a shape, not one an operation
 
 
@@ -46,12 +46,12 @@ def test_a_layer_of_the_substrates_material_is_no_layer():
 
 def test_wavenumber_zero_is_the_substrate_and_the_response_itself_infinite():
     body = layered(0.01, 2.0, 0.3, 0.25)
-    assert float(response_of(body).step(0.0, 0.0, 0.0)) == 0.375
+    assert float(response_of(body).mean_response(0.0, 0.0, 0.0)) == 0.375
     assert np.isposinf(jc.normal_response(body, 0.0))
 
 
 def test_gradients_are_finite_everywhere():
-    f = lambda k, g, h, nu: response_of(layered(g, 2.0, nu, 0.3, h)).step(k, 0.0, 0.0)
+    f = lambda k, g, h, nu: response_of(layered(g, 2.0, nu, 0.3, h)).mean_response(k, 0.0, 0.0)
     gradient = jax.jit(jax.grad(f, argnums=(0, 1, 2, 3)))
     response = jax.jit(jax.grad(lambda k: jc.normal_response(layered(0.01, 2.0, 0.3, 0.3), k)))
     for x in (0.0, 1e-8, 1e-3, 0.7, 30.0, 1e4):
@@ -104,7 +104,7 @@ def test_quasi_elastic_error_for_the_papers_film(body, steel, film):
     def worst(Gs):
         other = jc.LayeredHalfSpace([jc.Layer(film, 1.0)], jc.Elastic(Gs, 0.3))
         response = response_of(other)
-        return jnp.max(jnp.abs(response.quasi_elastic(x, t, t) / response.step(x, t, t) - 1.0))
+        return jnp.max(jnp.abs(response.quasi_elastic(x, t, t) / response.mean_response(x, t, t) - 1.0))
 
     assert 1e-6 < worst(steel.G) < 4e-6
     assert 3e-3 < worst(film.G1 / 0.93) < 3e-2
@@ -129,5 +129,5 @@ def test_shared_decay_rates(film, ratio, nodes, bound):
     )
     values = response.terms[0] + growth @ response.mix.T @ response.terms[1:]
     np.testing.assert_allclose(
-        values, response_of(body).step(x, t, t), rtol=float(response.error) * 3 + 1e-13
+        values, response_of(body).mean_response(x, t, t), rtol=float(response.error) * 3 + 1e-13
     )

@@ -12,14 +12,15 @@ from tolerances import ROUND_OFF
 import jaxcontact as jc
 from jaxcontact.operators import kernels as gridded
 from jaxcontact.reference.layered_solid import surface_response
-from jaxcontact.response.in_time import products, separate
-from jaxcontact.response.normal import Stack, response_of
-from jaxcontact.response.stack import mean_step, step, surface_compliance
+from jaxcontact.response.in_time import Stack, separate
+from jaxcontact.response.interface import products
+from jaxcontact.response.normal import response_of
+from jaxcontact.response.stack import mean_response, step_response, surface_compliance
 
 
 def closed_form(body, wavenumber, start, end):
     """One layer in closed form."""
-    return response_of(body).step(wavenumber, start, end)
+    return response_of(body).mean_response(wavenumber, start, end)
 
 
 def solid(J0, fluidity=0.0, J=(), tau=(), nu=0.3):
@@ -36,8 +37,8 @@ STACKS = {
 }
 
 compliance = jax.jit(surface_compliance)
-responses = jax.jit(step)
-separated = jax.jit(separate)
+responses = jax.jit(step_response)
+separated = jax.jit(lambda body, wavenumber: separate(body, wavenumber, 32, 12))
 
 
 def entries(stack, m, n):
@@ -165,7 +166,7 @@ def test_step_and_its_means_of_one_layer_in_closed_form():
     x, end = np.array([0.0, 0.7]), np.append(0.0, np.geomspace(1e-3, 1e9, 6))[:, None]
     start = end * np.array([0.0, 1e-6, 0.5, 0.8, 1.0 - 1e-9, 1.0])[:, None, None]
     exact = jax.jit(closed_form)(known, x, start, end)
-    np.testing.assert_allclose(jax.jit(mean_step)(body, x, start, end), exact, rtol=2e-12)
+    np.testing.assert_allclose(jax.jit(mean_response)(body, x, start, end), exact, rtol=2e-12)
     np.testing.assert_allclose(responses(body, x, end), exact[-1], rtol=1e-13)
 
 
@@ -234,7 +235,7 @@ def test_sums_of_products_are_as_good_as_they_say(name, bound):
 
 def product(body, wavenumber, t):
     """``sum_of_products`` in jax."""
-    return sum_of_products_in_jax(separate(body, wavenumber), t)
+    return sum_of_products_in_jax(separate(body, wavenumber, 32, 12), t)
 
 
 def sum_of_products_in_jax(response, t):
@@ -250,7 +251,7 @@ def test_derivatives_of_the_sum_of_products():
     t, x = np.geomspace(10.0, 1e6, 9)[:, None], X[::24] / 150e-9
     scaled = lambda f: lambda logs: jnp.log(f(jax.tree.map(lambda a, b: a * jnp.exp(b), three, logs), x, t))
     zero = jax.tree.map(lambda a: 0.0, three)
-    ours, exact = (jax.jit(jax.jacfwd(scaled(f)))(zero) for f in (product, step))
+    ours, exact = (jax.jit(jax.jacfwd(scaled(f)))(zero) for f in (product, step_response))
     for a, b in zip(jax.tree.leaves(ours), jax.tree.leaves(exact), strict=True):
         np.testing.assert_allclose(a, b, atol=1e-6)
 
@@ -274,7 +275,7 @@ def test_the_recursion_answers_all_that_the_closed_form_answers(body):
     """At instants to 1e-12, and with the paper's substitution."""
     closed, stack = response_of(body), Stack(tuple(body.layers), body.substrate)
     x, t = closed.wavenumbers()[::20], jnp.array([0.0, 30.0, 7200.0])[:, None]
-    np.testing.assert_allclose(stack.step(x, t, t), closed.step(x, t, t), rtol=ROUND_OFF)
+    np.testing.assert_allclose(stack.mean_response(x, t, t), closed.mean_response(x, t, t), rtol=ROUND_OFF)
     pairs = [stack.quasi_elastic(x, t, 2.0 * t), closed.quasi_elastic(x, t, 2.0 * t)]
     np.testing.assert_allclose(*pairs, rtol=ROUND_OFF)
 
@@ -337,7 +338,7 @@ def test_random_bodies_against_interface_conditions_and_de_hoogs_inversion(count
     for _ in range(count):
         body = random_body(rng)
         alpha, t = np.array([0.01, 0.3, 3.0]) / float(body.layers[0].thickness), 10 ** rng.uniform(-1, 3)
-        found = response_of(body).step(alpha, t, t)
+        found = response_of(body).mean_response(alpha, t, t)
         np.testing.assert_allclose(found, exactly(body, alpha, t), rtol=1e-6)
 
 
@@ -437,7 +438,7 @@ def test_images_of_creeping_bodies_have_the_derivatives_of_the_response(name):
 
     def steps(logs):
         response = response_of(moved(logs))
-        return response.step(response.wavenumbers()[None, ::40], times, times)
+        return response.mean_response(response.wavenumbers()[None, ::40], times, times)
 
     def imaged(logs):
         expansion = gridded.expansion(moved(logs), 2)

@@ -58,7 +58,7 @@ def test_coefficients_by_numerical_hankel_integrals(ratio, cells):
     dx = A / 20.0
     h, grid = cells * dx, jc.Grid.square(32, 32 * dx)
     response = response_of(coated(jc.Elastic(ratio * BASE, 0.3), h))
-    images = response.expand(response.step(response.wavenumbers(), 0.0, 0.0))
+    images = response.expand(response.mean_response(response.wavenumbers(), 0.0, 0.0))
     ours = np.asarray(influence_coefficients(grid, images))
     oracle = abel.Layered(ratio * BASE, 0.3, h, BASE, 0.45)
     alpha, weights = abel._waves(abel.CUTOFF / h, min(0.5 / h, 1.0 / (10.0 * dx)))
