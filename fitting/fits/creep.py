@@ -24,7 +24,7 @@ from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import basis
 from fitting.inference.result import Fit, linear_band, plain
-from fitting.inference.verdict import Assessment, Sample, Solved, settled
+from fitting.inference.sample import Assessment, Sample, Solved, settled
 from fitting.models.parameters import Landscape, Parameters
 from fitting.models.structure import Sought, Structure
 from fitting.search import nonlinear, varpro

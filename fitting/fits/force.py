@@ -23,7 +23,7 @@ from fitting.fits.force_history import ViscoelasticForceFit, fit_history
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Deviation, Sample, Solved
+from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models import thin_layer
 from fitting.models.parameters import Parameters
 from fitting.models.structure import CLASSICAL, Sought
@@ -496,7 +496,7 @@ def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Devia
         trend, float(changes[0, 0]), rejected, unit, force.thickness is not None
     )
     trend = lambda: verdict.trend(deviations)
-    return verdict.judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
+    return judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
 
 
 def hysteresis_note(data: IndentationData, approach: ApproachCurve, point: float) -> tuple[str, ...]:

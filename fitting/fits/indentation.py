@@ -23,10 +23,9 @@ from fitting.fits.adhesion import (
     is_fitted,
     is_law,
 )
-from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Sample, Solved, settled
+from fitting.inference.sample import Sample, Solved, check_count, settled
 from fitting.models import adhesive_contact, halfspace, thin_layer
 from fitting.models.halfspace import Curve
 from fitting.models.history import merge
@@ -613,7 +612,7 @@ def fit_indentation(
     pressing = Pressing(indenter, control, rise, adhesion, film, thickness, bool(unbonded))
     instrument = Instrument(contact_point, drift, machine_compliance)
     press = prepare(data, sought, pressing, instrument, weights, sigma)
-    verdict.check(level, _sample(press).least_count, press.space.free.size)
+    check_count(level, _sample(press).least_count, press.space.free.size)
 
     # The optimum, with weights that are consistent with it.
     if film:

@@ -14,7 +14,7 @@ from fitting.fits.modulus import weighted_sample
 from fitting.fits.prony import MaxwellSeries
 from fitting.inference import noise
 from fitting.inference.result import plain
-from fitting.inference.verdict import Curve, Evidence, Solved, settled
+from fitting.inference.sample import Curve, Evidence, Solved, settled
 from fitting.models.structure import Volume
 from fitting.views import sheet, text
 
