@@ -330,7 +330,7 @@ def fit_spectrum(
     fields = vars(quality) | _spectrum(found, tau, quality.widening, level)
     return SpectrumFit(
         **fields, material=_prony(found, tau, step, nu), data=data, weights=sample.label, level=level,
-        notes=(*data.notes, *sample.error(solved, assessment), *quality.doubts), curve=sample.curve(solved.kept),
+        notes=(*data.notes, *sample.noise_notes(solved, assessment), *quality.doubts), curve=sample.curve(solved.kept),
     )  # fmt: skip
 
 

@@ -104,7 +104,7 @@ class Tests(NamedTuple):
         values = [part.sample.measured / part.unit for part in self.parts]
         return "response", "-", np.concatenate([part.sample.t for part in self.parts]), np.concatenate(values)
 
-    def error(self, solved: Solved, assessment: Assessment) -> tuple[str, ...]:
+    def noise_notes(self, solved: Solved, assessment: Assessment) -> tuple[str, ...]:
         """Return notes on standard deviations that were stated for a test and are contradicted by its error scale, the
         square of which is chi2 per degree of freedom."""
         n, p, notes = solved.residual.size, assessment.evidence.p, []
@@ -302,8 +302,8 @@ def fit_together(
 ) -> JointFit:  # fmt: skip
     """Fit one material to several tests of it, each with an estimated error scale of its own.
 
-    Within a test the weights are those of ``fit_creep`` and ``fit_relaxation`` by default (errors a + b J; the
-    standard deviations of a creep test that has them), and proportional for an oscillation. No point is left out.
+    Within a test the weights are those of ``fit_creep`` and ``fit_relaxation`` by default (standard deviation
+    (a^2 + (b J)^2)^(1/2), a and b estimated; the standard deviations of a creep test that has them), and proportional for an oscillation. No point is left out.
 
     Args:
         data: creep, relaxation and oscillation tests, two or more.

@@ -269,20 +269,20 @@ class Sample(NamedTuple):
         """Return whether weighted residuals exceed rounding; otherwise they carry no information."""
         return float(residual @ residual) > EXACT * self.size
 
-    def error(self, solved: "Solved", assessment: "Assessment") -> tuple[str, ...]:
-        """Return notes on the error of the points."""
-        deviation, sizes = assessment.evidence.noise, assessment.noise.sizes
+    def noise_notes(self, solved: "Solved", assessment: "Assessment") -> tuple[str, ...]:
+        """Return notes on the noise of the points: the two terms of an estimated error, or the bias of the weights."""
+        deviation = assessment.evidence.noise
         if self.known or self.label == "relative":
             return self.bias(deviation)
         if self.label != "estimated":
             return ()
-        some, _ = self.of_solution(solved)
-        floor = math.sqrt(max(float(np.min(some.weights**-2 - some.measured**2)), 0.0))
-        floor = floor if sizes is None else assessment.noise.floor
+        # the weights are 1/((a/b)^2 + f^2)^(1/2) of the fitted values f, so that the weighted residuals have the standard
+        # deviation b
+        ratio = assessment.noise.floor
         unit = "of strain" if self.unit == "-" else self.unit
         return (
             f"standard deviation of a point, estimated: {100 * deviation:.2g} % of its value and"
-            f" {deviation * floor:.2g} {unit}",
+            f" {deviation * ratio:.2g} {unit}",
         )
 
 
