@@ -230,7 +230,8 @@ def fit_creep(
             more. For a fractional law the returned material is its Prony approximation (``jc.Springpot.prony``) over
             the times of the data, and no point is left out of the fit.
         weights: "estimated" (the default without a sigma): standard deviation (a^2 + (b J)^2)^(1/2), a and b estimated
-            from the data (``data/weights.py``) and then from the residuals (``inference/noise.py``), isolated outliers left out;
+            from the data (``data/weights.py``) and then from the residuals (``inference/noise.py``), with isolated outliers
+            left out;
             "proportional" (errors are a fraction of the fitted J); "relative" (of the measured J, which makes a fit too low
             by about the square of the relative error; a note says where this matters); "absolute" (one error for all).
         sigma: the known standard deviation, a number or (n,) [unit of the data]; by default the standard deviation that

@@ -33,7 +33,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from fitting.data.contact import UNTIMED, baseline, sample_noise, signs, smooth
+from fitting.data.contact import baseline, sample_noise, signs, smooth
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
 from fitting.fits.fractional import LAWS, Law, creep_structure, orders, within
@@ -232,7 +232,7 @@ class Curve(NamedTuple):
     @classmethod
     def of(cls, data: IndentationData) -> "Curve":
         """Return all segments of a curve; ValueError without times, an approach, or contact."""
-        if UNTIMED in data.notes:
+        if data.numbered:
             raise ValueError(
                 "data: expected a curve with times for a viscoelastic model, got numbered points"
             )

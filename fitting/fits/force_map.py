@@ -605,7 +605,14 @@ def data_of(depth: Any, load: Any, t: Any) -> list[Any]:
         marks[: int(np.argmax(inward * d)) + 1] = SEGMENTS[0]
         try:
             found.append(
-                IndentationData(t=s, load=F, depth=d, marks=marks, notes=(UNTIMED,) if t is None else ())
+                IndentationData(
+                    t=s,
+                    load=F,
+                    depth=d,
+                    marks=marks,
+                    notes=(UNTIMED,) if t is None else (),
+                    numbered=t is None,
+                )
             )
         except ValueError as error:
             found.append(str(error))

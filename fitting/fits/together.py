@@ -303,7 +303,8 @@ def fit_together(
     """Fit one material to several tests of it, each with an estimated error scale of its own.
 
     Within a test the weights are those of ``fit_creep`` and ``fit_relaxation`` by default (standard deviation
-    (a^2 + (b J)^2)^(1/2), a and b estimated; the standard deviations of a creep test that has them), and proportional for an oscillation. No point is left out.
+    (a^2 + (b J)^2)^(1/2), a and b estimated; the standard deviations of a creep test that has them), and proportional
+    for an oscillation. No point is left out.
 
     Args:
         data: creep, relaxation and oscillation tests, two or more.

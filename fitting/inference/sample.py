@@ -295,7 +295,8 @@ class Evidence:
     residuals; misfit: whether lag1 is significant; widening: factor on the intervals due to possible correlation of the
     noise; refused: the reasons why the fit is rejected, () if it is accepted. r2 (unweighted), nan for constant data;
     aic, bic; p: number of free parameters. chi2: RSS per degree of freedom where standard deviations were stated, near
-    1 if they are right, nan otherwise; stated: whether the intervals follow from stated standard deviations; doubts: what
+    1 if they are right, nan otherwise; stated: whether the intervals follow from stated standard deviations; agrees: False where the residuals contradict
+    them; doubts: what
     the noise of the data does otherwise than assumed, as notes.
     """
 
@@ -313,12 +314,8 @@ class Evidence:
     p: int
     chi2: float = math.nan
     stated: bool = False
+    agrees: bool = True
     doubts: tuple[str, ...] = ()
-
-    @property
-    def agrees(self) -> bool:
-        """True unless the residuals contradict stated standard deviations."""
-        return not any("the stated sigma is" in doubt for doubt in self.doubts)
 
 
 class Assessment(NamedTuple):
@@ -444,11 +441,8 @@ def assess(
         why = (*few, *why)
 
     # What the noise does otherwise than assumed.
-    widening, stated, doubts = (
-        found.widening(level, 1.0 if found.known else scale),
-        known and not sample.final,
-        [],
-    )
+    widening, doubts = found.widening(level, 1.0 if found.known else scale), []
+    stated, side = known and not sample.final, 0
     if stated:
         apart = rss if found.runs is None else rss - float(found.runs.offset @ found.runs.offset)
         side = contradicted(apart, dof)
@@ -488,7 +482,7 @@ def assess(
     evidence = Evidence(
         fitted=fitted, residuals=residuals, rss=rss, noise=scale, lag1=found.lag1, misfit=misfit, widening=widening,
         refused=why, r2=r2, aic=likelihood + 2 * count, bic=likelihood + count * math.log(n), p=p,
-        chi2=rss / dof if stated else math.nan, stated=found.known, doubts=tuple(doubts),
+        chi2=rss / dof if stated else math.nan, stated=found.known, agrees=not side, doubts=tuple(doubts),
     )  # fmt: skip
     slopes = found.whitened(jacobian, (1.0 if found.known else scale) * widening)
     return Assessment(evidence, slopes, found, level, rss, ROUNDING * sample.size)
@@ -522,11 +516,13 @@ def settled(
 
 
 class Deviation(NamedTuple):
-    """left (m,): change of the coordinates that the intervals must include; against: reasons for rejection; notes."""
+    """left (m,): change of the coordinates that the intervals must include; against: reasons for rejection; notes; trended:
+    whether a trend of the residuals is the reason."""
 
     left: np.ndarray
     against: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    trended: bool = False
 
 
 def judged_by_size(
@@ -557,4 +553,4 @@ def judged_by_size(
     most = float(np.max(np.abs(moved[:, :watched] if isinstance(watched, int) else moved)))
     rejected = bool(seen > limits[0] or most > limits[1])
     said = (words(seen, moved, rejected),)
-    return Deviation(left, said, ()) if rejected else Deviation(left, (), said)
+    return Deviation(left, said, trended=True) if rejected else Deviation(left, notes=said)
