@@ -352,9 +352,8 @@ RISEN = 0.15
 LEAST_BASELINE = 10  # fewest points of a baseline
 BLOCKS = 10  # of each baseline, for the error of its mean with correlated noise
 DEGREES = 2 * BLOCKS - 3  # of freedom of the standard deviation
-UNTIMED = (
-    "the file has no times: the points are numbered in their place"  # note of a curve that has no velocity
-)
+# note of a reader on a curve that has no velocity (``IndentationData.numbered``)
+UNTIMED = "the file has no times: the points are numbered in their place"
 SMOOTH_VELOCITY = 200  # a velocity is the slope of a line through this part of a segment, on either side
 
 
@@ -401,7 +400,7 @@ def without(data: Any, coefficient: float) -> np.ndarray:
 
 def _check_times(data: Any) -> None:
     """Raise ValueError for numbered points, whose velocity is not known."""
-    if UNTIMED in data.notes:
+    if data.numbered:
         raise ValueError("drag: expected a curve with times, got points that are numbered in their place")
 
 

@@ -134,6 +134,7 @@ class IndentationData:
         whole: (3, m): time, load and depth of the curve from which this one was taken, with the same zeros;
             None if nothing was left out. ``plot`` shows it, and a fit takes the part before the first point as history.
         cut: whether the curve begins at first contact because ``in_contact`` cut it there.
+        numbered: whether t numbers the points of a file without times, so that nothing has a velocity.
 
     Raises:
         ValueError: any other input, with the expected and the received value.
@@ -157,6 +158,7 @@ class IndentationData:
     scatter_depth: np.ndarray | None = None
     scatter_load: np.ndarray | None = None
     cut: bool = False
+    numbered: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "t", times(self.t))
@@ -295,6 +297,7 @@ class IndentationData:
         earlier = [note for note in self.notes if not note.endswith(LEAVE_OUT)]
         return IndentationData(
             t=take(t), load=take(load), depth=take(depth), notes=(*earlier, *notes), marks=again(self.marks), cut=True,
+            numbered=self.numbered,
             **{name: again(getattr(self, name)) for name in DEVIATIONS},
             whole=self.whole_curve() * [[1], [found.load_sign], [found.depth_sign]]
             - [[found.t], [found.load_sign * found.load], [found.depth_sign * found.depth]],
@@ -334,7 +337,7 @@ class IndentationData:
         whole = self.whole
         if whole is not None:
             t, load, depth = whole
-            measured = IndentationData(t=t, load=load, depth=depth, notes=self.notes)
+            measured = IndentationData(t=t, load=load, depth=depth, numbered=self.numbered)
             whole = np.stack([t, without(measured, coefficient), depth])
         return dataclasses.replace(self, load=without(self, coefficient), whole=whole)._noted(
             f"drag of {coefficient:.4g} N s/m subtracted from the load"
@@ -353,7 +356,8 @@ class IndentationData:
             raise ValueError(f"expected at least 5 points, got: {note}")
         some = {name: getattr(self, name) for name in ("t", "load", "depth", "marks", *DEVIATIONS)}
         fields = {name: None if y is None else y[keep] for name, y in some.items()}
-        return IndentationData(**fields, notes=(*self.notes, note), whole=self.whole_curve(), cut=self.cut)
+        kept = {"whole": self.whole_curve(), "cut": self.cut, "numbered": self.numbered}
+        return IndentationData(**fields, **kept, notes=(*self.notes, note))
 
     def plot(self) -> Any:
         """Return a figure of load and depth over time, with points that were left out in grey.
@@ -411,7 +415,7 @@ def with_earlier(data: IndentationData) -> tuple[IndentationData, np.ndarray]:
     note = f"the curve from {t[0]:.4g} to {data.t[0]:.4g} s is taken as history, and not fitted"
     longer = IndentationData(
         t=np.append(t, data.t), load=np.append(load, data.load), depth=np.append(depth, data.depth), marks=marks,
-        notes=(*data.notes, note), whole=data.whole, cut=data.cut, **errors,
+        notes=(*data.notes, note), whole=data.whole, cut=data.cut, numbered=data.numbered, **errors,
     )  # fmt: skip
     return longer, np.arange(longer.t.size) >= n
 

@@ -28,7 +28,7 @@ from fitting.data.indentation import (
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Deviation, Sample, Solved
+from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models.adhesive_contact import (
     JKR,
     Extent,
@@ -331,7 +331,7 @@ def deviation(
         )
 
     size, limits = (lambda: max(trends.values())), (TREND, CHANGE)
-    return verdict.judged_by_size(problem, solved, size, refits, 2, limits, words)
+    return judged_by_size(problem, solved, size, refits, 2, limits, words)
 
 
 # Search of the fit of an adhesive force curve, approach, dwell and retraction, of a viscoelastic film on a base.

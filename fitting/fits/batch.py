@@ -9,8 +9,7 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.data.weights import choose_weights
-from fitting.inference import verdict
-from fitting.inference.verdict import Assessment, Sample, Solved
+from fitting.inference.sample import Assessment, Sample, Solved, check_count, settled
 from fitting.models.structure import limits, resolve
 from fitting.search import nonlinear, varpro
 from fitting.search.varpro import Optimum
@@ -81,7 +80,7 @@ def fit_creep_batch(
     curves = [CreepData(t=t, J=row, start=start) for row in np.atleast_2d(np.asarray(J, dtype=float))]
     notes = tuple(dict.fromkeys(note for curve in curves for note in curve.notes))
     p = sum(low < high for low, high in table.values())
-    verdict.check(level, curves[0].t.size, p)
+    check_count(level, curves[0].t.size, p)
     samples = [
         Sample.of(curve.curve, *choose_weights(curve.t, curve.response, weights, None)) for curve in curves
     ]
@@ -89,7 +88,7 @@ def fit_creep_batch(
     problems, own = _stack([s.problem for s in scaled]), varpro.PLACES[structure.size]
     if intervals or samples[0].adjustable:
         solve = lambda weights: _solve(samples, problems, weights)
-        found = verdict.settled(samples, solve([one.weights for one in samples]), solve, p)
+        found = settled(samples, solve([one.weights for one in samples]), solve, p)
         problems, best = found[0].whole
     else:  # the residuals are not needed
         best = _minimise_all(problems)

@@ -25,7 +25,7 @@ from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import basis
 from fitting.inference.result import Fit, linear_band, plain
-from fitting.inference.verdict import Assessment, Sample, Solved, settled
+from fitting.inference.sample import Assessment, Sample, Solved, settled
 from fitting.models.parameters import Landscape, Parameters
 from fitting.models.structure import Sought, Structure
 from fitting.search import nonlinear, varpro
@@ -233,8 +233,9 @@ def fit_creep(
             search for all its numbers; it keeps its nu or bulk modulus. For a fractional law the returned material is
             its Prony approximation (``jc.Springpot.prony``) over the times of the data, and no point is left out of
             the fit.
-        weights: "estimated" (the default without a sigma): errors a + b J, estimated from the data (``weights.py``) and
-            then from the residuals (``noise.py``), with isolated outliers left out;
+        weights: "estimated" (the default without a sigma): standard deviation (a^2 + (b J)^2)^(1/2), a and b estimated
+            from the data (``data/weights.py``) and then from the residuals (``inference/noise.py``), with isolated outliers
+            left out;
             "proportional" (errors are a fraction of the fitted J); "relative" (of the measured J, which makes a fit too low
             by about the square of the relative error; a note says where this matters); "absolute" (one error for all).
         sigma: the known standard deviation, a number or (n,) [unit of the data]; by default the standard deviation that

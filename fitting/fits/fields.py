@@ -23,7 +23,7 @@ from fitting.data.fields import ContactData
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.noise import two_sided
 from fitting.inference.result import Fit
-from fitting.inference.verdict import Sample
+from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear, profiles

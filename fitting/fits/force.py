@@ -14,7 +14,7 @@ import scipy.optimize
 from jax import Array
 
 import jaxcontact as jc
-from fitting.data.contact import DEGREES, UNTIMED, Drag, baseline, find_drag, sample_noise, signs, smooth
+from fitting.data.contact import DEGREES, Drag, baseline, find_drag, sample_noise, signs, smooth
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
 from fitting.fits.adhesion import AdhesiveFit
@@ -23,7 +23,7 @@ from fitting.fits.force_history import ViscoelasticForceFit, fit_history
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Deviation, Sample, Solved
+from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models import thin_layer
 from fitting.models.parameters import Parameters
 from fitting.models.structure import CLASSICAL, Sought
@@ -388,7 +388,6 @@ SEEN = 5.0  # least indentation force in standard deviations of the baseline
 SHORT = 0.02  # least baseline, as a fraction of the depth of the curve
 FEW = 8  # fewest points in contact
 HALF = 0.5  # of the largest depth
-TRENDED = "the residuals have"  # begin of a reason or note on a trend
 ROWS = 5  # of the table of the modulus over the depth
 SHIFTS = -0.5, -0.2, 0.0, 0.2, 0.5  # starts of its contact point, over the largest depth
 LOST = (
@@ -459,11 +458,11 @@ def trend_words(trend: float, softer: float, rejected: bool, unit: float, thin: 
     size = f"a trend of {100 * trend:.1f} % of the largest force ({trend * unit * PICO:.3g} pN)"
     if rejected:
         return (
-            f"{TRENDED} {size}, and the modulus {way} by {percent:.0f} % from half the depth to the whole:"
+            f"the residuals have {size}, and the modulus {way} by {percent:.0f} % from half the depth to the whole:"
             f" {meaning}"
         )
     return (
-        f"{TRENDED} {size}; the intervals include the change of the modulus from half the depth to the whole,"
+        f"the residuals have {size}; the intervals include the change of the modulus from half the depth to the whole,"
         f" by which it {way} by {percent:.1f} %: {meaning}"
     )
 
@@ -496,14 +495,14 @@ def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Devia
         trend, float(changes[0, 0]), rejected, unit, force.thickness is not None
     )
     trend = lambda: verdict.trend(deviations)
-    return verdict.judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
+    return judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
 
 
 def hysteresis_note(data: IndentationData, approach: ApproachCurve, point: float) -> tuple[str, ...]:
     """Return a note where the retraction of a curve does not give back the work of its approach, which an elastic sample
     does; point: contact point, as the depths of ``approach`` [m]."""
     back = data.segments == "retract"
-    if back.sum() < LEAST or UNTIMED in data.notes:
+    if back.sum() < LEAST or data.numbered:
         return ()
     depth = approach.inward * data.depth[back] - approach.zero - point
     _, pushed = signs(data.load[~back] - baseline(data.load[~back]), data.depth[~back])
@@ -546,7 +545,8 @@ class ForceFit(Fit):
             a half-space, substrate for a rigid base; unbonded: whether the layer slides on it.
         polynomials: {name: (E [Pa], deviation from ``youngs_modulus``)} of fits with the approximations in common use for
             a thin layer, where they were requested.
-        depth, force, model (n,): depth below the contact point [m], force without baseline [N], and that of the model.
+        depth, force, model_force (n,): depth below the contact point [m], force without baseline [N], and that of the model.
+        trended: whether the fit is rejected for a trend of its residuals.
         contact_model: why this model of the contact, with ``adhesion="auto"``; None else.
     """
 
@@ -561,6 +561,7 @@ class ForceFit(Fit):
     depth: np.ndarray
     force: np.ndarray
     model_force: np.ndarray
+    trended: bool
     contact_model: ContactModel | None = None
 
     @property
@@ -576,8 +577,7 @@ class ForceFit(Fit):
         Its logarithm is a cubic spline through the rows, and the contact point and baseline are fitted again with it, since
         those of the rejected fit are biased. The intervals are linearised, with the correlation of the residuals.
         """
-        trended = any(TRENDED in reason for reason in self.refused)
-        if not trended or self.substrate is not None or self.indenter.material is not None:
+        if not self.trended or self.substrate is not None or self.indenter.material is not None:
             return ()
         probe, deepest, top = probe_of(self.indenter), float(self.depth.max()), float(np.ptp(self.force))
         unit = probe.size / (2.0 * (1.0 + self.nu) * (1.0 - self.nu)) / top
@@ -684,7 +684,7 @@ class ForceFit(Fit):
 
     def _unit(self, name: str) -> str:
         """Return the unit of a nuisance parameter; the tilt of a curve without times is per sample."""
-        return "N per sample" if name == "tilt" and UNTIMED in self.data.notes else NUISANCES[name]
+        return "N per sample" if name == "tilt" and self.data.numbered else NUISANCES[name]
 
     def _base(self) -> str:
         return (
@@ -894,7 +894,7 @@ def fit_force(
         ForceFit, indenter=indenter, nu=nu, thickness=thickness, substrate=substrate, unbonded=unbonded,
         youngs_modulus=E, nuisances=nuisances, polynomials=_polynomials(force, solved, E[0]) if polynomials else {},
         depth=below * deepest, force=(np.asarray(force.curve.load) - baseline_load) * unit,
-        model_force=np.asarray(indentation_force(theta, below, force.curve)) * unit,
+        model_force=np.asarray(indentation_force(theta, below, force.curve)) * unit, trended=off.trended,
     )  # fmt: skip
 
 

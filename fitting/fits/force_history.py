@@ -33,14 +33,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from fitting.data.contact import UNTIMED, baseline, sample_noise, signs, smooth
+from fitting.data.contact import baseline, sample_noise, signs, smooth
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
 from fitting.fits.fractional import LAWS, Law, creep_structure, orders, within
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Deviation, Sample, Solved
+from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models.parameters import Parameters, spectrum
 from fitting.models.structure import Sought
 from fitting.models.thin_layer import Base, ThinLayer
@@ -232,7 +232,7 @@ class Curve(NamedTuple):
     @classmethod
     def of(cls, data: IndentationData) -> "Curve":
         """Return all segments of a curve; ValueError without times, an approach, or contact."""
-        if UNTIMED in data.notes:
+        if data.numbered:
             raise ValueError(
                 "data: expected a curve with times for a viscoelastic model, got numbered points"
             )
@@ -646,7 +646,7 @@ def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
         )
 
     size = lambda: max(verdict.trend(deviations[marks == mark]) for mark in np.unique(marks))
-    return verdict.judged_by_size(problem, solved, size, refits, moduli, (TREND, CHANGE), words)
+    return judged_by_size(problem, solved, size, refits, moduli, (TREND, CHANGE), words)
 
 
 def model_force(force: Problem, theta: np.ndarray) -> np.ndarray:

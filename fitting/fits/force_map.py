@@ -51,6 +51,7 @@ from fitting.fits.force import ApproachCurve, fit_force
 from fitting.fits.indentation import fit_indentation
 from fitting.inference import noise, verdict
 from fitting.inference.noise_of_many import is_doubted, noise_of_one, orthonormal
+from fitting.inference.sample import EXACT, FLAT, NEGLIGIBLE, ROUNDING, SAME
 from fitting.models.thin_layer import LARGEST, Base, ThinLayer, check_unbonded
 from fitting.search import nonlinear
 from fitting.views import output, sheet, text
@@ -219,7 +220,7 @@ def fit_one(
     weights = jnp.where(on, 1.0, 0.0)
     rss, points = scanned(curve, weights, layer, power)
     best = jnp.argmin(rss)
-    contact, real = jnp.isfinite(rss[best]), rss[best] > verdict.EXACT * jnp.sum((weights * load) ** 2)
+    contact, real = jnp.isfinite(rss[best]), rss[best] > EXACT * jnp.sum((weights * load) ** 2)
 
     def theory(one: Projected, weights: Array) -> tuple[Array, Array, Array]:
         """Return fitted values, weighted residuals and the weighted Jacobian (4, N) by log J, p, b and k."""
@@ -229,7 +230,7 @@ def fit_one(
         return fitted, weights * (fitted - load), weights * rows
 
     # The contact point between its neighbours, then weights that follow from the residuals, until they stay
-    # (``verdict.settled``).
+    # (``sample.settled``).
     def turn(state: tuple) -> tuple:
         count, p, reach, weights, *_ = state
         p, one = refined(
@@ -239,7 +240,7 @@ def fit_one(
         found = noise_of_one(r, slopes, fitted, jnp.where(on, weights, 1.0), n, level, single, real)
         new = jnp.where(on, 1.0 / (jnp.hypot(found.floor, fitted) * found.sizes), 0.0)
         change = jnp.max(jnp.where(on, jnp.abs(jnp.log(new / weights)), 0.0))
-        ended = (count > 0) & (change <= verdict.SAME) | (count == TURNS) | ~real | ~contact
+        ended = (count > 0) & (change <= SAME) | (count == TURNS) | ~real | ~contact
         return count + 1, p, jnp.asarray(REACH), jnp.where(ended, weights, new), ended, one, found
 
     state = jax.eval_shape(turn, (jnp.asarray(0), points[best], jnp.asarray(REACH), weights))
@@ -252,7 +253,7 @@ def fit_one(
     # Ends of the intervals by profile likelihood: R reaches its least value plus the square of the half width.
     q, R, y = line(curve, weights)
     at = lambda p: projected(p, curve, weights, q, R, y, layer, power)
-    rises = jnp.maximum(found.half**2, verdict.ROUNDING * jnp.sum((weights * load) ** 2))
+    rises = jnp.maximum(found.half**2, ROUNDING * jnp.sum((weights * load) ** 2))
     out, _ = orthonormal(jnp.stack([slopes[2], slopes[3], slopes[0], slopes[1]]))
     first = jnp.sqrt(rises[1]) / jnp.maximum(jnp.abs(out[3] @ slopes[1]), 1e-300)  # of the linear model
 
@@ -292,9 +293,7 @@ def fit_one(
     pushed = one.c * law(depth[n - 1] - p, layer, power)
     count, highest = spikes_of(deviations, pushed, n)
     doubted = (
-        is_doubted(r, slopes, found, n, far)
-        & (total > verdict.NEGLIGIBLE * jnp.sum((weights * load) ** 2))
-        & real
+        is_doubted(r, slopes, found, n, far) & (total > NEGLIGIBLE * jnp.sum((weights * load) ** 2)) & real
     )
     # the fit up to half the largest depth
     some = on & (depth - p <= force.HALF * (depth[n - 1] - p))
@@ -325,7 +324,7 @@ def fit_one(
         "amplitude": one.c, "r2": r2, "floor": found.floor, "lag1": found.lag1, "before": before,
         "scatter": scatter, "pushed": pushed, "spikes": count, "highest": highest, "doubted": doubted, "few": few,
         "softer": softer, "shift": half - p, "trend": trend, "varied": found.varied, "found": contact,
-        "poor": real & ((r2 <= 0.0) | (total >= about * (1.0 - verdict.FLAT))), "faint": real & (spread > signal),
+        "poor": real & ((r2 <= 0.0) | (total >= about * (1.0 - FLAT))), "faint": real & (spread > signal),
         "excess": spread / jnp.maximum(signal, 1e-300), "finite": jnp.all(jnp.isfinite(logs)),
     }  # fmt: skip
 
@@ -547,7 +546,7 @@ def calibrated(
         floors = np.geomspace(max(size.min() / noise.BEYOND, noise.LEAST * high), high, 25)
         shapes = np.hypot(floors[:, None], fitted) * weights
         residual, jacobian = weights * (fitted - rows.load[i, :n]), (weights * slopes).T
-        if residual @ residual <= verdict.ROUNDING * np.sum((weights * rows.load[i, :n]) ** 2):
+        if residual @ residual <= ROUNDING * np.sum((weights * rows.load[i, :n]) ** 2):
             continue  # without noise nothing is to be simulated
         tried, inside = noise.ErrorModels(shapes, floors), np.ones(COUNT, dtype=bool)
         model = noise.noise_model(residual, jacobian, inside, np.zeros(n, dtype=int), tried, COUNT, False)
@@ -606,7 +605,14 @@ def data_of(depth: Any, load: Any, t: Any) -> list[Any]:
         marks[: int(np.argmax(inward * d)) + 1] = SEGMENTS[0]
         try:
             found.append(
-                IndentationData(t=s, load=F, depth=d, marks=marks, notes=(UNTIMED,) if t is None else ())
+                IndentationData(
+                    t=s,
+                    load=F,
+                    depth=d,
+                    marks=marks,
+                    notes=(UNTIMED,) if t is None else (),
+                    numbered=t is None,
+                )
             )
         except ValueError as error:
             found.append(str(error))

@@ -22,7 +22,7 @@ from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import two_sided
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Sample
+from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear
@@ -554,7 +554,8 @@ def fit_growth(
 
     Args:
         data: one ``GrowthData``, or a sequence of them for several stresses and temperatures.
-        weights: "estimated" (the default without standard deviations in the data): errors a + b h, estimated;
+        weights: "estimated" (the default without standard deviations in the data): standard deviation (a^2 + (b h)^2)^(1/2),
+            a and b estimated;
             "proportional" or "relative" (errors are a fraction of the fitted or of the measured thickness) or "absolute"
             (one error for all).
         fixed: {parameter: value} of any subset of "rate" [m/s], "activation_energy" [J], "activation_volume" [m3] and

@@ -23,10 +23,9 @@ from fitting.fits.adhesion import (
     is_fitted,
     is_law,
 )
-from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Sample, Solved, settled
+from fitting.inference.sample import Sample, Solved, check_count, settled
 from fitting.models import adhesive_contact, halfspace, thin_layer
 from fitting.models.halfspace import Curve
 from fitting.models.history import merge
@@ -523,7 +522,8 @@ def fit_indentation(
         control: the measured quantity that is prescribed and therefore not fitted: "load", under which the contact must
             grow, or "depth".
         weights: "absolute" (one error for all points; the default without a sigma), "proportional", "relative" or
-            "estimated" (errors a + b y of the response y, estimated from the data and then from the residuals).
+            "estimated" (standard deviation (a^2 + (b y)^2)^(1/2) of the response y, estimated from the data and then
+            from the residuals).
         sigma: in place of weights, the standard deviation of depth [m] or load [N], a number or (n,); by default the
             standard deviation that the data carry, if any.
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
@@ -613,7 +613,7 @@ def fit_indentation(
     pressing = Pressing(indenter, control, rise, adhesion, film, thickness, bool(unbonded))
     instrument = Instrument(contact_point, drift, machine_compliance)
     press = prepare(data, sought, pressing, instrument, weights, sigma)
-    verdict.check(level, _sample(press).least_count, press.space.free.size)
+    check_count(level, _sample(press).least_count, press.space.free.size)
 
     # The optimum, with weights that are consistent with it.
     if film:

@@ -18,7 +18,7 @@ from fitting.fits.growth import BOLTZMANN
 from fitting.inference import noise
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Sample
+from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear, profiles

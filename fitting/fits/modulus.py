@@ -31,7 +31,7 @@ from fitting.fits.own_material import OwnLaw, OwnModulus
 from fitting.inference import noise
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit
-from fitting.inference.verdict import Sample, Solved
+from fitting.inference.sample import Sample, Solved
 from fitting.models.halfspace import relaxation_modes
 from fitting.models.parameters import NUISANCES, Parameters, spectrum
 from fitting.models.structure import Sought, Structure, structure_of

@@ -48,7 +48,7 @@ from fitting.data.weights import choose_weights
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import two_sided
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Sample
+from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.models.thin_layer import thin_layer_factor

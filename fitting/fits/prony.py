@@ -23,7 +23,7 @@ from fitting.fits.creep import creep_sample
 from fitting.fits.modulus import ModulusFit, alike, weighted_sample
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit
-from fitting.inference.verdict import Sample, Solved
+from fitting.inference.sample import Sample, Solved
 from fitting.models import history
 from fitting.models.parameters import Landscape, Parameters
 from fitting.models.structure import ParameterList, Sought, Structure, series

@@ -14,7 +14,7 @@ from fitting.fits.modulus import weighted_sample
 from fitting.fits.prony import MaxwellSeries
 from fitting.inference import noise
 from fitting.inference.result import plain
-from fitting.inference.verdict import Curve, Evidence, Solved, settled
+from fitting.inference.sample import Curve, Evidence, Solved, settled
 from fitting.models.structure import Volume
 from fitting.views import sheet, text
 
@@ -330,7 +330,7 @@ def fit_spectrum(
     fields = vars(quality) | _spectrum(found, tau, quality.widening, level)
     return SpectrumFit(
         **fields, material=_prony(found, tau, step, nu), data=data, weights=sample.label, level=level,
-        notes=(*data.notes, *sample.error(solved, assessment), *quality.doubts), curve=sample.curve(solved.kept),
+        notes=(*data.notes, *sample.noise_notes(solved, assessment), *quality.doubts), curve=sample.curve(solved.kept),
     )  # fmt: skip
 
 

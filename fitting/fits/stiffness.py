@@ -16,7 +16,7 @@ from fitting.data.weights import choose_weights
 from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.inference.verdict import Solved
+from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.models.thin_layer import Base, check_unbonded, contact_factors
@@ -168,7 +168,7 @@ def no_moves(name: str) -> np.ndarray:
 
 def deviation(
     problem: FitProblem, of: Callable[[np.ndarray], Objective], solved: Solved, film: bool
-) -> verdict.Deviation:
+) -> Deviation:
     """Return the systematic deviation of the points from the model; of: objective of weights (n,)."""
     depth, measured = problem.sample.t, problem.sample.measured
 
@@ -192,7 +192,7 @@ def deviation(
         return f"{said}: {meaning}; leave out shallow depths"
 
     trend = lambda: verdict.trend(solved.residual / solved.weights / measured)
-    return verdict.judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
+    return judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
 
 
 def pointwise(
@@ -374,7 +374,7 @@ def fit_stiffness(
     tip = _tip(data, indenter, contact, area, epsilon, beta)
     depth, stiffness, widest = data.depth, data.stiffness, float(tip.radii.max())
     weight, label = choose_weights(depth, stiffness, weights, sigma)
-    sample = verdict.Sample.of(("stiffness", "N/m", depth, stiffness), weight, label, own_trends=True)
+    sample = Sample.of(("stiffness", "N/m", depth, stiffness), weight, label, own_trends=True)
 
     # The starting modulus is that of a half-space, without the compliance of the tip.
     half = body._replace(base=None)

@@ -22,7 +22,7 @@ from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.noise import basis, lag_one, within
 from fitting.inference.result import Fit
-from fitting.inference.verdict import Assessment, Curve, Sample, Solved
+from fitting.inference.sample import REWEIGHTINGS, Assessment, Curve, Sample, Solved, assess
 from fitting.models.history import Step, columns, merge
 from fitting.models.parameters import Parameters, spectrum
 from fitting.models.structure import Sought, structure_of
@@ -104,7 +104,7 @@ class Tests(NamedTuple):
         values = [part.sample.measured / part.unit for part in self.parts]
         return "response", "-", np.concatenate([part.sample.t for part in self.parts]), np.concatenate(values)
 
-    def error(self, solved: Solved, assessment: Assessment) -> tuple[str, ...]:
+    def noise_notes(self, solved: Solved, assessment: Assessment) -> tuple[str, ...]:
         """Return notes on standard deviations that were stated for a test and are contradicted by its error scale, the
         square of which is chi2 per degree of freedom."""
         n, p, notes = solved.residual.size, assessment.evidence.p, []
@@ -160,7 +160,7 @@ class Tests(NamedTuple):
         # a test alone determines less than all of them
         parts = np.split(basis(solved.jacobian[:, solved.inside]), self.ends)
         quality = [
-            verdict.assess(sample, own, found, p, level, Q).evidence
+            assess(sample, own, found, p, level, Q).evidence
             for (sample, own), found, Q in zip(rows, noises, parts, strict=True)
         ]
         # the parameters are shared, so s^2 of each test is RSS_k/(n_k (1 - p/n))
@@ -168,7 +168,7 @@ class Tests(NamedTuple):
         whole = self._whole(solved)
         lag1 = lag_one(solved.residual, whole.blocks)
         found = noise.joined(noises, solved.jacobian, shares, lag1, float(n - p))
-        assessment = verdict.assess(whole, solved, found, p, level)
+        assessment = assess(whole, solved, found, p, level)
         refused = tuple(
             f"{sample.name}: {why}"
             for (sample, _), one in zip(rows, quality, strict=True)
@@ -191,7 +191,7 @@ def search(space: Parameters, tests: Tests, starts: Sequence[np.ndarray]) -> tup
     that follow from it."""
     first = nonlinear.minimise_from(_objective(space, tests), starts)
     tests, solved = _turns(space, tests, first)
-    for _ in range(verdict.TURNS if any(part.sample.adjustable for part in tests.parts) else 0):
+    for _ in range(REWEIGHTINGS if any(part.sample.adjustable for part in tests.parts) else 0):
         last, tests = tests, tests.reweighed(solved, space.free.size)
         tests, solved = _turns(space, tests, solved.whole[0])
         rows = zip(tests.parts, tests.own_weights, last.own_weights, strict=True)
@@ -302,8 +302,9 @@ def fit_together(
 ) -> JointFit:  # fmt: skip
     """Fit one material to several tests of it, each with an estimated error scale of its own.
 
-    Within a test the weights are those of ``fit_creep`` and ``fit_relaxation`` by default (errors a + b J; the
-    standard deviations of a creep test that has them), and proportional for an oscillation. No point is left out.
+    Within a test the weights are those of ``fit_creep`` and ``fit_relaxation`` by default (standard deviation
+    (a^2 + (b J)^2)^(1/2), a and b estimated; the standard deviations of a creep test that has them), and proportional
+    for an oscillation. No point is left out.
 
     Args:
         data: creep, relaxation and oscillation tests, two or more.

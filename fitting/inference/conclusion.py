@@ -19,7 +19,7 @@ import numpy as np
 from fitting.inference import verdict
 from fitting.inference.noise import two_sided
 from fitting.inference.result import Estimate, Fit
-from fitting.inference.verdict import Assessment, Solved
+from fitting.inference.sample import Assessment, Solved, check_count, settled
 from fitting.models.parameters import Parameters
 from fitting.models.structure import Sought
 from fitting.search import nonlinear, profiles
@@ -46,7 +46,7 @@ class FitProblem:
     level: float
 
     def __post_init__(self) -> None:
-        verdict.check(self.level, self.sample.least_count, self.p)
+        check_count(self.level, self.sample.least_count, self.p)
 
     @property
     def p(self) -> int:
@@ -101,7 +101,7 @@ def least_squares(
         return [solution(own, best, changed[0])]
 
     found = [solution(objective(weights), first, weights)]
-    return verdict.settled([problem.sample], found, again, problem.p)[0]
+    return settled([problem.sample], found, again, problem.p)[0]
 
 
 def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
@@ -182,7 +182,7 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     names = {place: name for name, place in structure.where.items()}
     sd_log = dict.fromkeys(parameters, math.inf)
     sd_log |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
-    said = *getattr(data, "notes", ()), *sample.error(solved, assessment), *quality.doubts, *notes
+    said = *getattr(data, "notes", ()), *sample.noise_notes(solved, assessment), *quality.doubts, *notes
     together = inseparable(slopes, [space.names[i] for i in free], identified)
     fields = vars(quality) | {
         "material": structure.material(parameters, problem.sought.volume), "values": parameters,

@@ -19,6 +19,7 @@ from jax import Array, lax
 
 from fitting.inference import noise, verdict
 from fitting.inference.noise import BEYOND_CHANCE, RHO
+from fitting.inference.sample import ALIKE, FAINT
 
 SHAPES = 25  # error models
 NEWTON = 12  # steps for a quantile of the mixture
@@ -250,7 +251,7 @@ def variation(r: Array, Q: Array, on: Array, k: int) -> tuple[Array, Array]:
 def noise_of_one(
     r: Array, slopes: Array, fitted: Array, weights: Array, n: Array, level: Array, single: Array, real: Array
 ) -> NoiseOfOne:
-    """Return the noise of weighted residuals r (N,) with estimated weights (``verdict.Sample.noise``).
+    """Return the noise of weighted residuals r (N,) with estimated weights (``sample.Sample.noise``).
 
     slopes (k, N): weighted Jacobian of the coordinates; fitted (N,), weights (N,) [their reciprocals]; level: of the
     intervals, and single: its quantile of t; real: whether the residuals exceed rounding.
@@ -280,13 +281,13 @@ def noise_of_one(
         found, sizes = jnp.all(found), sizes[0]
         spreads = jnp.where(found, shape * sizes, shape)
         # where neighbours are alike, it is the model that changes along the curve, not the noise
-        alike = lag_one(even, n) > 2.0 * verdict.ALIKE / jnp.sqrt(n)
-        alike = alike | (lag_one(jnp.where(on, r / spreads, 0.0), n) > verdict.ALIKE / jnp.sqrt(n))
+        alike = lag_one(even, n) > 2.0 * ALIKE / jnp.sqrt(n)
+        alike = alike | (lag_one(jnp.where(on, r / spreads, 0.0), n) > ALIKE / jnp.sqrt(n))
         return found & ~alike, log_variance(spreads), sizes, spreads, log_variance(shape)
 
     def changes(floor: Array) -> tuple[Array, ...]:
         """Return whether the noise changes along the curve, a/b, sizes and spreads of the likeliest such model."""
-        bases = jnp.stack([floor, verdict.FAINT * largest, largest / verdict.FAINT])
+        bases = jnp.stack([floor, FAINT * largest, largest / FAINT])
         able, costs, sizes, spreads, plain = lax.map(of_base, bases)
         # minus twice the log likelihood that a change must exceed: chi-square with three degrees of freedom at ``BETTER``
         least = plain[0] - 7.814727903251179 * excess(jnp.where(on, r / spreads[0], 0.0), on)

@@ -107,7 +107,7 @@ def _indentation(data: IndentationData, per_decade: float) -> IndentationData:
         errors[f"{'scatter' if sigma is None else 'sigma'}_{name}"] = bins.error(raw, rhos[-1])
     return IndentationData(
         t=bins.mean(data.t), load=bins.value(data.load), depth=bins.value(data.depth), marks=marks[bins.first],
-        whole=data.whole_curve(), cut=data.cut, notes=(*data.notes, bins.note(max(rhos))), **errors,
+        whole=data.whole_curve(), cut=data.cut, numbered=data.numbered, notes=(*data.notes, bins.note(max(rhos))), **errors,
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from fitting.data.curves import evaluation_times
 from fitting.inference import noise
-from fitting.inference.verdict import Curve, Evidence
+from fitting.inference.sample import Curve, Evidence
 from fitting.models.parameters import Landscape
 from fitting.models.structure import Structure
 from fitting.search.nonlinear import LogCovariance

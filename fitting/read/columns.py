@@ -241,7 +241,7 @@ def series(table: Table, block: Block, found: dict[str, Column]) -> Series:
     for key, column in found.items():
         values[key] = values[key] * column.factor
         # numbers without a unit that are too large for SI, such as a depth of 1500 m
-        if key in LARGEST and any("no unit" in note for note in column.notes):
+        if key in LARGEST and column.unit is None:
             largest, (limit, likely) = float(np.nanmax(np.abs(values[key]), initial=0.0)), LARGEST[key]
             if largest > limit:
                 given = " or ".join(f"units={{{key!r}: {unit!r}}}" for unit in likely)

@@ -90,7 +90,7 @@ def curves_of(
         try:
             places = {one.key: locate(table, block, one) for one in wanted}
             for key, place in OF.items():
-                if key in places and any("no unit" in note for note in places[key].notes):
+                if key in places and places[key].unit is None:
                     places[key] = places[key]._replace(factor=places[wanted[place].key].factor, notes=())
             if len({column.place for column in places.values()}) < len(places):
                 raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")

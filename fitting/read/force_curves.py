@@ -440,6 +440,7 @@ def read(
         "depth": depth,
         "marks": marks,
         "notes": (f"{data.modality} curve by afmformats", note, *notes),
+        "numbered": "time" not in data,
     }
 
 

@@ -182,7 +182,17 @@ def _indentation_text(
     marks = label(taken.marks, load, depth) if taken.marks else None
     notes = once((*taken.notes, *stated_facts(taken.before), *([UNTIMED] if untimed else [])))
     known = {key: taken.values[key] for key in ERRORS if key in taken.values}
-    return build(table.path, IndentationData, t=t, load=load, depth=depth, marks=marks, notes=notes, **known)
+    return build(
+        table.path,
+        IndentationData,
+        t=t,
+        load=load,
+        depth=depth,
+        marks=marks,
+        notes=notes,
+        numbered=untimed,
+        **known,
+    )
 
 
 def _numbered(table: Table) -> Table:

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from fitting.inference import verdict
 from fitting.inference.noise import Calibration, basis, coloured, whitened
-from fitting.inference.verdict import Sample, Solved
+from fitting.inference.sample import Sample, Solved, settled
 from tests.benchmarks import coverage
 
 TIMES = np.linspace(1 / 40, 1.0, 40)
@@ -28,7 +27,7 @@ def linear_fit(columns, measured):
 
     spread = np.hypot(0.05 * np.max(np.abs(measured)), measured)
     sample = Sample.of(("J", "1/Pa", np.arange(n), measured), 1.0 / spread, "estimated")
-    (found,) = verdict.settled([sample], solve([sample.weights]), solve, k)
+    (found,) = settled([sample], solve([sample.weights]), solve, k)
     rises = sample._replace(weights=found.weights).noise(found, k).rises(np.eye(k), 0.95)
     return found.theta, np.sqrt(rises * np.diag(np.linalg.inv(found.jacobian.T @ found.jacobian)))
 

@@ -20,7 +20,7 @@ import fitting
 import jaxcontact as jc
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit
-from fitting.inference.verdict import Sample
+from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search.nonlinear import Objective

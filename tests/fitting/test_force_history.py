@@ -228,9 +228,7 @@ def test_what_a_viscoelastic_fit_does_not_take():
     ):
         with pytest.raises(ValueError, match=words):
             fitting.fit_force(data, indenter=BALL, nu=NU, **given)
-    untimed = fitting.IndentationData(
-        t=data.t, load=data.load, depth=data.depth, notes=(force_history.UNTIMED,)
-    )
+    untimed = fitting.IndentationData(t=data.t, load=data.load, depth=data.depth, numbered=True)
     with pytest.raises(ValueError, match="expected a curve with times"):
         fitting.fit_force(untimed, indenter=BALL, nu=NU, model="Springpot")
 

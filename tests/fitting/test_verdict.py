@@ -61,6 +61,24 @@ def test_the_error_is_estimated_as_it_was_put_in(a, b):
         assert 0.5 < noise_floor(t, noisy) / (a / b) < 2.0
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_note_on_the_error_has_the_terms_that_were_put_in(seed):
+    """J = J0 + f t with errors of variance a^2 + (b J)^2, a = 1.5e-8 1/Pa and b = 2 %, 80 points: the note says both to a
+    factor of 1.5, after weights that follow from the residuals."""
+    t = np.geomspace(0.1, 100.0, 80)
+    J = 1e-7 * (1.0 + t)
+    noisy = J + np.hypot(1.5e-8, 0.02 * J) * np.random.default_rng(seed).standard_normal(t.size)
+    notes = fit(t, noisy, model="Maxwell").notes
+    (found,) = (
+        re.search(r"estimated: (.*) % of its value and (.*) 1/Pa", note)
+        for note in notes
+        if "estimated:" in note
+    )
+    b, a = map(float, found.groups())
+    assert 1.5e-8 / 1.5 < a < 1.5e-8 * 1.5
+    assert 2.0 / 1.5 < b < 2.0 * 1.5
+
+
 def test_noise_near_zero_does_not_decide():
     """The first points drown in the instrument's noise; relative weights obey them. Oracle: scipy with the
     errors that were put in."""
