@@ -19,8 +19,9 @@ With adhesion (``contact.adhesive``) the cells that touch are held, on the other
 tangent is that of Newton's method, found by conjugate gradients for the displacement. Under the given control it is
 positive on a branch of stable states and ceases to be so where the branch ends: conjugate gradients that meet a direction of
 negative curvature give nan. (Without the sign it would be a number that means nothing.) Beyond a jump derivatives are
-those of the new branch; that the jump itself moves is not in them. On a moving body (``contact.adhesive``) the odd
-part of the operator acts on the change of the pressure as a part of the gap, and the change is found by GMRES.
+those of the new branch; that the jump itself moves is not in them. On a moving body and over a film whose thickness varies
+(``contact.adhesive``) what the operator has beyond a uniform one acts on the change of the pressure as a part of the gap,
+and the change is found by GMRES.
 
 With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
 traction stays on the rim, which grows with pressure and coefficient of friction, and turns with the slip
@@ -352,27 +353,34 @@ def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solut
 
 
 @jax.custom_jvp
-def solve_adhesive_sliding(
+def solve_adhesive_in_turn(
     problem: Problem, start: Start, tolerance: Array, max_iterations: Array
 ) -> Solution:
-    """``solve_sliding`` of contact.adhesive, differentiable in everything in ``problem``."""
-    return adhesive.solve_sliding(problem, start, tolerance, max_iterations)
+    """``solve_in_turn`` of contact.adhesive, differentiable in everything in ``problem``."""
+    return adhesive.solve_in_turn(problem, start, tolerance, max_iterations)
 
 
-@solve_adhesive_sliding.defjvp
-def _solve_adhesive_sliding_jvp(primals, tangents):
+@solve_adhesive_in_turn.defjvp
+def _solve_adhesive_in_turn_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
-    found = solve_adhesive_sliding(*primals)
+    found = solve_adhesive_in_turn(*primals)
     found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
-    odd, by_odd = problem.operator.odd(), change.operator.odd()(found.pressure)
-    alone = replace(change, operator=change.operator.even(), gap=change.gap + by_odd)
-    held = adhesive.frozen(problem, found.pressure)
-    moved = lambda gap: _moved_solution(held, found, replace(alone, gap=gap))
+    # the uniform operator is held: the fixed point does not depend on it
+    held, forcing = (
+        adhesive.with_given(problem, found.pressure),
+        problem.operator.tangent(change.operator, found.pressure),
+    )
+    uniform = held.operator
+    alone = replace(change, operator=jax.tree.map(jnp.zeros_like, uniform), gap=change.gap + forcing)
+    seen = replace(found, displacement=uniform(found.pressure))
+    rest = lambda dp: problem.operator(dp) - uniform(dp)
+    moved = lambda gap: _moved_solution(held, seen, replace(alone, gap=gap))
     still = jax.tree.map(jnp.zeros_like, alone)
-    left = lambda dp: dp - _moved_solution(held, found, replace(still, gap=odd(dp))).pressure
+    left = lambda dp: dp - _moved_solution(held, seen, replace(still, gap=rest(dp))).pressure
     right = moved(alone.gap).pressure
     dp = linear_solution(left, right, gmres_solution)
-    return found, moved(alone.gap + odd(dp))
+    result = moved(alone.gap + rest(dp))
+    return found, replace(result, displacement=forcing + problem.operator(dp))
 
 
 @solve_partial_slip.defjvp

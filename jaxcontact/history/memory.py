@@ -550,12 +550,10 @@ class RecursiveMemory(Memory):
         ``history.memory``, ().
         """
         k = self.kernels
-        shape = spectral.padded_shape(pressure.shape, k.family.periodic)
-        fields = jnp.concatenate([pressure[None], eta])
-        waves = spectral.transform(fields, k.family.periodic)
-        squares = waves.real**2 + waves.imag**2
-        energies = jax.vmap(lambda s: inner_product(k.family.spectrum, s, shape))(squares)  # (K + 1, M + 1)
-        return 0.5 * energies[0, 0] + 0.5 * jnp.sum(k.rates[:, None] * k.mix.T * energies[1:, 1:])
+        work = lambda weights, field: jnp.sum(field * k.family.combined(list(weights))(field))
+        at_once = work(jnp.zeros(1 + len(k.mix)).at[0].set(1.0), pressure)
+        springs = jax.vmap(lambda mix, eta: work([0.0, *mix], eta))(k.mix.T, eta)
+        return 0.5 * at_once + 0.5 * jnp.sum(k.rates * springs)
 
     @property
     def delayed_rates(self) -> Array:

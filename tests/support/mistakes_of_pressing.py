@@ -58,10 +58,6 @@ PRESSING = {
         lambda: indent(adhesion=jc.DugdaleAdhesion(-0.05, 1e6)),
         r"adhesion: work \[J/m\^2\]: expected > 0, got -0\.05",
     ),
-    "adhesion on a film whose thickness varies": (
-        lambda: indent(body=varying(), adhesion=jc.DugdaleAdhesion(0.05, 1e6)),
-        r"adhesion: expected None with a film whose thickness varies in the plane",
-    ),
     "a hardness with adhesion": (
         lambda: indent(adhesion=jc.DugdaleAdhesion(0.05, 1e6), hardness=1e9),
         r"hardness: expected None with adhesion, got a hardness: surfaces that yield are computed without",
