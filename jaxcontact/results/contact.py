@@ -71,7 +71,8 @@ class ContactResult:
     @property
     def in_contact(self) -> Array:
         """True for each cell in contact, of the shape of ``pressure``."""
-        return self.pressure > 0.0  # type: ignore[attr-defined]
+        carried = getattr(self, "contact_pressure", None)
+        return (self.pressure if carried is None else carried) > 0.0  # type: ignore[attr-defined]
 
     def summary(self) -> str:
         """Return the first, last and largest values of the main quantities, the grid and the convergence status, as text."""
@@ -657,9 +658,15 @@ class SteadySliding(_RenamedTotal, SteadyContact):
 
     indenter_displacement (nx, ny) [m] and indenter_film_strain: as in ``ContactHistory``, relaxed; None of an indenter that
     does not creep and is not coated.
+
+    contact_pressure (nx, ny) [Pa]: with adhesion the pressure that contact carries, ``pressure`` plus the attraction in the
+    cells whose gap is zero; cohesive_cells and tabor_number: as in ``AdhesiveHistory``. None without adhesion.
     """
 
     view: ClassVar[str] = "steady sliding"
+    contact_pressure: Array | None = field(kw_only=True, default=None)
+    cohesive_cells: Array | None = field(kw_only=True, default=None)
+    tabor_number: Array | None = field(kw_only=True, default=None)
     indenter_displacement: Array | None = field(kw_only=True, default=None)
     indenter_film_strain: Array | None = field(kw_only=True, default=None)
     grid: Grid

@@ -18,12 +18,14 @@ from jaxcontact._support.status import Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, separate_map
 from jaxcontact.bodies.controls import Approach, Control
 from jaxcontact.bodies.grid import Grid
+from jaxcontact.bodies.laws import Adhesion, check_adhesion
 from jaxcontact.contact import nonsymmetric
+from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
 from jaxcontact.history.memory import Observer, RecursiveMemory, Shift, along
 from jaxcontact.history.motion import as_array, check_along_x, check_rubbing
-from jaxcontact.history.normal_step import contact_outcome, status_of
+from jaxcontact.history.normal_step import at_rest, contact_outcome, solve_step, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import (
@@ -39,7 +41,7 @@ from jaxcontact.operators.kernels import (
 from jaxcontact.operators.operator import Family, Operator, series_entries
 from jaxcontact.response.normal import limits_of
 from jaxcontact.results.contact import SteadySliding, with_totals
-from jaxcontact.simulate.run import Experiment, reported
+from jaxcontact.simulate.run import Experiment, reported, tabor_numbers
 
 # The displacement behind an indenter in steady sliding, as one operator.
 #
@@ -496,6 +498,7 @@ def slide_steady(
     max_iterations: Array | int = 500,
     kernels: Kernels | None = None,
     friction: Array | float | None = None,
+    adhesion: Adhesion | None = None,
 ) -> SteadySliding:
     """Compute the steady state of an indenter that slides over a body at constant velocity.
 
@@ -520,6 +523,11 @@ def slide_steady(
         friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
             contact slips. With None, and at zero velocity, there is no traction. ``friction_coefficient`` of the result is
             the total, which includes hysteresis. None with an indenter that creeps or is coated.
+        adhesion: as in ``indent``, without friction; the control may then be negative. The surfaces approach from a
+        distance,
+            under a load from a contact that is pressed with the size of the load; a state of sliding that is reached only
+            from a closer contact is found at the end of a long ``slide``. The contact is the fixed point of a sequence
+            (``contact.adhesive``), which converges for E0/Einf of up to 10, otherwise the status is 1.
         control: as in ``indent``, with a single value.
 
     Since there is no time integration, there are no arguments ``times``, ``save``, ``substeps`` and ``checkpoint``.
@@ -548,7 +556,15 @@ def slide_steady(
     checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
     body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
     solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
-    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, film_map=film_map, **solver)
+    valid = valid & check_adhesion(adhesion)
+    checks.require(
+        adhesion is None or friction is None,
+        f"friction: expected None with adhesion, got {friction!r}: Coulomb's law holds under pressure alone",
+    )
+    adhesive = adhesion is not None
+    experiment = Experiment.of(
+        body, indenter, control, np.zeros(1), grid, film_map=film_map, adhesive=adhesive, **solver
+    )
     valid = valid & check_steady(experiment, experiment.body, velocity)
     valid = valid & check_rubbing(friction, grid, experiment.body, experiment.indenter)
     flows = experiment.indenter.flows()
@@ -582,7 +598,8 @@ def slide_steady(
                 f" to {float(along):g}: the film would move through the frame of the indenter; rub with path= computes it",
             )
     experiment = experiment.also(valid)
-    result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
+    velocity, friction, adhesion = as_float64((velocity, friction, adhesion))
+    result, errors = _run(experiment.with_kernels(), velocity, friction, adhesion)
     return reported(result, errors, experiment)
 
 
@@ -622,7 +639,9 @@ def _tilts_or_thins(grid: Grid, body: LayeredHalfSpace) -> bool:
 
 
 @Program
-def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SteadySliding, Errors]:
+def _run(
+    experiment: Experiment, velocity: Array, friction: Array | None, adhesion: Adhesion | None
+) -> tuple[SteadySliding, Errors]:
     """Solve the steady contact, compiled once for equal shapes and flags, and observe it."""
     # the wake: the response of a body that pressure in this place has passed over for ever
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
@@ -646,16 +665,27 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
         operator = rubbed.added_to(operator)
 
     # an indenter that creeps is at rest in its own frame: under a steady pressure it has relaxed
-    at_rest = None if kernels.indenter is None else RecursiveMemory(kernels.indenter)
-    if at_rest is not None:
-        operator = operator.plus(at_rest.steady_operator())
+    of_its_own = None if kernels.indenter is None else RecursiveMemory(kernels.indenter)
+    if of_its_own is not None:
+        operator = operator.plus(of_its_own.steady_operator())
 
-    # the contact
+    # the contact, with adhesion from a distance
     profile = experiment.profile / scale.length
-    target = experiment.target(scale)
+    target, solver = experiment.target(scale), (experiment.tolerance, experiment.max_iterations)
     problem = Problem(operator, profile, target, jnp.min(profile), experiment.load_controlled)
-    start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
-    solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
+    adheres: dict[str, Array] = {}
+    if adhesion is None:
+        start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
+        solution = solve_contact(problem, start, *solver)
+    else:
+        law = Attraction(adhesion.scaled(scale.length, scale.compliance), grid.periodic)
+        problem = replace(problem, law=law)
+        solution, _, told = solve_step(problem, jnp.zeros_like(profile), at_rest(law, profile), *solver)
+        adheres = {
+            "contact_pressure": solution.carried,
+            "cohesive_cells": told["cohesive_cells"],
+            "tabor_number": tabor_numbers(adhesion, experiment)[0],
+        }
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
     status = with_no_steady_state(status, experiment, experiment.body, vector)
     status = most_serious((jnp.asarray(experiment.indenter.flows()), Status.NOT_STEADY), status=status)
@@ -664,10 +694,10 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     p, none = solution.pressure, jnp.zeros(())
     displaced = None if rubbed is None else rubbed.displacement(p)
     of_indenter: dict[str, Array] = {}
-    if at_rest is not None:
-        stood = at_rest.steady(p)
-        displaced = at_rest.displacement(stood, p)
-        strain = at_rest.observe(stood, p, none)["film_strain"]
+    if of_its_own is not None:
+        stood = of_its_own.steady(p)
+        displaced = of_its_own.displacement(stood, p)
+        strain = of_its_own.observe(stood, p, none)["film_strain"]
         of_indenter = {"indenter_displacement": displaced, "indenter_film_strain": strain}
     observer = Observer.of(experiment.indenter.profile(grid) / scale.length, wake.ratio, wake.periodic)
     pushed, centre, leading = observer.surface(p, direction)
@@ -675,6 +705,7 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     fields = (
         contact_outcome(problem, solution)
         | of_indenter
+        | adheres
         | {
             "profile": problem.gap,
             "displacement": solution.displacement,

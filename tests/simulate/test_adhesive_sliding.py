@@ -123,3 +123,73 @@ def test_derivatives_are_those_of_central_differences(load_controlled):
         np.testing.assert_allclose(
             jax.jit(jax.jacfwd(ends))(at), backward, atol=1e-7 * np.abs(backward).max()
         )
+
+
+def steady(speed, body=None, control=None, law=LAW, grid=GRID, **options):
+    """The steady state at a speed [units of radius over the retardation time]."""
+    control = jc.Approach(UNITS.approach) if control is None else control
+    body = solid(STIFFENING) if body is None else body
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return jc.slide_steady(
+            body, BALL, control, velocity=speed * UNITS.radius, grid=grid, adhesion=law, **options
+        )
+
+
+@pytest.mark.slow
+def test_the_steady_state_is_the_end_of_a_long_slide_and_pays_for_the_dashpots():
+    """The march of ``slide``, which has no wake in closed form; and force times speed against the dissipation."""
+    film = jc.Layer(solid(STIFFENING).substrate, UNITS.radius)  # whose history does not leave the grid
+    body = jc.LayeredHalfSpace([film], jc.Elastic(2.0 * G, 0.3))
+    found, marched = steady(1.0, body), slid(1.0, body)
+    assert int(found.status) == 0 and float(found.pressure.min()) < 0.0
+    assert float(found.load) == pytest.approx(float(marched.load[-1]), abs=5e-4 * UNITS.load)
+    assert float(found.hysteresis_force) == pytest.approx(float(marched.hysteresis_force[-1]), rel=5e-4)
+    size = float(np.abs(marched.pressure).max())
+    np.testing.assert_allclose(found.pressure, marched.pressure, atol=3e-3 * size)
+    power = float(found.hysteresis_power)
+    assert float(found.hysteresis_force) * float(found.velocity[0]) == pytest.approx(power, rel=5e-3)
+    attraction = np.asarray(LAW.traction(np.maximum(found.gap, 0.0)))
+    assert np.all(np.asarray(found.contact_pressure)[~np.asarray(found.in_contact)] == 0.0)
+    carried = np.asarray(found.pressure) + attraction  # the solver averages the attraction between cells
+    inside = np.asarray(found.in_contact)
+    near = np.abs(np.asarray(found.contact_pressure) - carried)[inside]
+    assert np.median(near) < 0.02 * size and 30 < inside.sum() < 600
+
+
+@pytest.mark.parametrize(
+    "control", [jc.Approach(0.6 * UNITS.approach), jc.Load(-1.2 * UNITS.load)], ids=["d", "F"]
+)
+def test_on_an_elastic_body_the_steady_state_is_the_contact_at_rest(control):
+    grid = jc.Grid.square(n=20, width=6.0 * UNITS.radius)
+    body = jc.LayeredHalfSpace([], jc.Elastic(G, NU))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        rest = jc.indent(body, BALL, control, [0.0], grid=grid, adhesion=LAW)
+    found = steady(0.7, body, control, grid=grid)
+    assert not np.any(rest.status) and int(found.status) == 0 and float(found.hysteresis_force) == 0.0
+    np.testing.assert_allclose(
+        found.pressure, rest.pressure[0], atol=1e-6 * float(np.abs(rest.pressure).max())
+    )
+    assert float(found.approach) == pytest.approx(float(rest.approach[0]), abs=1e-6 * UNITS.approach)
+
+
+@pytest.mark.slow
+def test_derivatives_of_the_steady_state_are_those_of_central_differences():
+    grid = jc.Grid.square(n=24, width=5.5 * UNITS.radius)
+
+    def of(q):
+        body = jc.LayeredHalfSpace([], jc.StandardLinearSolid(3.0 * G * q[0], 1.5 * G, 1.5 * G, nu=NU))
+        law = jc.ExponentialAdhesion(WORK * q[1], REACH * q[2])
+        found = jc.slide_steady(
+            body, BALL, jc.Load(-0.5 * q[4] * UNITS.load), velocity=q[3] * UNITS.radius, grid=grid, adhesion=law,
+            tolerance=1e-11, max_iterations=4000,
+        )  # fmt: skip
+        return jnp.stack([found.approach / UNITS.approach, found.hysteresis_force / UNITS.load])
+
+    at, step = jnp.ones(5), 1e-5
+    run = jax.jit(of)
+    backward = jax.jit(jax.jacrev(of))(at)
+    moved = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(5)]
+    np.testing.assert_allclose(backward, jnp.stack(moved, 1), atol=1e-5 * np.abs(backward).max())
+    np.testing.assert_allclose(jax.jit(jax.jacfwd(of))(at), backward, atol=1e-6 * np.abs(backward).max())

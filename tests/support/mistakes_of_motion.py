@@ -79,6 +79,10 @@ MOTION = {
         lambda: jax.jit(lambda speed: rub(velocity=speed, substeps="auto").approach)(0.1),
         r'substeps: expected a number inside jit, vmap and grad, got "auto"',
     ),
+    "adhesion with friction in the steady state": (
+        lambda: steady(1e-9, adhesion=jc.ExponentialAdhesion(0.05, 1e-9), friction=0.3),
+        r"friction: expected None with adhesion, got 0\.3",
+    ),
     "adhesion with friction": (
         lambda: slide(1e-9, adhesion=jc.ExponentialAdhesion(0.05, 1e-9), friction=0.3),
         r"friction: expected None with adhesion, got 0\.3",
