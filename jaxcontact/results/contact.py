@@ -470,6 +470,10 @@ class RubbingHistory(ContactHistory):
     touch of the initial surfaces. With ``path=`` all maps are those of the body, position (nt, 2) [m] is that of the
     indenter on it, and moved_profile (nt, nx, ny) [m] is the profile at the position of the indenter.
 
+    With adhesion: contact_pressure (nt, nx, ny) [Pa], the pressure that contact carries, which is ``pressure`` plus the
+    attraction where the gap is zero, and on which growth, wear and friction depend; jumps, jump_energy, cohesive_cells and
+    tabor_number as in ``AdhesiveHistory``. None without.
+
     status 12: a time step is too long for the rate of growth or wear, or for the motion of the contact; 13: the film is
     thicker than the largest thickness for which its kernels were computed.
     """
@@ -481,6 +485,11 @@ class RubbingHistory(ContactHistory):
     temperature: Array | None = None
     position: Array | None = None
     moved_profile: Array | None = None
+    contact_pressure: Array | None = None
+    jumps: Array | None = None
+    jump_energy: Array | None = None
+    cohesive_cells: Array | None = None
+    tabor_number: Array | None = None
 
     @property
     def gap(self) -> Array:
