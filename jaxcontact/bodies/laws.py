@@ -510,6 +510,16 @@ def _check_of_ones_own(law: Adhesion) -> Verdict:
     return good
 
 
+def check_shear_strength(strength: Any, shape: tuple[int, ...]) -> Verdict:
+    """Check the shear strength of an adhesive contact: a number or of shape ``shape``, not negative."""
+    given = np.shape(strength)
+    checks.require(
+        given in ((), tuple(shape)),
+        f"shear_strength [Pa]: expected a number or shape {tuple(shape)}, got shape {given}",
+    )
+    return checks.non_negative("shear_strength [Pa]", strength)
+
+
 # Shift factors of time-temperature superposition: all times of a material are multiplied by a_T(T).
 #
 # A law is a frozen pytree with a method ``log_factor(temperature)`` that returns ln a_T; ``ArrheniusShift`` and

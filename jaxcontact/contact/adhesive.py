@@ -52,6 +52,7 @@ from jaxcontact.contact import normal
 from jaxcontact.contact.krylov import conjugate_gradients
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution, masked_mean
+from jaxcontact.operators import spectral
 from jaxcontact.operators.operator import Linear
 
 # Attraction between the surfaces on the grid: tractions and energy of a field of gaps.
@@ -589,6 +590,9 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
 # Normal contact with adhesion of other operators: bodies with a memory that the indenter moves over, and films whose
 # thickness varies in the plane.
 #
+# With friction the traction follows the pressure that contact carries, not the net pressure, and displaces the surface along
+# the normal as well (``Drag``): this displacement belongs to v, too.
+#
 # Where the operator K of a step is not symmetric no energy belongs to the contact, and where it is not that of one even
 # kernel it has no inverse on the padded grid. Let U be an even operator of one kernel near K (``Operator.uniform``). With
 # the displacement v = (K - U) p given,
@@ -602,6 +606,36 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
 # ``DEPTH`` results of the map, of weights whose sum is one, for which the same combination of their changes is smallest
 # (D. G. Anderson, J. ACM 12 (1965) 547). For a linear map this is GMRES with few directions. On an elastic body of one
 # thickness v is zero. Where the search does not converge within ``max_iterations`` the error says so.
+
+
+@pytree
+class Drag:
+    """The traction of a sliding contact with adhesion, coefficient p_c + strength where the surfaces touch, and the normal
+    displacement that it causes, by the spectrum of its kernel along the motion; all scaled.
+
+    coefficient, strength: () or (nx, ny).
+    """
+
+    spectrum: Array
+    coefficient: Array
+    strength: Array
+    periodic: tuple[bool, bool] = static()
+
+    def traction(self, carried: Array) -> Array:
+        """Return the traction under a contact pressure, (nx, ny)."""
+        return self.coefficient * carried + jnp.where(carried > 0.0, self.strength, 0.0)
+
+    def displacement(self, traction: Array) -> Array:
+        """Return the normal displacement under a traction, (nx, ny); linear."""
+        return spectral.convolve(self.spectrum, traction, self.periodic)
+
+    def __call__(self, carried: Array) -> Array:
+        """Return the normal displacement under a contact pressure, (nx, ny)."""
+        return self.displacement(self.traction(carried))
+
+    def change(self, carried: Array) -> Array:
+        """Return the change of the displacement for one of the contact pressure, (nx, ny); linear."""
+        return self.displacement(self.coefficient * carried)
 
 
 PART = 0.1  # error to which a contact is solved, over that of the last repetition
@@ -624,18 +658,24 @@ class _Repeated(NamedTuple):
     repetitions: Array
 
 
-def with_given(problem: Problem, pressure: Array) -> Problem:
-    """Return the problem of the uniform operator, with v of a pressure as a part of the gap."""
+def with_given(problem: Problem, pressure: Array, carried: Array) -> Problem:
+    """Return the problem of the uniform operator, with v of a pressure and a contact pressure as a part of the gap."""
     uniform = problem.operator.uniform()
-    given = problem.operator(pressure) - uniform(pressure)
-    return replace(problem, operator=uniform, gap=problem.gap + given)
+    given = displaced(problem, pressure, carried) - uniform(pressure)
+    return replace(problem, operator=uniform, gap=problem.gap + given, drag=None)
+
+
+def displaced(problem: Problem, pressure: Array, carried: Array) -> Array:
+    """Return the displacement under a pressure and the drag of a contact pressure, (nx, ny)."""
+    by_pressure = problem.operator(pressure)
+    return by_pressure if problem.drag is None else by_pressure + problem.drag(carried)
 
 
 def solve_in_turn(problem: Problem, start: Start, tolerance: Array, max_iterations: Array) -> Solution:
     """Solve from a start, by repetitions of the contact with a displacement given."""
-    operator, uniform = problem.operator, problem.operator.uniform()
+    uniform = problem.operator.uniform()
     cell = uniform.cell_compliance(problem.gap.shape)
-    rest = lambda pressure: operator(pressure) - uniform(pressure)
+    rest = lambda pressure, carried: displaced(problem, pressure, carried) - uniform(pressure)
 
     def repeat(s: _Repeated) -> _Repeated:
         # the contact under the displacement of the last combination, solved to a part of the error before
@@ -643,9 +683,9 @@ def solve_in_turn(problem: Problem, start: Start, tolerance: Array, max_iteratio
         contact = jnp.where(begun, s.found.carried > 0.0, start.contact)
         own = Start(s.found.pressure, contact, start.none & ~begun)
         goal = jnp.maximum(0.5 * tolerance, jnp.minimum(PART * s.error, 1e-2))
-        given = replace(problem, operator=uniform, gap=problem.gap + s.next)
+        given = replace(problem, operator=uniform, gap=problem.gap + s.next, drag=None)
         found = solve(given, own, goal, max_iterations - s.iterations)
-        result = rest(found.pressure)
+        result = rest(found.pressure, found.carried)
         change = result - s.next
         moved = moved_by(problem, cell, found.pressure, found.displacement)
         error = jnp.maximum(found.error, jnp.max(jnp.abs(change)) / moved)
@@ -675,9 +715,12 @@ def solve_in_turn(problem: Problem, start: Start, tolerance: Array, max_iteratio
     zero, none, no = jnp.zeros_like(start.pressure), jnp.zeros((), int), jnp.asarray(False)
     nothing = Solution(start.pressure, zero, jnp.zeros(()), jnp.zeros(()), none, zero, no, no)
     empty = jnp.zeros((DEPTH, *zero.shape))
-    first = _Repeated(nothing, jnp.asarray(jnp.inf), none, rest(start.pressure), empty, empty, none)
+    # the attraction of a start is not known, and its drag is left out
+    before = problem.operator(start.pressure) - uniform(start.pressure)
+    first = _Repeated(nothing, jnp.asarray(jnp.inf), none, before, empty, empty, none)
     last = jax.lax.while_loop(going, repeat, first)
-    found, displacement = last.found, operator(last.found.pressure)
+    found = last.found
+    displacement = displaced(problem, found.pressure, found.carried)
     # of separated surfaces the approach is that of first touch, without the displacement that was given
     first_touch = jnp.min(problem.gap) - problem.lowest
     approach = jnp.where(found.separated, first_touch, found.approach)

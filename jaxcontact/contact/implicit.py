@@ -365,22 +365,31 @@ def _solve_adhesive_in_turn_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
     found = solve_adhesive_in_turn(*primals)
     found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
+    p, carried = found.pressure, found.carried
     # the uniform operator is held: the fixed point does not depend on it
-    held, forcing = (
-        adhesive.with_given(problem, found.pressure),
-        problem.operator.tangent(change.operator, found.pressure),
-    )
-    uniform = held.operator
-    alone = replace(change, operator=jax.tree.map(jnp.zeros_like, uniform), gap=change.gap + forcing)
-    seen = replace(found, displacement=uniform(found.pressure))
-    rest = lambda dp: problem.operator(dp) - uniform(dp)
-    moved = lambda gap: _moved_solution(held, seen, replace(alone, gap=gap))
+    held = adhesive.with_given(problem, p, carried)
+    uniform, nothing = held.operator, jnp.zeros_like(p)
+    seen = replace(found, displacement=uniform(p))
+    alone = replace(change, operator=jax.tree.map(jnp.zeros_like, uniform), drag=None)
     still = jax.tree.map(jnp.zeros_like, alone)
-    left = lambda dp: dp - _moved_solution(held, seen, replace(still, gap=rest(dp))).pressure
-    right = moved(alone.gap).pressure
-    dp = linear_solution(left, right, gmres_solution)
-    result = moved(alone.gap + rest(dp))
-    return found, replace(result, displacement=forcing + problem.operator(dp))
+
+    # the change of K p and of the drag where operator and drag change, and where pressures do
+    forcing = problem.operator.tangent(change.operator, p)
+    if problem.drag is not None:
+        forcing = forcing + jax.jvp(lambda drag: drag(carried), (problem.drag,), (change.drag,))[1]
+
+    def lifted(result: Solution) -> Array:
+        by_pressure = problem.operator(result.pressure)
+        return by_pressure if problem.drag is None else by_pressure + problem.drag.change(result.carried)
+
+    # v changes by that, less U dp, under the change of the gap that it is itself
+    response = lambda base, gap: _moved_solution(held, seen, replace(base, gap=gap))
+    given = lambda result: lifted(result) - uniform(result.pressure)
+    left = lambda dv: dv - given(response(still, dv))
+    right = forcing + given(response(alone, change.gap + nothing))
+    dv = linear_solution(left, right, gmres_solution)
+    result = response(alone, change.gap + dv)
+    return found, replace(result, displacement=forcing + lifted(result))
 
 
 @solve_partial_slip.defjvp

@@ -87,12 +87,13 @@ def solve_step(
     far = largest(jnp.abs(guess - before.pressure)) > largest(jnp.abs(before.pressure))
     guess = jnp.where(apart | far, before.pressure, guess)
     start = Start(guess, before.contact, before.none)
-    alone = problem.operator.symmetric and problem.operator.weights is None
+    alone = problem.operator.symmetric and problem.operator.weights is None and problem.drag is None
     method = solve_adhesive if alone else solve_adhesive_in_turn
     found = method(problem, start, tolerance, max_iterations)
     held, last = jax.lax.stop_gradient((problem, found))
-    if not problem.operator.symmetric:  # an energy belongs to the even part, which has the rest in its gap
-        held = with_given(held, last.pressure)
+    if not problem.operator.symmetric or problem.drag is not None:
+        # an energy belongs to the even part, which has the rest in its gap
+        held = with_given(held, last.pressure, last.carried)
         last = replace(last, displacement=held.operator(last.pressure))
     assert last.separated is not None and last.unstable is not None
 

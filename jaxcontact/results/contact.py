@@ -529,11 +529,11 @@ def with_totals(fields: dict[str, Array], velocity: Array) -> dict[str, Array]:
     }
 
 
-def _traction(friction: Array, pressure: Array, velocity: Array) -> Array:
-    """Return mu p along the velocity, (..., 2, nx, ny), from fields (..., nx, ny) and velocity (..., 2)."""
+def _traction(shear: Array, velocity: Array) -> Array:
+    """Return a shear stress along the velocity, (..., 2, nx, ny), from fields (..., nx, ny) and velocity (..., 2)."""
     square = jnp.sum(jnp.asarray(velocity) ** 2, -1, keepdims=True)
     direction = velocity / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
-    return (friction * pressure)[..., None, :, :] * direction[..., None, None]
+    return shear[..., None, :, :] * direction[..., None, None]
 
 
 class _RenamedTotal:
@@ -617,8 +617,8 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
         takes it.
         """
         if not self._has_maps_over_time:
-            return _traction(self.friction, self.pressure, self.velocity[..., -1, :])
-        return _traction(self.friction[..., None, :, :], self.pressure, self.velocity)
+            return _traction(self.friction * self.pressure, self.velocity[..., -1, :])
+        return _traction(self.friction[..., None, :, :] * self.pressure, self.velocity)
 
 
 def sliding_history(**given: Any) -> SlidingHistory:
@@ -669,11 +669,13 @@ class SteadySliding(_RenamedTotal, SteadyContact):
     does not creep and is not coated.
 
     contact_pressure (nx, ny) [Pa]: with adhesion the pressure that contact carries, ``pressure`` plus the attraction in the
-    cells whose gap is zero; cohesive_cells and tabor_number: as in ``AdhesiveHistory``. None without adhesion.
+    cells whose gap is zero; shear_strength (nx, ny) [Pa], None without friction; cohesive_cells and tabor_number: as in
+    ``AdhesiveHistory``. None without adhesion.
     """
 
     view: ClassVar[str] = "steady sliding"
     contact_pressure: Array | None = field(kw_only=True, default=None)
+    shear_strength: Array | None = field(kw_only=True, default=None)
     cohesive_cells: Array | None = field(kw_only=True, default=None)
     tabor_number: Array | None = field(kw_only=True, default=None)
     indenter_displacement: Array | None = field(kw_only=True, default=None)
@@ -710,5 +712,9 @@ class SteadySliding(_RenamedTotal, SteadyContact):
 
     @property
     def traction(self) -> Array:
-        """Tangential traction on the body [Pa]: mu p along the velocity, (2, nx, ny); zero without friction."""
-        return _traction(self.friction, self.pressure, self.velocity)
+        """Tangential traction on the body [Pa]: mu p along the velocity, (2, nx, ny), with adhesion mu p_c + tau of the
+        contact pressure and the shear strength; zero without friction."""
+        shear = self.friction * (self.pressure if self.contact_pressure is None else self.contact_pressure)
+        if self.shear_strength is not None:
+            shear = shear + jnp.where(self.in_contact, self.shear_strength, 0.0)
+        return _traction(shear, self.velocity)

@@ -27,8 +27,8 @@ def rubbed(coefficient, **options):
 
 @pytest.mark.slow
 def test_without_wear_it_is_the_contact_at_rest_and_wear_is_that_of_the_pressure_that_contact_carries():
-    """Archard: the volume is the coefficient times the way times the sum of net pressure and attraction in contact, here from
-    the gap and averages of the law that are written out; what is pulled across a gap does not wear."""
+    """Archard: the volume is the coefficient times the way times the sum of net pressure and attraction in contact, here
+    from the gap and averages of the law that are written out; what is pulled across a gap does not wear."""
     rest = pressed(film(thickness(swing=0.3), CREEPS), along(PATH), TIMES)
     still, worn = rubbed(0.0), rubbed(1e-15)
     assert not np.any(rest.status) and not np.any(still.status) and not np.any(worn.status)

@@ -193,3 +193,69 @@ def test_derivatives_of_the_steady_state_are_those_of_central_differences():
     moved = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(5)]
     np.testing.assert_allclose(backward, jnp.stack(moved, 1), atol=1e-5 * np.abs(backward).max())
     np.testing.assert_allclose(jax.jit(jax.jacfwd(of))(at), backward, atol=1e-6 * np.abs(backward).max())
+
+
+SMALL = jc.Grid.square(n=24, width=7.0 * UNITS.radius)
+DISSIMILAR = jc.LayeredHalfSpace([], jc.Elastic(G, 0.2))  # the traction of friction moves its surface
+
+
+@pytest.mark.slow
+def test_friction_is_that_of_the_pressure_that_contact_carries_and_moves_the_surface():
+    """The contact pressure is that of a contact without adhesion on the surface that the attraction has drawn up, a height
+    field, by the other solver, whose operator has the friction in it."""
+    control = jc.Approach(0.5 * UNITS.approach)
+    weak = jc.ExponentialAdhesion(0.4 * WORK, 0.7 * REACH)
+    found = steady(0.7, DISSIMILAR, control, law=weak, grid=SMALL, friction=0.3)
+    assert int(found.status) == 0
+    attraction = np.asarray(found.contact_pressure - found.pressure)
+    drawn = jc.deflection(DISSIMILAR, SMALL, attraction, [0.0]).displacement.reshape(SMALL.shape)
+    surface = np.asarray(found.profile) - np.asarray(drawn)
+    deeper = jc.Approach(0.5 * UNITS.approach - surface.min())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        other = jc.slide_steady(
+            DISSIMILAR, jc.HeightField(-surface), deeper, velocity=UNITS.radius, grid=SMALL, friction=0.3
+        )
+    size = float(other.pressure.max())
+    np.testing.assert_allclose(found.contact_pressure, other.pressure, atol=1e-5 * size)
+    np.testing.assert_allclose(found.traction[0], 0.3 * np.asarray(other.pressure), atol=1e-5 * size)
+    assert float(found.coulomb_force) == pytest.approx(0.3 * float(other.load), rel=1e-6)
+    skew = np.abs(np.asarray(other.pressure) - np.asarray(other.pressure)[::-1]).max()
+    assert skew > 0.02 * size and float(found.load) < 0.3 * float(other.load)
+
+
+@pytest.mark.slow
+def test_a_shear_strength_acts_on_all_of_the_contact_and_without_attraction_friction_is_what_it_was():
+    control = jc.Approach(0.5 * UNITS.approach)
+    sheared = steady(0.7, DISSIMILAR, control, grid=SMALL, friction=0.1, shear_strength=1e5)
+    force = 0.1 * float(jnp.sum(sheared.contact_pressure)) * float(SMALL.cell_area)
+    assert int(sheared.status) == 0
+    assert float(sheared.coulomb_force) == pytest.approx(force + 1e5 * float(sheared.contact_area), rel=1e-9)
+    assert float(np.asarray(sheared.traction).sum() * SMALL.cell_area) == pytest.approx(sheared.coulomb_force)
+    weak, none = (
+        steady(0.7, DISSIMILAR, control, law=law, grid=SMALL, friction=0.3)
+        for law in (jc.ExponentialAdhesion(1e-8 * WORK, REACH), None)
+    )
+    np.testing.assert_allclose(weak.pressure, none.pressure, atol=1e-6 * float(none.pressure.max()))
+    assert float(weak.coulomb_force) == pytest.approx(float(none.coulomb_force), rel=1e-6)
+
+
+@pytest.mark.long
+def test_derivatives_with_friction_are_those_of_central_differences():
+    grid = jc.Grid.square(n=20, width=6.0 * UNITS.radius)
+
+    def of(q):
+        body = jc.LayeredHalfSpace([], jc.StandardLinearSolid(3.0 * G * q[0], 1.5 * G, 1.5 * G, nu=0.3))
+        law = jc.ExponentialAdhesion(WORK * q[1], REACH * q[2])
+        found = jc.slide_steady(
+            body, BALL, jc.Load(-0.5 * q[4] * UNITS.load), velocity=UNITS.radius, grid=grid, adhesion=law,
+            friction=0.2 * q[3], shear_strength=2e4 * q[5], tolerance=1e-11, max_iterations=4000,
+        )  # fmt: skip
+        return jnp.stack([found.approach / UNITS.approach, found.coulomb_force / UNITS.load])
+
+    at, step = jnp.ones(6), 1e-5
+    run = jax.jit(of)
+    backward = jax.jit(jax.jacrev(of))(at)
+    moved = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(6)]
+    np.testing.assert_allclose(backward, jnp.stack(moved, 1), atol=1e-5 * np.abs(backward).max())
+    np.testing.assert_allclose(jax.jit(jax.jacfwd(of))(at), backward, atol=1e-6 * np.abs(backward).max())
