@@ -510,9 +510,14 @@ def _check_of_ones_own(law: Adhesion) -> Verdict:
     return good
 
 
-def check_shear_strength(strength: Any, shape: tuple[int, ...]) -> Verdict:
-    """Check the shear strength of an adhesive contact: a number or of shape ``shape``, not negative."""
+def check_shear_strength(strength: Any, shape: tuple[int, ...], *, adhesive: bool) -> Verdict:
+    """Check the shear strength of an adhesive contact, or None: a number or of shape ``shape``, not negative."""
+    if strength is None:
+        return True
     given = np.shape(strength)
+    checks.require(
+        adhesive, f"shear_strength: expected None without adhesion, got {strength!r}: friction= is for that"
+    )
     checks.require(
         given in ((), tuple(shape)),
         f"shear_strength [Pa]: expected a number or shape {tuple(shape)}, got shape {given}",

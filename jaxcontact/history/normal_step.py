@@ -203,16 +203,18 @@ class PressStepper(Stepper):
 
     def advance(self, carry: PressCarry, step: Steps) -> tuple[PressCarry, Outcome]:
         # What earlier pressure has left, and the operator of this step; the contact on it; the memory with its pressure.
-        operator, earlier, fields, raised = self.memory.predict(carry.memory, carry.pressure, step.more)
+        operator, earlier, fields, raised, drag = self.memory.predict(carry.memory, carry.pressure, step.more)
         lowest, gap = jnp.min(self.profile), self.profile + earlier - raised
         if carry.dent is not None:
             gap = gap + carry.dent
-        problem = Problem(operator, gap, step.target, lowest, self.load_controlled, self.law)
+        problem = Problem(operator, gap, step.target, lowest, self.load_controlled, self.law, drag)
         guess = jax.lax.stop_gradient(carry.pressure + carry.rate * step.dt)
         solution, adhering, told = solve_step(
             problem, guess, carry.adhering, self.tolerance, self.max_iterations
         )
         pressure = solution.pressure
+        if drag is not None:  # the traction is that of the pressure that contact carries
+            step = step._replace(more=step.more._replace(sheared=drag.traction(solution.carried)))
         fields = self.memory.update(fields, pressure, step.more)
         rate = jax.lax.stop_gradient(pressure - carry.pressure) / jnp.where(step.dt > 0.0, step.dt, jnp.inf)
         numbers = contact_outcome(problem, solution, earlier if self.memory.inherits else None) | {
@@ -227,6 +229,8 @@ class PressStepper(Stepper):
         }
         if "indenter_displacement" in numbers:
             shown["indenter_displacement"] = numbers.pop("indenter_displacement")
+        if drag is not None:
+            shown["contact_pressure"] = solution.carried
         dent = self._dented(carry.dent, problem, solution)
         if dent is not None:  # a displacement that stays
             shown |= {"displacement": shown["displacement"] + dent, "dent": dent}

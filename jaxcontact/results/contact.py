@@ -529,8 +529,14 @@ def with_totals(fields: dict[str, Array], velocity: Array) -> dict[str, Array]:
     }
 
 
-def _traction(shear: Array, velocity: Array) -> Array:
-    """Return a shear stress along the velocity, (..., 2, nx, ny), from fields (..., nx, ny) and velocity (..., 2)."""
+def _traction(result: Any, velocity: Array, over_time: bool = False) -> Array:
+    """Return the shear stress of friction along the velocity, (..., 2, nx, ny), from fields (..., nx, ny), over time or not,
+    and velocity (..., 2): mu p, with adhesion mu p_c + tau where the surfaces touch."""
+    maps = lambda a: a[..., None, :, :] if over_time else a
+    carried, strength = (getattr(result, name, None) for name in ("contact_pressure", "shear_strength"))
+    shear = maps(result.friction) * (result.pressure if carried is None else carried)
+    if carried is not None and strength is not None:
+        shear = shear + jnp.where(carried > 0.0, maps(strength), 0.0)
     square = jnp.sum(jnp.asarray(velocity) ** 2, -1, keepdims=True)
     direction = velocity / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
     return shear[..., None, :, :] * direction[..., None, None]
@@ -611,14 +617,14 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
 
     @property
     def traction(self) -> Array:
-        """Tangential traction on the body [Pa]: mu p along the velocity, zero without friction.
+        """Tangential traction on the body [Pa]: mu p along the velocity, with adhesion mu p_c + tau, zero without friction.
 
         Its shape is (nt, 2, nx, ny), or (2, nx, ny) at the last time where ``pressure`` is (nx, ny), as ``subsurface``
         takes it.
         """
         if not self._has_maps_over_time:
-            return _traction(self.friction * self.pressure, self.velocity[..., -1, :])
-        return _traction(self.friction[..., None, :, :] * self.pressure, self.velocity)
+            return _traction(self, self.velocity[..., -1, :])
+        return _traction(self, self.velocity, over_time=True)
 
 
 def sliding_history(**given: Any) -> SlidingHistory:
@@ -632,13 +638,17 @@ class AdhesiveSlidingHistory(SlidingHistory):
 
     pressure, load, contact_area, jumps, jump_energy, cohesive_cells and tabor_number are as in ``AdhesiveHistory``. The
     energy that the body dissipates is the integral of hysteresis_power. friction_coefficient is zero under a load that
-    pulls.
+    pulls. With friction, contact_pressure (nt, nx, ny) [Pa] is the pressure that contact carries, ``pressure`` plus the
+    attraction where the gap is zero, and shear_strength (nx, ny) [Pa] that of the contact: the traction is mu p_c + tau.
+    None without friction.
     """
 
     jumps: Array = field(kw_only=True)
     jump_energy: Array = field(kw_only=True)
     cohesive_cells: Array = field(kw_only=True)
     tabor_number: Array = field(kw_only=True)
+    contact_pressure: Array | None = field(kw_only=True, default=None)
+    shear_strength: Array | None = field(kw_only=True, default=None)
 
     @property
     def in_contact(self) -> Array:
@@ -714,7 +724,4 @@ class SteadySliding(_RenamedTotal, SteadyContact):
     def traction(self) -> Array:
         """Tangential traction on the body [Pa]: mu p along the velocity, (2, nx, ny), with adhesion mu p_c + tau of the
         contact pressure and the shear strength; zero without friction."""
-        shear = self.friction * (self.pressure if self.contact_pressure is None else self.contact_pressure)
-        if self.shear_strength is not None:
-            shear = shear + jnp.where(self.in_contact, self.shear_strength, 0.0)
-        return _traction(shear, self.velocity)
+        return _traction(self, self.velocity)

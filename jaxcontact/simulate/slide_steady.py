@@ -561,13 +561,8 @@ def slide_steady(
     solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
     valid = valid & check_adhesion(adhesion)
     adhesive = adhesion is not None
-    if shear_strength is not None:
-        checks.require(
-            adhesive,
-            f"shear_strength: expected None without adhesion, got {shear_strength!r}: friction= is for that",
-        )
-        valid = valid & check_shear_strength(shear_strength, grid.shape)
-        friction = 0.0 if friction is None else friction
+    valid = valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
+    friction = 0.0 if friction is None and shear_strength is not None else friction
     experiment = Experiment.of(
         body, indenter, control, np.zeros(1), grid, film_map=film_map, adhesive=adhesive, **solver
     )

@@ -55,7 +55,7 @@ def test_without_wear_it_is_the_contact_at_rest_and_wear_is_that_of_the_pressure
     assert work == pytest.approx(0.3 * SPEED * np.trapezoid(forces, TIMES), rel=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_end_of_a_path_over_a_creeping_film_is_steady_sliding():
     n, steps = 40, 16
     grid, solid = jc.Grid.square(n=n, width=8.0 * UNITS.radius), jc.StandardLinearSolid(G, G, G, nu=0.45)

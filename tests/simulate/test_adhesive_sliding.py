@@ -174,7 +174,7 @@ def test_on_an_elastic_body_the_steady_state_is_the_contact_at_rest(control):
     assert float(found.approach) == pytest.approx(float(rest.approach[0]), abs=1e-6 * UNITS.approach)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_of_the_steady_state_are_those_of_central_differences():
     grid = jc.Grid.square(n=24, width=5.5 * UNITS.radius)
 
@@ -224,7 +224,7 @@ def test_friction_is_that_of_the_pressure_that_contact_carries_and_moves_the_sur
     assert skew > 0.02 * size and float(found.load) < 0.3 * float(other.load)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_shear_strength_acts_on_all_of_the_contact_and_without_attraction_friction_is_what_it_was():
     control = jc.Approach(0.5 * UNITS.approach)
     sheared = steady(0.7, DISSIMILAR, control, grid=SMALL, friction=0.1, shear_strength=1e5)
@@ -259,3 +259,50 @@ def test_derivatives_with_friction_are_those_of_central_differences():
     moved = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(6)]
     np.testing.assert_allclose(backward, jnp.stack(moved, 1), atol=1e-5 * np.abs(backward).max())
     np.testing.assert_allclose(jax.jit(jax.jacfwd(of))(at), backward, atol=1e-6 * np.abs(backward).max())
+
+
+@pytest.mark.long
+def test_friction_in_a_slide_tends_to_that_of_the_steady_state():
+    """Of a film, whose history does not leave the grid, and whose surface the traction moves."""
+    film = jc.Layer(jc.StandardLinearSolid(2.0 * G, 2.0 * G, 2.0 * G, nu=0.3), 0.7 * UNITS.radius)
+    body = jc.LayeredHalfSpace([film], jc.Elastic(2.0 * G, 0.3))
+    control, grid = jc.Approach(0.5 * UNITS.approach), jc.Grid.square(n=24, width=7.0 * UNITS.radius)
+    weak = jc.ExponentialAdhesion(0.4 * WORK, 0.7 * REACH)
+    options = {"grid": grid, "friction": 0.3, "shear_strength": 2e4}
+    found, times = steady(1.0, body, control, law=weak, **options), 0.25 * np.arange(25)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        history = jc.slide(
+            body, BALL, control, times, velocity=UNITS.radius, adhesion=weak, save="last", **options
+        )
+    assert int(found.status) == 0 and not np.any(history.status)
+    assert float(history.load[-1]) == pytest.approx(float(found.load), abs=1e-3 * UNITS.load)
+    assert float(history.coulomb_force[-1]) == pytest.approx(float(found.coulomb_force), rel=1e-3)
+    assert float(history.hysteresis_force[-1]) == pytest.approx(float(found.hysteresis_force), rel=2e-2)
+    size = float(found.contact_pressure.max())
+    np.testing.assert_allclose(history.contact_pressure, found.contact_pressure, atol=1e-2 * size)
+    np.testing.assert_allclose(history.traction, found.traction, atol=4e-3 * size)
+    at_rest = steady(1.0, body, control, law=weak, grid=grid)
+    assert np.abs(found.pressure - at_rest.pressure).max() > 0.05 * size  # what friction does to the pressure
+
+
+@pytest.mark.long
+def test_derivatives_of_a_slide_with_friction_are_those_of_central_differences():
+    grid, times = jc.Grid.square(n=16, width=6.0 * UNITS.radius), 0.4 * np.arange(3.0)
+
+    def of(q):
+        body = jc.LayeredHalfSpace([], jc.StandardLinearSolid(3.0 * G * q[0], 1.5 * G, 1.5 * G, nu=0.3))
+        law = jc.ExponentialAdhesion(WORK * q[1], REACH * q[2])
+        history = jc.slide(
+            body, BALL, jc.Approach(jnp.array([0.3, 0.5, 0.6]) * q[4] * UNITS.approach), times,
+            velocity=UNITS.radius, grid=grid, adhesion=law, friction=0.2 * q[3], shear_strength=2e4 * q[5],
+            tolerance=1e-11, max_iterations=4000, save="last",
+        )  # fmt: skip
+        return jnp.stack([history.load[-1] / UNITS.load, history.coulomb_force[-1] / UNITS.load])
+
+    at, step = jnp.ones(6), 1e-5
+    run = jax.jit(of)
+    forward = jax.jit(jax.jacfwd(of))(at)
+    moved = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(6)]
+    np.testing.assert_allclose(forward, jnp.stack(moved, 1), atol=1e-5 * np.abs(forward).max())
+    np.testing.assert_allclose(jax.jit(jax.jacrev(of))(at), forward, atol=1e-6 * np.abs(forward).max())

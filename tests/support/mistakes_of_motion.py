@@ -93,9 +93,11 @@ MOTION = {
         lambda: steady(1e-9, adhesion=jc.ExponentialAdhesion(0.05, 1e-9), shear_strength=-1e6),
         r"shear_strength \[Pa\]: expected >= 0, got -1e\+06",
     ),
-    "adhesion with friction": (
-        lambda: slide(1e-9, adhesion=jc.ExponentialAdhesion(0.05, 1e-9), friction=0.3),
-        r"friction: expected None with adhesion, got 0\.3",
+    "adhesion with heat": (
+        lambda: slide(
+            1e-9, adhesion=jc.ExponentialAdhesion(0.05, 1e-9), friction=0.3, thermal=jc.Thermal(300.0, 50.0)
+        ),
+        r"thermal: expected None with adhesion, got Thermal",
     ),
     "heat without friction in a slide": (
         lambda: slide(1e-9, thermal=HOT),
