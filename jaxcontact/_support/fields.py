@@ -110,6 +110,8 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
     "jump_energy": Field(TIME, "J", "energy lost in jumps since the first time", shown=True),
     "viscous_energy": Field(TIME, "J", "energy dissipated in the body since the first time", shown=True),
     "jumps": Field(TIME, "1", "jumps from one branch of solutions to another since the first time"),
+    "shear_strength": Field(PLANE, "Pa", "shear stress of the contact beside that of Coulomb's law"),
+    "contact_pressure": Field(MAP, "Pa", "pressure that contact carries, without the attraction"),
     "cohesive_cells": Field(
         TIME, "m/m", "cells across the zone of attraction at the edge of contact", shown=True
     ),

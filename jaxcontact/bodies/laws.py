@@ -23,13 +23,14 @@ import functools
 import inspect
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import pytree, static
+from jaxcontact._support.pytree import is_concrete, pytree, static
 from jaxcontact.bodies.grid import Grid, check_not_periodic
 
 BOLTZMANN = 1.380649e-23  # J/K, exact
@@ -280,18 +281,20 @@ RAMP = (
 )
 
 
-class Adhesion(abc.ABC):
-    """The interface of a law of adhesion: attraction, energy and stiffness as functions of the gap, cell by cell.
+OWN_GAPS, OWN_ROUNDING = (
+    13,
+    1e-6,
+)  # gaps at which a law of one's own is checked, and relative differences allowed
 
-    Further laws can be defined as subclasses with these methods. The attraction must not increase with the gap.
+
+class Adhesion(abc.ABC):
+    """The interface of a law of adhesion: attraction and energy as functions of the gap, cell by cell.
+
+    A law of one's own is a subclass with a field or property ``work`` and these two methods, from which the rest follows.
+    The attraction is continuous, does not increase with the gap, and vanishes at large gaps.
     """
 
     work: Array | float
-
-    @property
-    @abc.abstractmethod
-    def largest_traction(self) -> Array:
-        """The attraction at a gap of zero [Pa], ()."""
 
     @abc.abstractmethod
     def traction(self, gap: Array) -> Array:
@@ -301,13 +304,19 @@ class Adhesion(abc.ABC):
     def energy(self, gap: Array) -> Array:
         """Return the work of separation from a gap g to infinity, int_g^infinity s dg [J/m^2]."""
 
-    @abc.abstractmethod
+    @property
+    def largest_traction(self) -> Array:
+        """The attraction at a gap of zero [Pa], ()."""
+        return self.traction(jnp.zeros(()))
+
     def stiffness(self, gap: Array) -> Array:
         """Return -ds/dg >= 0 [Pa/m]."""
+        gap = jnp.asarray(gap, float)
+        return -jax.jvp(self.traction, (gap,), (jnp.ones_like(gap),))[1]
 
-    @abc.abstractmethod
-    def scaled(self, length: Array, compliance: Array) -> Adhesion:
+    def scaled(self, length: Array, compliance: Array) -> ScaledAdhesion:
         """Return the law in units of a length [m] and of the inverse of a compliance [1/Pa]."""
+        return ScaledAdhesion(self, length, compliance)
 
     def resolved(self, cell_compliance: Array) -> Adhesion:
         """Return the law that cells of a compliance (displacement over pressure) can resolve."""
@@ -358,9 +367,6 @@ class ExponentialAdhesion(Adhesion):
     def stiffness(self, gap: Array) -> Array:
         return self.largest_traction / self.range * jnp.exp(-gap / self.range)
 
-    def scaled(self, length: Array, compliance: Array) -> ExponentialAdhesion:
-        return ExponentialAdhesion(self.work * compliance / length, self.range / length)
-
 
 @pytree
 class DugdaleAdhesion(Adhesion):
@@ -401,9 +407,6 @@ class DugdaleAdhesion(Adhesion):
     def stiffness(self, gap: Array) -> Array:
         return jnp.zeros_like(jnp.asarray(gap, float))
 
-    def scaled(self, length: Array, compliance: Array) -> DugdaleAdhesion:
-        return DugdaleAdhesion(self.work * compliance / length, self.strength * compliance)
-
     def resolved(self, cell_compliance: Array) -> RampedAttraction:
         ramp = jnp.minimum(RAMP * cell_compliance * self.strength, self._end)
         return RampedAttraction(self.work, self.strength, ramp)
@@ -441,10 +444,35 @@ class RampedAttraction(Adhesion):
         left = self._left(gap)
         return jnp.where((left > 0.0) & (left < 1.0), self.strength / (2.0 * self.ramp), 0.0)
 
-    def scaled(self, length: Array, compliance: Array) -> RampedAttraction:
-        return RampedAttraction(
-            self.work * compliance / length, self.strength * compliance, self.ramp / length
-        )
+
+@pytree
+class ScaledAdhesion(Adhesion):
+    """A law in units of a length and of the inverse of a compliance."""
+
+    law: Adhesion
+    length: Array
+    compliance: Array
+
+    @property
+    def work(self) -> Array:  # type: ignore[override]
+        return self.law.work * self.compliance / self.length
+
+    @property
+    def largest_traction(self) -> Array:
+        return self.law.largest_traction * self.compliance
+
+    def traction(self, gap: Array) -> Array:
+        return self.law.traction(gap * self.length) * self.compliance
+
+    def energy(self, gap: Array) -> Array:
+        return self.law.energy(gap * self.length) * (self.compliance / self.length)
+
+    def stiffness(self, gap: Array) -> Array:
+        return self.law.stiffness(gap * self.length) * (self.compliance * self.length)
+
+    def resolved(self, cell_compliance: Array) -> ScaledAdhesion:
+        cell = cell_compliance * self.length * self.compliance
+        return ScaledAdhesion(self.law.resolved(cell), self.length, self.compliance)
 
 
 def check_adhesion(law: Any) -> Verdict:
@@ -452,13 +480,49 @@ def check_adhesion(law: Any) -> Verdict:
     if law is None:
         return True
     checks.require(
-        isinstance(law, Adhesion),
-        f"adhesion: expected ExponentialAdhesion, DugdaleAdhesion or None, got {law!r}",
+        isinstance(law, Adhesion) and hasattr(law, "work"),
+        "adhesion: expected ExponentialAdhesion, DugdaleAdhesion, a subclass of jc.abc.Adhesion with its work, or None, got"
+        f" {law!r}",
     )
     good = checks.positive("adhesion: work [J/m^2]", law.work)
     if isinstance(law, ExponentialAdhesion):
         return good & checks.positive("adhesion: range [m]", law.range)
-    return good & checks.positive("adhesion: strength [Pa]", law.largest_traction)
+    good = good & checks.positive("adhesion: strength [Pa]", law.largest_traction)
+    return good if isinstance(law, DugdaleAdhesion) else good & _check_of_ones_own(law)
+
+
+def _check_of_ones_own(law: Adhesion) -> Verdict:
+    """Check at some gaps that an attraction falls, and is the slope of its energy, which at a gap of zero is the work."""
+    gaps = law.characteristic_range * jnp.linspace(0.0, 3.0, OWN_GAPS)
+    attraction, energy, reach = law.traction(gaps), law.energy(gaps), gaps[1]
+    slope = -jax.jvp(law.energy, (gaps,), (jnp.ones_like(gaps),))[1]
+    rises = jnp.max(jnp.diff(attraction)) > OWN_ROUNDING * attraction[0]
+    misses = jnp.max(jnp.abs(slope - attraction)) > OWN_ROUNDING * attraction[0]
+    misses = misses | (jnp.abs(energy[0] - law.work) > OWN_ROUNDING * law.work)
+    good = ~(rises | misses) & jnp.all(jnp.isfinite(energy)) & (reach > 0.0)
+    if is_concrete(law, good):
+        checks.require(
+            bool(good),
+            "adhesion: expected a traction that does not increase with the gap, an energy whose slope is -traction, and"
+            f" which is the work at a gap of zero, got {law!r}",
+        )
+        return True
+    return good
+
+
+def check_shear_strength(strength: Any, shape: tuple[int, ...], *, adhesive: bool) -> Verdict:
+    """Check the shear strength of an adhesive contact, or None: a number or of shape ``shape``, not negative."""
+    if strength is None:
+        return True
+    given = np.shape(strength)
+    checks.require(
+        adhesive, f"shear_strength: expected None without adhesion, got {strength!r}: friction= is for that"
+    )
+    checks.require(
+        given in ((), tuple(shape)),
+        f"shear_strength [Pa]: expected a number or shape {tuple(shape)}, got shape {given}",
+    )
+    return checks.non_negative("shear_strength [Pa]", strength)
 
 
 # Shift factors of time-temperature superposition: all times of a material are multiplied by a_T(T).

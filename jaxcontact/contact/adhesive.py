@@ -52,6 +52,7 @@ from jaxcontact.contact import normal
 from jaxcontact.contact.krylov import conjugate_gradients
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution, masked_mean
+from jaxcontact.operators import spectral
 from jaxcontact.operators.operator import Linear
 
 # Attraction between the surfaces on the grid: tractions and energy of a field of gaps.
@@ -586,19 +587,55 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     return jax.tree.map(lambda a, b: jnp.where(separated, a, b), nothing, found)
 
 
-# Normal contact with adhesion on a body with a memory that the indenter moves over.
+# Normal contact with adhesion of other operators: bodies with a memory that the indenter moves over, and films whose
+# thickness varies in the plane.
 #
-# The operator K = K_e + K_o of a step has an odd part K_o, so that no energy belongs to the contact. With the
-# pressure p under K_o given,
+# With friction the traction follows the pressure that contact carries, not the net pressure, and displaces the surface along
+# the normal as well (``Drag``): this displacement belongs to v, too.
 #
-#     p -> the contact with adhesion of the operator K_e and the gap  gap + K_o p
+# Where the operator K of a step is not symmetric no energy belongs to the contact, and where it is not that of one even
+# kernel it has no inverse on the padded grid. Let U be an even operator of one kernel near K (``Operator.uniform``). With
+# the displacement v = (K - U) p given,
 #
-# has one, and its fixed point is the contact sought. The matrix K_e^-1 K_o has imaginary
-# eigenvalues, of up to 1.4 for E0/Einf = 10 where much of the creep happens within a step, so that the map alone need
-# not contract. The next p is therefore the combination of the last ``DEPTH`` results of the map, of weights whose sum
-# is one, for which the same combination of their changes is smallest (D. G. Anderson, J. ACM 12 (1965) 547). For a
-# linear map this is GMRES with few directions. On an elastic body K_o is zero. Where the search does not converge
-# within ``max_iterations`` the error says so.
+#     v -> (K - U) p,     p of the contact with adhesion of the operator U and the gap  gap + v,
+#
+# has both, and its fixed point is the contact sought. The map alone need not contract. On a body that moves U^-1 (K - U)
+# has imaginary eigenvalues, of up to 1.4 for E0/Einf = 10 where much of the creep happens within a step. Over a film the
+# eigenvalues are real; with the U of its stiffest place they would be positive, up to the ratio of the compliances less one,
+# and a state that is stable with K would be stable with U as well. The next v is therefore the combination of the last
+# ``DEPTH`` results of the map, of weights whose sum is one, for which the same combination of their changes is smallest
+# (D. G. Anderson, J. ACM 12 (1965) 547). For a linear map this is GMRES with few directions. On an elastic body of one
+# thickness v is zero. Where the search does not converge within ``max_iterations`` the error says so.
+
+
+@pytree
+class Drag:
+    """The traction of a sliding contact with adhesion, coefficient p_c + strength where the surfaces touch, and the normal
+    displacement that it causes, by the spectrum of its kernel along the motion; all scaled.
+
+    coefficient, strength: () or (nx, ny).
+    """
+
+    spectrum: Array
+    coefficient: Array
+    strength: Array
+    periodic: tuple[bool, bool] = static()
+
+    def traction(self, carried: Array) -> Array:
+        """Return the traction under a contact pressure, (nx, ny)."""
+        return self.coefficient * carried + jnp.where(carried > 0.0, self.strength, 0.0)
+
+    def displacement(self, traction: Array) -> Array:
+        """Return the normal displacement under a traction, (nx, ny); linear."""
+        return spectral.convolve(self.spectrum, traction, self.periodic)
+
+    def __call__(self, carried: Array) -> Array:
+        """Return the normal displacement under a contact pressure, (nx, ny)."""
+        return self.displacement(self.traction(carried))
+
+    def change(self, carried: Array) -> Array:
+        """Return the change of the displacement for one of the contact pressure, (nx, ny); linear."""
+        return self.displacement(self.coefficient * carried)
 
 
 PART = 0.1  # error to which a contact is solved, over that of the last repetition
@@ -607,9 +644,9 @@ SINGULAR = 1e-12  # two combinations may differ by this part of the largest squa
 
 
 class _Repeated(NamedTuple):
-    """The contact after a repetition, the larger of its error and of the change of K_o p, and the iterations so far.
+    """The contact after a repetition, the larger of its error and of the change of v, and the iterations so far.
 
-    next: p of the next repetition; results, changes: of the map, (DEPTH, nx, ny); repetitions: so far.
+    next: v of the next repetition; results, changes: of the map, (DEPTH, nx, ny); repetitions: so far.
     """
 
     found: Solution
@@ -621,31 +658,41 @@ class _Repeated(NamedTuple):
     repetitions: Array
 
 
-def frozen(problem: Problem, pressure: Array) -> Problem:
-    """Return the problem of the even part of the operator, with the displacement of the odd part under a pressure."""
-    operator = problem.operator
-    return replace(problem, operator=operator.even(), gap=problem.gap + operator.odd()(pressure))
+def with_given(problem: Problem, pressure: Array, carried: Array) -> Problem:
+    """Return the problem of the uniform operator, with v of a pressure and a contact pressure as a part of the gap."""
+    uniform = problem.operator.uniform()
+    given = displaced(problem, pressure, carried) - uniform(pressure)
+    return replace(problem, operator=uniform, gap=problem.gap + given, drag=None)
 
 
-def solve_sliding(problem: Problem, start: Start, tolerance: Array, max_iterations: Array) -> Solution:
-    """Solve from a start; the displacement of the solution is that of the even part of the operator."""
-    operator = problem.operator
-    odd, cell = operator.odd(), operator.even().cell_compliance(problem.gap.shape)
+def displaced(problem: Problem, pressure: Array, carried: Array) -> Array:
+    """Return the displacement under a pressure and the drag of a contact pressure, (nx, ny)."""
+    by_pressure = problem.operator(pressure)
+    return by_pressure if problem.drag is None else by_pressure + problem.drag(carried)
+
+
+def solve_in_turn(problem: Problem, start: Start, tolerance: Array, max_iterations: Array) -> Solution:
+    """Solve from a start, by repetitions of the contact with a displacement given."""
+    uniform = problem.operator.uniform()
+    cell = uniform.cell_compliance(problem.gap.shape)
+    rest = lambda pressure, carried: displaced(problem, pressure, carried) - uniform(pressure)
 
     def repeat(s: _Repeated) -> _Repeated:
-        # the contact under the displacement K_o p of the last combination, solved to a part of the error before
+        # the contact under the displacement of the last combination, solved to a part of the error before
         begun = s.repetitions > 0
         contact = jnp.where(begun, s.found.carried > 0.0, start.contact)
         own = Start(s.found.pressure, contact, start.none & ~begun)
         goal = jnp.maximum(0.5 * tolerance, jnp.minimum(PART * s.error, 1e-2))
-        found = solve(frozen(problem, s.next), own, goal, max_iterations - s.iterations)
-        change = found.pressure - s.next
+        given = replace(problem, operator=uniform, gap=problem.gap + s.next, drag=None)
+        found = solve(given, own, goal, max_iterations - s.iterations)
+        result = rest(found.pressure, found.carried)
+        change = result - s.next
         moved = moved_by(problem, cell, found.pressure, found.displacement)
-        error = jnp.maximum(found.error, jnp.max(jnp.abs(odd(change))) / moved)
+        error = jnp.maximum(found.error, jnp.max(jnp.abs(change)) / moved)
         assert found.unstable is not None and s.found.unstable is not None
         # Anderson's combination: of weights w with sum 1, |sum_j w_j change_j|^2 is least for (C^T C) w ~ 1
         place = s.repetitions % DEPTH
-        results, changes = s.results.at[place].set(found.pressure), s.changes.at[place].set(change)
+        results, changes = s.results.at[place].set(result), s.changes.at[place].set(change)
         known = jnp.arange(DEPTH) < s.repetitions + 1
         products = jnp.einsum("ixy,jxy->ij", changes, changes)
         least = SINGULAR * jnp.max(jnp.diag(products)) + jnp.finfo(float).tiny
@@ -668,12 +715,18 @@ def solve_sliding(problem: Problem, start: Start, tolerance: Array, max_iteratio
     zero, none, no = jnp.zeros_like(start.pressure), jnp.zeros((), int), jnp.asarray(False)
     nothing = Solution(start.pressure, zero, jnp.zeros(()), jnp.zeros(()), none, zero, no, no)
     empty = jnp.zeros((DEPTH, *zero.shape))
-    first = _Repeated(nothing, jnp.asarray(jnp.inf), none, start.pressure, empty, empty, none)
+    # the attraction of a start is not known, and its drag is left out
+    before = problem.operator(start.pressure) - uniform(start.pressure)
+    first = _Repeated(nothing, jnp.asarray(jnp.inf), none, before, empty, empty, none)
     last = jax.lax.while_loop(going, repeat, first)
-    # of separated surfaces that of first touch, without the displacement by the pressure that was given
+    found = last.found
+    displacement = displaced(problem, found.pressure, found.carried)
+    # of separated surfaces the approach is that of first touch, without the displacement that was given
     first_touch = jnp.min(problem.gap) - problem.lowest
-    approach = jnp.where(last.found.separated, first_touch, last.found.approach)
-    return replace(last.found, approach=approach, error=last.error, iterations=last.iterations)
+    approach = jnp.where(found.separated, first_touch, found.approach)
+    return replace(
+        found, displacement=displacement, approach=approach, error=last.error, iterations=last.iterations
+    )
 
 
 # An adhesive contact linearised at a solution, for its derivatives (``contact.implicit``).

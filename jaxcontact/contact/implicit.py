@@ -19,8 +19,9 @@ With adhesion (``contact.adhesive``) the cells that touch are held, on the other
 tangent is that of Newton's method, found by conjugate gradients for the displacement. Under the given control it is
 positive on a branch of stable states and ceases to be so where the branch ends: conjugate gradients that meet a direction of
 negative curvature give nan. (Without the sign it would be a number that means nothing.) Beyond a jump derivatives are
-those of the new branch; that the jump itself moves is not in them. On a moving body (``contact.adhesive``) the odd
-part of the operator acts on the change of the pressure as a part of the gap, and the change is found by GMRES.
+those of the new branch; that the jump itself moves is not in them. On a moving body and over a film whose thickness varies
+(``contact.adhesive``) what the operator has beyond a uniform one acts on the change of the pressure as a part of the gap,
+and the change is found by GMRES.
 
 With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
 traction stays on the rim, which grows with pressure and coefficient of friction, and turns with the slip
@@ -352,27 +353,43 @@ def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solut
 
 
 @jax.custom_jvp
-def solve_adhesive_sliding(
+def solve_adhesive_in_turn(
     problem: Problem, start: Start, tolerance: Array, max_iterations: Array
 ) -> Solution:
-    """``solve_sliding`` of contact.adhesive, differentiable in everything in ``problem``."""
-    return adhesive.solve_sliding(problem, start, tolerance, max_iterations)
+    """``solve_in_turn`` of contact.adhesive, differentiable in everything in ``problem``."""
+    return adhesive.solve_in_turn(problem, start, tolerance, max_iterations)
 
 
-@solve_adhesive_sliding.defjvp
-def _solve_adhesive_sliding_jvp(primals, tangents):
+@solve_adhesive_in_turn.defjvp
+def _solve_adhesive_in_turn_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
-    found = solve_adhesive_sliding(*primals)
+    found = solve_adhesive_in_turn(*primals)
     found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
-    odd, by_odd = problem.operator.odd(), change.operator.odd()(found.pressure)
-    alone = replace(change, operator=change.operator.even(), gap=change.gap + by_odd)
-    held = adhesive.frozen(problem, found.pressure)
-    moved = lambda gap: _moved_solution(held, found, replace(alone, gap=gap))
+    p, carried = found.pressure, found.carried
+    # the uniform operator is held: the fixed point does not depend on it
+    held = adhesive.with_given(problem, p, carried)
+    uniform, nothing = held.operator, jnp.zeros_like(p)
+    seen = replace(found, displacement=uniform(p))
+    alone = replace(change, operator=jax.tree.map(jnp.zeros_like, uniform), drag=None)
     still = jax.tree.map(jnp.zeros_like, alone)
-    left = lambda dp: dp - _moved_solution(held, found, replace(still, gap=odd(dp))).pressure
-    right = moved(alone.gap).pressure
-    dp = linear_solution(left, right, gmres_solution)
-    return found, moved(alone.gap + odd(dp))
+
+    # the change of K p and of the drag where operator and drag change, and where pressures do
+    forcing = problem.operator.tangent(change.operator, p)
+    if problem.drag is not None:
+        forcing = forcing + jax.jvp(lambda drag: drag(carried), (problem.drag,), (change.drag,))[1]
+
+    def lifted(result: Solution) -> Array:
+        by_pressure = problem.operator(result.pressure)
+        return by_pressure if problem.drag is None else by_pressure + problem.drag.change(result.carried)
+
+    # v changes by that, less U dp, under the change of the gap that it is itself
+    response = lambda base, gap: _moved_solution(held, seen, replace(base, gap=gap))
+    given = lambda result: lifted(result) - uniform(result.pressure)
+    left = lambda dv: dv - given(response(still, dv))
+    right = forcing + given(response(alone, change.gap + nothing))
+    dv = linear_solution(left, right, gmres_solution)
+    result = response(alone, change.gap + dv)
+    return found, replace(result, displacement=forcing + lifted(result))
 
 
 @solve_partial_slip.defjvp

@@ -43,7 +43,8 @@ class Problem:
     """A contact to be solved, all of order one.
 
     operator: p -> K p; gap: (nx, ny), with all earlier history in it; target: sum of the pressures, or the
-    approach, (); lowest: of the profile, (); law: which pressures and gaps go together.
+    approach, (); lowest: of the profile, (); law: which pressures and gaps go together; drag: the friction of a contact with
+    adhesion (``contact.adhesive.Drag``), or None: without adhesion it is in the operator.
     """
 
     operator: Operator
@@ -52,11 +53,12 @@ class Problem:
     lowest: Array
     load_controlled: bool = static()
     law: Any = UNILATERAL  # a ContactLaw, or an Attraction for contact.adhesive
+    drag: Any = None
 
 
 @pytree
 class Solution:
-    """pressure, displacement (of K * p alone): (nx, ny); approach (); error (); iterations ().
+    """pressure, displacement (of K * p alone, and of the drag): (nx, ny); approach (); error (); iterations ().
 
     With adhesion also contact_pressure (nx, ny), the part of the pressure that contact carries; separated (): whether
     there is no contact because none could carry the load; and unstable (): whether the search passed states without

@@ -71,7 +71,7 @@ class ShearStepper(Stepper):
 
         # 1. What earlier tractions have left, and the contact on it: the drift is the movement of the surface since the
         # last step apart from that under the traction of this one.
-        operator, earlier, fields, _ = self.memory.predict(carry.memory, carry.traction, dt)
+        operator, earlier, fields, *_ = self.memory.predict(carry.memory, carry.traction, dt)
         problem = SlipProblem(
             operator=operator,
             gap=self.profile + earlier[2],

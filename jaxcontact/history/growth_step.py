@@ -48,11 +48,18 @@ from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.bodies.grid import Grid, MovedGrid
 from jaxcontact.bodies.laws import RubbingState
-from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.law import Hardness
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import ThicknessStep
-from jaxcontact.history.normal_step import PressCarry, PressStepper, contact_outcome, plane_strain, status_of
+from jaxcontact.history.normal_step import (
+    Adhering,
+    PressCarry,
+    PressStepper,
+    contact_outcome,
+    plane_strain,
+    solve_step,
+    status_of,
+)
 from jaxcontact.history.time_loop import Lapse, Outcome, Steps, in_radii
 from jaxcontact.indenters.shapes import Cone, Cylinder, Ellipsoid, Indenter, Sphere
 from jaxcontact.operators import spectral
@@ -239,7 +246,7 @@ class RubCarry(NamedTuple):
 
 class SolvedRub(NamedTuple):
     """A solved contact on one estimate of the thickness [m]; raised (nx, ny), scaled; warming as in ``RubCarry``; rate [m/s]
-    by the law."""
+    by the law; adhering, told: as of ``solve_step``."""
 
     problem: Problem
     solution: Solution
@@ -247,6 +254,8 @@ class SolvedRub(NamedTuple):
     state: RubbingState
     warming: Array | None
     rate: Array
+    adhering: Adhering | None
+    told: dict[str, Array]
 
 
 @pytree
@@ -322,10 +331,11 @@ class RubStepper(PressStepper):
         else:
             start = self.track.carried(contact.pressure, step.more.move)
         tolerance = jnp.minimum(PREDICTED * self.tolerance, LOOSEST)
-        first = self._rubbed(problem, guessed, start, step, tolerance)
+        first = self._rubbed(problem, guessed, start, contact.adhering, step, tolerance)
         change = first.rate - rate + relaxation * (first.state.thickness - known)
         thickness = self._changed(known, dt * (one * rate + two * change))
-        second = self._rubbed(problem, thickness, first.solution.pressure, step, self.tolerance)
+        again = first.solution.pressure
+        second = self._rubbed(problem, thickness, again, contact.adhering, step, self.tolerance)
         pressure, solution = second.solution.pressure, second.solution
 
         # 4. The error of the step: the larger of dt phi_2 |N_(n+1) - N*| and dt^3/12 |d^2 N/dt^2|.
@@ -341,23 +351,29 @@ class RubStepper(PressStepper):
         surface = jnp.abs(solution.approach) * self.scale.length
         too_long = estimate > LARGEST_ERROR * jnp.maximum(jnp.max(jnp.abs(second.state.thickness)), surface)
         if self.track is not None:
-            touching = jnp.where(jnp.any(pressure > 0.0), pressure, contact.pressure) > 0.0
+            touching = (
+                jnp.where(jnp.any(solution.carried > 0.0), solution.carried, carry.state.pressure) > 0.0
+            )
             too_long = too_long | self.track.leaps(step.more.move, touching)
 
         # 6. The memory, the work of friction by the trapezoidal rule, the shift factor, and the error of the time steps.
         fields = self.memory.update(predicted.fields, pressure, driven)
-        fluxes = self._flux(contact.pressure, step.more.speed_before) + self._flux(pressure, step.more.speed)
-        shift, lapse = carry.shift, self._lapse(step, jnp.sum(pressure > 0.0))
+        fluxes = carry.state.friction_stress * step.more.speed_before
+        fluxes = fluxes + second.state.friction_stress * step.more.speed
+        shift, lapse = carry.shift, self._lapse(step, jnp.sum(solution.carried > 0.0))
         if self.heated is not None:
-            shift = self.heated.shifted(shift, second.state.temperature, pressure, dt)
+            shift = self.heated.shifted(shift, second.state.temperature, solution.carried, dt)
             if self.heated.shift is not None:
                 lapse = lapse._replace(assumed=own, found=in_reduced_time(dt, carry.shift, shift))
+        if second.adhering is not None:
+            lapse = lapse._replace(touches=jnp.any(solution.carried > 0.0))
         judged = self._judged(contact, fields, pressure, lapse)
         pressed = contact._replace(
             memory=fields,
             pressure=pressure,
             rate=jax.lax.stop_gradient(per_time(pressure - contact.pressure)),
             judged=judged,
+            adhering=second.adhering,
             dent=self._dented(contact.dent, second.problem, solution),
         )
 
@@ -393,7 +409,7 @@ class RubStepper(PressStepper):
             ),
             "step_error": after.error / self.scale.length,
         }
-        numbers |= self.memory.observe(fields, pressure, driven)
+        numbers |= self.memory.observe(fields, pressure, driven) | second.told
         shown = {
             "pressure": numbers.pop("pressure"),
             "displacement": predicted.earlier - second.raised + solution.displacement,
@@ -403,6 +419,8 @@ class RubStepper(PressStepper):
             shown["indenter_displacement"] = numbers.pop("indenter_displacement")
         if pressed.dent is not None:
             shown |= {"displacement": shown["displacement"] + pressed.dent, "dent": pressed.dent}
+        if second.adhering is not None:
+            shown["contact_pressure"] = solution.carried
         if self.track is not None:
             shown["moved_profile"] = profile
         temperature = self._temperature(second.warming, step.more.speed / step.more.share)
@@ -430,17 +448,24 @@ class RubStepper(PressStepper):
         return jnp.maximum(thickness + change, 0.0) if self.of_film else thickness + change
 
     def _rubbed(
-        self, problem: Problem, thickness: Array, guess: Array, step: Steps, tolerance: Array
+        self,
+        problem: Problem,
+        thickness: Array,
+        guess: Array,
+        before: Adhering | None,
+        step: Steps,
+        tolerance: Array,
     ) -> SolvedRub:
-        """Return the contact on a film of a thickness, and the rate of the law in it; problem: without its change."""
+        """Return the contact on a film of a thickness, and the rate of the law in it; problem: without its change; before:
+        with adhesion, the state at the end of the last step. The law sees the pressure that contact carries."""
         raised = (thickness - self.at_first) / self.scale.length
         problem = replace(problem, gap=problem.gap - raised)
         start = jax.lax.stop_gradient(guess)
-        solution = solve_contact(problem, start, tolerance, self.max_iterations)
+        solution, adhering, told = solve_step(problem, start, before, tolerance, self.max_iterations)
         gap = problem.gap + solution.displacement - solution.approach
         if isinstance(self.law, Hardness):
             gap = gap + self.law.dent(solution.pressure, gap)
-        si = self.scale.to_si(pressure=solution.pressure, gap=gap)
+        si = self.scale.to_si(pressure=solution.carried, gap=gap)
         friction_stress = self.friction * si["pressure"]
         warming = None if self.heated is None else self.heated.rise(friction_stress)
         state = RubbingState(
@@ -452,14 +477,11 @@ class RubStepper(PressStepper):
             temperature=self._temperature(warming, step.more.speed),
             time=step.more.time,
         )
-        return SolvedRub(problem, solution, raised, state, warming, self.kinetics.rate(state))
+        rate = self.kinetics.rate(state)
+        return SolvedRub(problem, solution, raised, state, warming, rate, adhering, told)
 
     def _temperature(self, warming: Array | None, speed: Array) -> Array | None:
         """Return the temperature at a speed [K], (nx, ny), None without heat: its rise is proportional to the speed."""
         if self.heated is None or warming is None:
             return None
         return self.heated.ambient + warming * speed
-
-    def _flux(self, pressure: Array, speed: Array) -> Array:
-        """Return the power of friction per area [W/m2], from a scaled pressure."""
-        return self.friction * pressure * self.scale.unit("pressure") * speed

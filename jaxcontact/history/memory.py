@@ -3,7 +3,7 @@
 A memory keeps fields of its own kind (arrays over the grid, spectra, increments: a pytree) and has four methods.
 A step of the march is
 
-    operator, earlier, fields, raised = memory.predict(fields, traction, step)     before the new traction is known
+    operator, earlier, fields, *_ = memory.predict(fields, traction, step)         before the new traction is known
     traction = contact(operator, profile + earlier, target)                operator(t) + earlier: the displacement
     fields = memory.update(fields, traction, step)                         the new traction is remembered
     numbers = memory.observe(fields, traction, step)                       observed beyond the contact itself
@@ -23,6 +23,7 @@ from jaxcontact._support.exponential import ramps
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.grid import Grid
+from jaxcontact.contact.adhesive import Drag
 from jaxcontact.history.time_loop import Delayed
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
@@ -47,13 +48,15 @@ class Prediction(NamedTuple):
     """The coming step as far as it is known before its traction.
 
     operator: of the step; earlier: the displacement left by all earlier traction, of its shape; fields: the memory's own;
-    raised: how far growth has raised the surface since the start, (nx, ny) or 0.
+    raised: how far growth has raised the surface since the start, (nx, ny) or 0; drag: the friction of a sliding contact
+    with adhesion, or None.
     """
 
     operator: Operator | TractionOperator
     earlier: Array
     fields: Any
     raised: Array | float = 0.0
+    drag: Drag | None = None
 
 
 class Memory(abc.ABC):
@@ -554,12 +557,10 @@ class RecursiveMemory(Memory):
         ``history.memory``, ().
         """
         k = self.kernels
-        shape = spectral.padded_shape(pressure.shape, k.family.periodic)
-        fields = jnp.concatenate([pressure[None], eta])
-        waves = spectral.transform(fields, k.family.periodic)
-        squares = waves.real**2 + waves.imag**2
-        energies = jax.vmap(lambda s: inner_product(k.family.spectrum, s, shape))(squares)  # (K + 1, M + 1)
-        return 0.5 * energies[0, 0] + 0.5 * jnp.sum(k.rates[:, None] * k.mix.T * energies[1:, 1:])
+        work = lambda weights, field: jnp.sum(field * k.family.combined(list(weights))(field))
+        at_once = work(jnp.zeros(1 + len(k.mix)).at[0].set(1.0), pressure)
+        springs = jax.vmap(lambda mix, eta: work([0.0, *mix], eta))(k.mix.T, eta)
+        return 0.5 * at_once + 0.5 * jnp.sum(k.rates * springs)
 
     @property
     def delayed_rates(self) -> Array:
@@ -772,11 +773,13 @@ class Shift(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """One step: dt [s], the shift in it [cells along x], and the unit vector of the velocity at its end, (2,)."""
+    """One step: dt [s], the shift in it [cells along x], and the unit vector of the velocity at its end, (2,); sheared: for
+    ``update``, the traction at its end where it does not follow from the pressure, (nx, ny), else None."""
 
     dt: Array
     shift: Shift
     direction: Array
+    sheared: Array | None = None
 
 
 def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
@@ -841,8 +844,9 @@ class MovingMemory(Memory):
 
     spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), those of the pressure before those of the traction; circulants:
     of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); rubbed: C_0 of the
-    traction along x and y, (2, my/2 + 1, mx), and rubbing: friction, or both None; tails: lambda_k C_k [1/s] at offsets
-    along x, (K, nx); ratio: dy/dx, ().
+    traction along x and y, (2, my/2 + 1, mx), and rubbing: friction, or both None; shear: with adhesion
+    coefficient and shear strength of the contact, whose traction is a ``Drag``, and the rubbing is that of a coefficient of
+    one; tails: lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
     """
 
     spectra: Array
@@ -855,6 +859,7 @@ class MovingMemory(Memory):
     ratio: Array
     kernels: Kernels
     observer: Observer
+    shear: tuple[Array, Array] | None = None
 
     @property
     def inherits(self) -> bool:
@@ -892,20 +897,24 @@ class MovingMemory(Memory):
         now = lambda parts, weights: parts[0] + jnp.sum(parts[1:] * weights, 0)
         of_pressure, of_traction = self._shares(motion)
         spectrum, circulant = now(self.spectra, new * of_pressure), now(self.circulants, on_grid)
-        operator = Operator(spectrum[None], circulant, periodic=self._periodic)
+        operator, drag = Operator(spectrum[None], circulant, periodic=self._periodic), None
         if self.rubbed is not None and self.rubbing is not None:
             kernel = jnp.tensordot(motion.direction, self.rubbed, 1)
             kernel = kernel + jnp.sum(self.spectra[1:] * (new * of_traction), 0)
-            operator = self.rubbing.added_to(operator, kernel)
+            if self.shear is None:
+                operator = self.rubbing.added_to(operator, kernel)
+            else:
+                drag = Drag(kernel, *self.shear, self._periodic)
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
         fields = fields._replace(eta=eta, lost=lost, trail=moved_on(fields.trail, motion.shift))
-        return Prediction(operator, earlier, fields)
+        return Prediction(operator, earlier, fields, drag=drag)
 
     def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
         new = step_weights(self.rates, motion, self._padded(pressure.shape), self.ratio)[2]
         fields = fields._replace(pressure=spectral.transform(pressure, self._periodic))
         if self.rubbing is not None and self._varies:
-            sheared = spectral.transform(self.rubbing.sheared(pressure), self._periodic)
+            sheared = self.rubbing.sheared(pressure) if motion.sheared is None else motion.sheared
+            sheared = spectral.transform(sheared, self._periodic)
             fields = fields._replace(sheared=sheared)
         clear = clearance(pressure, self.ratio)
         trail = with_losses(fields.trail, clear)
@@ -983,7 +992,8 @@ class MovingMemory(Memory):
                 displaced = other if displaced is None else displaced + other
             hysteresis = self.observer.hysteresis(pressure, displaced, motion.direction)
         if self.rubbing is not None:
-            coulomb = self.rubbing.coulomb_force(pressure) * jnp.sum(motion.direction**2)
+            rubbed = pressure if motion.sheared is None else motion.sheared
+            coulomb = self.rubbing.coulomb_force(rubbed) * jnp.sum(motion.direction**2)
         return hysteresis, coulomb
 
     def _film_strain(self, fields: Fields, pressure: Array) -> Array:

@@ -15,9 +15,9 @@ from jax import Array
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.reductions import largest, total, totals
 from jaxcontact._support.status import Status, most_serious
-from jaxcontact.contact.adhesive import Attraction, Start, frozen
+from jaxcontact.contact.adhesive import Attraction, Start, with_given
 from jaxcontact.contact.edge import contact_cells, memory_factor
-from jaxcontact.contact.implicit import solve_adhesive, solve_adhesive_sliding, solve_contact
+from jaxcontact.contact.implicit import solve_adhesive, solve_adhesive_in_turn, solve_contact
 from jaxcontact.contact.law import UNILATERAL, Hardness
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Memory
@@ -80,19 +80,21 @@ def solve_step(
 
     # 1. The contact with adhesion, from the state before; a pressure that is extrapolated from a contact that has gone, or
     # over a much longer step, is no start.
-    whole, even = problem, problem.operator.even()
+    even = problem.operator.even()
     law = replace(problem.law, law=problem.law.law.resolved(even.cell_compliance(problem.gap.shape)))
     problem = replace(problem, law=law)
     apart = ~jnp.any(before.contact)
     far = largest(jnp.abs(guess - before.pressure)) > largest(jnp.abs(before.pressure))
     guess = jnp.where(apart | far, before.pressure, guess)
     start = Start(guess, before.contact, before.none)
-    method = solve_adhesive if problem.operator.symmetric else solve_adhesive_sliding
-    solution = method(problem, start, tolerance, max_iterations)
-    if not problem.operator.symmetric:  # its energy is that of the even part
-        problem = frozen(problem, solution.pressure)
-    found = replace(solution, displacement=solution.displacement + problem.gap - whole.gap)
-    held, last = jax.lax.stop_gradient((problem, solution))
+    alone = problem.operator.symmetric and problem.operator.weights is None and problem.drag is None
+    method = solve_adhesive if alone else solve_adhesive_in_turn
+    found = method(problem, start, tolerance, max_iterations)
+    held, last = jax.lax.stop_gradient((problem, found))
+    if not problem.operator.symmetric or problem.drag is not None:
+        # an energy belongs to the even part, which has the rest in its gap
+        held = with_given(held, last.pressure, last.carried)
+        last = replace(last, displacement=held.operator(last.pressure))
     assert last.separated is not None and last.unstable is not None
 
     # 2. The energy that the step released: E before - E after, E = 1/2 <p, K p> - sum int s dg [- load x approach] with
@@ -201,16 +203,18 @@ class PressStepper(Stepper):
 
     def advance(self, carry: PressCarry, step: Steps) -> tuple[PressCarry, Outcome]:
         # What earlier pressure has left, and the operator of this step; the contact on it; the memory with its pressure.
-        operator, earlier, fields, raised = self.memory.predict(carry.memory, carry.pressure, step.more)
+        operator, earlier, fields, raised, drag = self.memory.predict(carry.memory, carry.pressure, step.more)
         lowest, gap = jnp.min(self.profile), self.profile + earlier - raised
         if carry.dent is not None:
             gap = gap + carry.dent
-        problem = Problem(operator, gap, step.target, lowest, self.load_controlled, self.law)
+        problem = Problem(operator, gap, step.target, lowest, self.load_controlled, self.law, drag)
         guess = jax.lax.stop_gradient(carry.pressure + carry.rate * step.dt)
         solution, adhering, told = solve_step(
             problem, guess, carry.adhering, self.tolerance, self.max_iterations
         )
         pressure = solution.pressure
+        if drag is not None:  # the traction is that of the pressure that contact carries
+            step = step._replace(more=step.more._replace(sheared=drag.traction(solution.carried)))
         fields = self.memory.update(fields, pressure, step.more)
         rate = jax.lax.stop_gradient(pressure - carry.pressure) / jnp.where(step.dt > 0.0, step.dt, jnp.inf)
         numbers = contact_outcome(problem, solution, earlier if self.memory.inherits else None) | {
@@ -225,6 +229,8 @@ class PressStepper(Stepper):
         }
         if "indenter_displacement" in numbers:
             shown["indenter_displacement"] = numbers.pop("indenter_displacement")
+        if drag is not None:
+            shown["contact_pressure"] = solution.carried
         dent = self._dented(carry.dent, problem, solution)
         if dent is not None:  # a displacement that stays
             shown |= {"displacement": shown["displacement"] + dent, "dent": dent}

@@ -100,10 +100,30 @@ class Operator:
             spectra, self.circulant.real, weights, self.lift, periodic=self.periodic, entries=self._mutual
         )
 
-    def odd(self) -> Operator:
-        """The odd part of an operator of one kernel, antisymmetric: K less ``even``."""
-        assert self.entries == SINGLE
-        return jax.tree.map(lambda a: 1j * a.imag, self)
+    def uniform(self) -> Operator:
+        """An even operator of one kernel near this one: that of the ``even`` entries, with the mean of the weights of the
+        stiffest cell and of the mean weights.
+
+        With the mean weights alone the searches that it serves (``contact.adhesive``) may not converge, with those of the
+        stiffest cell they take more iterations.
+        """
+        even, weights = [entry for entry in self.entries if entry in self._mutual], self.weights
+        spectra = self.spectra.real
+        if even == list(SINGLE) or weights is None:
+            return Operator(spectra[:1], self.circulant.real, periodic=self.periodic)
+        # the compliance of each cell in a surface that has its weights everywhere
+        shares = jnp.concatenate([jnp.ones_like(weights[:1]), weights]).reshape(1 + len(weights), -1)
+        my = spectral.padded_shape(weights.shape[-2:], self.periodic)[1]
+        mixed = lambda f, each: _sum([f[i] * f[j] * each[k] for i, j, k in even])
+        compliance = mixed(shares, jnp.sum(spectral.both_signs(my)[:, None] * spectra, (-2, -1)))
+        mean = jnp.mean(shares, 1)
+        near = (shares[:, jnp.argmin(compliance)] + mean) / 2.0
+        spectrum = mixed(near, spectra)
+        circulant = spectrum.at[0, 0].set(jnp.max(spectrum))
+        if not all(self.periodic):
+            size = lambda f: jnp.sum(jnp.abs(mixed(f, spectra)))
+            circulant = self.circulant.real * (size(near) / size(mean))
+        return Operator(spectrum[None], circulant, periodic=self.periodic)
 
     def plus(self, other: Operator) -> Operator:
         """K + K', with one even or moving kernel K' of the same grid: both surfaces of a contact under one pressure."""

@@ -71,7 +71,8 @@ class ContactResult:
     @property
     def in_contact(self) -> Array:
         """True for each cell in contact, of the shape of ``pressure``."""
-        return self.pressure > 0.0  # type: ignore[attr-defined]
+        carried = getattr(self, "contact_pressure", None)
+        return (self.pressure if carried is None else carried) > 0.0  # type: ignore[attr-defined]
 
     def summary(self) -> str:
         """Return the first, last and largest values of the main quantities, the grid and the convergence status, as text."""
@@ -469,6 +470,10 @@ class RubbingHistory(ContactHistory):
     touch of the initial surfaces. With ``path=`` all maps are those of the body, position (nt, 2) [m] is that of the
     indenter on it, and moved_profile (nt, nx, ny) [m] is the profile at the position of the indenter.
 
+    With adhesion: contact_pressure (nt, nx, ny) [Pa], the pressure that contact carries, which is ``pressure`` plus the
+    attraction where the gap is zero, and on which growth, wear and friction depend; jumps, jump_energy, cohesive_cells and
+    tabor_number as in ``AdhesiveHistory``. None without.
+
     status 12: a time step is too long for the rate of growth or wear, or for the motion of the contact; 13: the film is
     thicker than the largest thickness for which its kernels were computed.
     """
@@ -480,6 +485,11 @@ class RubbingHistory(ContactHistory):
     temperature: Array | None = None
     position: Array | None = None
     moved_profile: Array | None = None
+    contact_pressure: Array | None = None
+    jumps: Array | None = None
+    jump_energy: Array | None = None
+    cohesive_cells: Array | None = None
+    tabor_number: Array | None = None
 
     @property
     def gap(self) -> Array:
@@ -519,11 +529,17 @@ def with_totals(fields: dict[str, Array], velocity: Array) -> dict[str, Array]:
     }
 
 
-def _traction(friction: Array, pressure: Array, velocity: Array) -> Array:
-    """Return mu p along the velocity, (..., 2, nx, ny), from fields (..., nx, ny) and velocity (..., 2)."""
+def _traction(result: Any, velocity: Array, over_time: bool = False) -> Array:
+    """Return the shear stress of friction along the velocity, (..., 2, nx, ny), from fields (..., nx, ny), over time or not,
+    and velocity (..., 2): mu p, with adhesion mu p_c + tau where the surfaces touch."""
+    maps = lambda a: a[..., None, :, :] if over_time else a
+    carried, strength = (getattr(result, name, None) for name in ("contact_pressure", "shear_strength"))
+    shear = maps(result.friction) * (result.pressure if carried is None else carried)
+    if carried is not None and strength is not None:
+        shear = shear + jnp.where(carried > 0.0, maps(strength), 0.0)
     square = jnp.sum(jnp.asarray(velocity) ** 2, -1, keepdims=True)
     direction = velocity / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
-    return (friction * pressure)[..., None, :, :] * direction[..., None, None]
+    return shear[..., None, :, :] * direction[..., None, None]
 
 
 class _RenamedTotal:
@@ -601,14 +617,14 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
 
     @property
     def traction(self) -> Array:
-        """Tangential traction on the body [Pa]: mu p along the velocity, zero without friction.
+        """Tangential traction on the body [Pa]: mu p along the velocity, with adhesion mu p_c + tau, zero without friction.
 
         Its shape is (nt, 2, nx, ny), or (2, nx, ny) at the last time where ``pressure`` is (nx, ny), as ``subsurface``
         takes it.
         """
         if not self._has_maps_over_time:
-            return _traction(self.friction, self.pressure, self.velocity[..., -1, :])
-        return _traction(self.friction[..., None, :, :], self.pressure, self.velocity)
+            return _traction(self, self.velocity[..., -1, :])
+        return _traction(self, self.velocity, over_time=True)
 
 
 def sliding_history(**given: Any) -> SlidingHistory:
@@ -622,13 +638,17 @@ class AdhesiveSlidingHistory(SlidingHistory):
 
     pressure, load, contact_area, jumps, jump_energy, cohesive_cells and tabor_number are as in ``AdhesiveHistory``. The
     energy that the body dissipates is the integral of hysteresis_power. friction_coefficient is zero under a load that
-    pulls.
+    pulls. With friction, contact_pressure (nt, nx, ny) [Pa] is the pressure that contact carries, ``pressure`` plus the
+    attraction where the gap is zero, and shear_strength (nx, ny) [Pa] that of the contact: the traction is mu p_c + tau.
+    None without friction.
     """
 
     jumps: Array = field(kw_only=True)
     jump_energy: Array = field(kw_only=True)
     cohesive_cells: Array = field(kw_only=True)
     tabor_number: Array = field(kw_only=True)
+    contact_pressure: Array | None = field(kw_only=True, default=None)
+    shear_strength: Array | None = field(kw_only=True, default=None)
 
     @property
     def in_contact(self) -> Array:
@@ -657,9 +677,17 @@ class SteadySliding(_RenamedTotal, SteadyContact):
 
     indenter_displacement (nx, ny) [m] and indenter_film_strain: as in ``ContactHistory``, relaxed; None of an indenter that
     does not creep and is not coated.
+
+    contact_pressure (nx, ny) [Pa]: with adhesion the pressure that contact carries, ``pressure`` plus the attraction in the
+    cells whose gap is zero; shear_strength (nx, ny) [Pa], None without friction; cohesive_cells and tabor_number: as in
+    ``AdhesiveHistory``. None without adhesion.
     """
 
     view: ClassVar[str] = "steady sliding"
+    contact_pressure: Array | None = field(kw_only=True, default=None)
+    shear_strength: Array | None = field(kw_only=True, default=None)
+    cohesive_cells: Array | None = field(kw_only=True, default=None)
+    tabor_number: Array | None = field(kw_only=True, default=None)
     indenter_displacement: Array | None = field(kw_only=True, default=None)
     indenter_film_strain: Array | None = field(kw_only=True, default=None)
     grid: Grid
@@ -694,5 +722,6 @@ class SteadySliding(_RenamedTotal, SteadyContact):
 
     @property
     def traction(self) -> Array:
-        """Tangential traction on the body [Pa]: mu p along the velocity, (2, nx, ny); zero without friction."""
-        return _traction(self.friction, self.pressure, self.velocity)
+        """Tangential traction on the body [Pa]: mu p along the velocity, (2, nx, ny), with adhesion mu p_c + tau of the
+        contact pressure and the shear strength; zero without friction."""
+        return _traction(self, self.velocity)

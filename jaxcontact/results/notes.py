@@ -173,7 +173,8 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
     batch = np.shape(result.status)[:-1] if over_time else np.shape(result.status)
     steps = np.shape(result.status)[len(batch) :]
     diagnostics = result.diagnostics
-    adhesion = getattr(result, "jumps", 0), getattr(result, "cohesive_cells", np.inf)
+    jumps, cohesive = (getattr(result, name, None) for name in ("jumps", "cohesive_cells"))
+    adhesion = 0 if jumps is None else jumps, np.inf if cohesive is None else cohesive
     step_error = getattr(result, "time_step_error", None)
     times = result.times if over_time else 0.0
     off = 0.0 if step_error is None else step_error

@@ -350,6 +350,7 @@ def _case(tables: Table, folder: Path) -> Case:
         motion["adhesion"] = law(**values)
     options = dict(tables.get("solver", {}))
     absent = {"dent": "hardness" not in motion, "indenter_displacement": indenter.surface() is None}
+    absent["contact_pressure"] = not adhesive
     fields = [name for name in stored_fields(_result(kind, tables)) if not absent.get(name, False)]
     kept = options.pop("save", None) or kept_unless_said(fields, grid.shape, times.size)
     options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from

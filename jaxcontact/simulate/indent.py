@@ -108,11 +108,13 @@ def indent(
         checkpoint: the quantities stored for the reverse mode: "pressures" (a field for each inner step; no contact is
             solved again) or "blocks" (the state at every sqrt(nt)-th step; every contact is solved twice). 2000 steps on
             256 x 256 cells with save="last" take 2.7 and 0.7 GB.
-        adhesion: ``ExponentialAdhesion`` or ``DugdaleAdhesion``; None for surfaces without attraction. With adhesion the
+        adhesion: ``ExponentialAdhesion``, ``DugdaleAdhesion`` or a law of one's own (``jaxcontact.abc``); None for surfaces
+            without attraction. With adhesion the
             control may be negative, the pressure is the contact pressure minus the attraction, and a cell is in contact if
             its gap is zero. The solution follows the branch of equilibria of the previous step, and jumps where this branch
-            ends (``contact.adhesive``). The stopping error is then the largest displacement under the traction that is
-            not balanced, over the mean displacement.
+            ends (``contact.adhesive``). On a film whose thickness varies in the plane a sequence of contacts is solved in
+            each step; let the approach grow in several steps. The stopping error is then the largest displacement under
+            the traction that is not balanced, over the mean displacement.
         hardness: H [Pa], a number or (nx, ny), of surfaces that yield: cells are elastic and perfectly plastic, 0 <= p <= H,
             and what the elastic surfaces cannot close at p = H stays as the ``dent`` of the body, from which unloading and
             later loading start (A. Almqvist et al., Tribology International 40 (2007) 574). A load above H times the area
@@ -197,10 +199,6 @@ class Indentation(Experiment):
         good, count = check_adhesion(adhesion), np.size(times)
         body, thicknesses, thick = body_at_first(body, count)
         body, film_map, in_range = separate_map(body, getattr(grid, "shape", ()), count)
-        checks.require(
-            adhesion is None or film_map is None,
-            "adhesion: expected None with a film whose thickness varies in the plane, got a law",
-        )
         adhesive = adhesion is not None
         experiment = Experiment.of(
             body,

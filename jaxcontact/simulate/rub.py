@@ -15,7 +15,17 @@ from jaxcontact._support.status import LARGEST_ERROR
 from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, over_the_plane, separate_map
 from jaxcontact.bodies.controls import Control, check_friction
 from jaxcontact.bodies.grid import Grid, MovedGrid
-from jaxcontact.bodies.laws import SumOfLaws, Thermal, check_law, check_thermal, is_sheared, temperatures_of
+from jaxcontact.bodies.laws import (
+    Adhesion,
+    SumOfLaws,
+    Thermal,
+    check_adhesion,
+    check_law,
+    check_thermal,
+    is_sheared,
+    temperatures_of,
+)
+from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.history.growth_step import Heated, RubStep, RubStepper, Track, check_path
 from jaxcontact.history.memory import Memory, RecursiveMemory, VaryingMemory, with_indenter
 from jaxcontact.history.motion import as_array, at_fine_times, mean_speed, over_times, speed_of
@@ -34,6 +44,7 @@ from jaxcontact.simulate.run import (
     marched,
     profile_over_film,
     refined,
+    tabor_numbers,
 )
 
 REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
@@ -59,6 +70,7 @@ def rub(
     substeps: int | str = 1,
     checkpoint: str = "pressures",
     hardness: Array | float | None = None,
+    adhesion: Adhesion | None = None,
 ) -> RubbingHistory:
     """Compute the growth and wear of a film, or the wear of an indenter, in a contact that is rubbed.
 
@@ -107,6 +119,8 @@ def rub(
             and grad.
         hardness: as in ``indent``, in the frame of the body: with ``path`` the dent is that of the track. With
             wears="indenter" it is of the body too. A film that wears keeps its dent, which wear deepens.
+        adhesion: as in ``indent``. Growth, wear, friction and its heat depend on the pressure that the contact carries,
+            the net pressure plus the attraction (``contact_pressure`` of the result); a law sees it as ``step.pressure``.
         indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``. An indenter that
             creeps or is coated is for rubbing in place, with a film that wears, or, if it is not coated, its own profile.
 
@@ -138,6 +152,7 @@ def rub(
         "save": save,
         "checkpoint": checkpoint,
         "hardness": hardness,
+        "adhesion": adhesion,
     }
     make = lambda count: RubExperiment.of(body, indenter, control, times, grid, substeps=count, **given)
     history: RubbingHistory = refined(make, substeps, _noted, _is_short)
@@ -172,6 +187,7 @@ class RubExperiment(Experiment):
     friction: Any
     thermal: Thermal | None
     thickest: Any
+    adhesion: Adhesion | None
     wears: str = static()
 
     @classmethod
@@ -189,6 +205,7 @@ class RubExperiment(Experiment):
         friction: Any = 0.0,
         thermal: Thermal | None = None,
         thickest: Any = None,
+        adhesion: Any = None,
         wears: str = "film",
         **given: Any,
     ) -> Self:
@@ -204,7 +221,10 @@ class RubExperiment(Experiment):
                 film_map is not None and not film_map.over_times,
                 "body: expected one Layer of a thickness that is a number or (nx, ny) in rub",
             )
-        experiment = Experiment.of(body, indenter, control, times, grid, film_map=film_map, **given)
+        valid, adhesive = valid & check_adhesion(adhesion), adhesion is not None
+        experiment = Experiment.of(
+            body, indenter, control, times, grid, film_map=film_map, adhesive=adhesive, **given
+        )
         if experiment.indenter.surface() is not None:
             coated = isinstance(indenter.material, LayeredHalfSpace)
             moves, warms = path is not None, thermal is not None and thermal.shift is not None
@@ -256,8 +276,8 @@ class RubExperiment(Experiment):
             cell = grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing)
             thickest = jnp.maximum(2.0 * jnp.max(film_map.values), REACH * cell)  # type: ignore[union-attr]
         valid = valid & checks.positive("thickest [m]", thickest)
-        own = as_float64((velocity, path, law, friction, thermal, thickest))
-        names = ("velocity", "path", "law", "friction", "thermal", "thickest")
+        own = as_float64((velocity, path, law, friction, thermal, thickest, adhesion))
+        names = ("velocity", "path", "law", "friction", "thermal", "thickest", "adhesion")
         return cls(**vars(experiment.also(valid)), **dict(zip(names, own, strict=True)), wears=wears)
 
     def with_kernels(self) -> Self:
@@ -301,9 +321,13 @@ class RubExperiment(Experiment):
             rises = coefficients_at_rest(grid.shape, grid.spacing) / thermal.conductivity
             response = spectral.kernel_spectrum(rises)
             heated = Heated(response, thermal.ambient, thermal.share, thermal.shift)
+        contact = self.contact(scale)
+        if self.adhesion is not None:
+            contact["law"] = Attraction(self.adhesion.scaled(scale.length, scale.compliance), grid.periodic)
+            course["tabor_number"] = tabor_numbers(self.adhesion, self)
         stepper = RubStepper(
             memory,
-            **self.contact(scale),
+            **contact,
             kinetics=self.law,
             friction=self.friction,
             at_first=self.at_first,

@@ -18,7 +18,13 @@ from jaxcontact._support.status import Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.controls import Control
 from jaxcontact.bodies.grid import Grid
-from jaxcontact.bodies.laws import Adhesion, Thermal, check_adhesion, check_thermal
+from jaxcontact.bodies.laws import (
+    Adhesion,
+    Thermal,
+    check_adhesion,
+    check_shear_strength,
+    check_thermal,
+)
 from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.contact.law import Hardness
 from jaxcontact.history.growth_step import Heated, in_reduced_time, reduced
@@ -66,6 +72,7 @@ def slide(
     thermal: Thermal | None = None,
     adhesion: Adhesion | None = None,
     hardness: Array | float | None = None,
+    shear_strength: Array | float | None = None,
 ) -> SlidingHistory:
     """Compute the contact of an indenter that slides over a body, over time.
 
@@ -99,10 +106,11 @@ def slide(
     moves over the body with the indenter. Its mean over the contact changes the times of the body, if ``thermal`` has a
     shift: one factor for the whole body.
 
-    With adhesion, as in ``indent``, the surfaces slide without friction. Attraction at the rear edge, where they part, is
-    resisted by a body that has had time to relax, and the edge dissipates energy: the hysteresis force is then that of
-    the whole pressure, contact less attraction. Steps should move the indenter by a part of the zone of attraction.
-    Each step solves contacts of the symmetric part of its response in turn (``contact.adhesive``), which converges
+    With adhesion, as in ``indent``, Coulomb's friction is mu times the pressure that contact carries, the net pressure plus
+    the attraction (``contact_pressure`` of the result), beside a shear strength of the contact.
+    Attraction at the rear edge, where the surfaces part, is resisted by a body that has had time to relax, and the edge
+    dissipates energy: the hysteresis force is then that of the whole pressure, contact less attraction. Steps should move
+    the indenter by a part of the zone of attraction. Each step solves contacts of the symmetric part of its response in turn (``contact.adhesive``), which converges
     for an E0/Einf of up to 10 whatever the step; beyond, the status of a long step may be 1, and more ``substeps`` help.
 
     With ``hardness``, as in ``indent``, the dent stays behind in the track: it moves through the frame of the indenter with
@@ -123,7 +131,8 @@ def slide(
             or is coated.
         thermal: None, or ``Thermal`` with a diffusivity; friction is then > 0, the velocity constant, and the grid not
             periodic.
-        adhesion: as in ``indent``, without friction; None for surfaces without attraction.
+        adhesion: as in ``indent``; None for surfaces without attraction. It is None with ``thermal``.
+        shear_strength: as in ``slide_steady``, with adhesion.
         hardness: as in ``indent``; a map (nx, ny) is that of the body under the grid at the first time, which beyond the
             grid is as at its edge.
         body, indenter, control, times, grid, tolerance, max_iterations, save, substeps, kernels, checkpoint: as
@@ -154,6 +163,7 @@ def slide(
         "thermal": thermal,
         "adhesion": adhesion,
         "hardness": hardness,
+        "shear_strength": shear_strength,
     }
     make = lambda count: Sliding.of(body, indenter, control, times, grid, substeps=count, **given)
     history: SlidingHistory = refined(make, substeps)
@@ -163,12 +173,13 @@ def slide(
 
 @pytree
 class Sliding(Experiment):
-    """A slide; velocity: as given to ``slide``; friction, thermal and adhesion: likewise, None without."""
+    """A slide; velocity: as given to ``slide``; the others likewise, None without."""
 
     velocity: Array
     friction: Array | None
     thermal: Thermal | None
     adhesion: Adhesion | None
+    shear_strength: Array | None
 
     @classmethod
     def of(  # type: ignore[override]
@@ -183,14 +194,16 @@ class Sliding(Experiment):
         friction: Any = None,
         thermal: Any = None,
         adhesion: Any = None,
+        shear_strength: Any = None,
         **given: Any,
     ) -> Self:
         """Check the arguments of ``slide``; given: further arguments of ``Experiment.of``."""
         adheres = check_adhesion(adhesion)
         checks.require(
-            adhesion is None or friction is None,
-            f"friction: expected None with adhesion, got {friction!r}: Coulomb's law holds under pressure alone",
+            adhesion is None or thermal is None, "thermal: expected None with adhesion, got Thermal"
         )
+        adheres = adheres & check_shear_strength(shear_strength, grid.shape, adhesive=adhesion is not None)
+        friction = 0.0 if friction is None and shear_strength is not None else friction
         experiment = Experiment.of(
             body,
             indenter,
@@ -221,9 +234,9 @@ class Sliding(Experiment):
             valid = valid & check_peclet(experiment.grid, velocity, thermal.diffusivity)
         rubs = check_rubbing(friction, experiment.grid, experiment.body, experiment.indenter)
         valid = valid & adheres & rubs
-        velocity, friction, thermal, adhesion = as_float64((velocity, friction, thermal, adhesion))
-        more = {"velocity": velocity, "friction": friction, "thermal": thermal, "adhesion": adhesion}
-        return cls(**vars(experiment.also(valid)), **more)
+        names = ("velocity", "friction", "thermal", "adhesion", "shear_strength")
+        own = as_float64((velocity, friction, thermal, adhesion, shear_strength))
+        return cls(**vars(experiment.also(valid)), **dict(zip(names, own, strict=True)))
 
     def planned(self) -> Plan:
         """Return the march: the memory of a moving body, the heat of friction, and the motion in the inner steps."""
@@ -234,7 +247,8 @@ class Sliding(Experiment):
         # the response, with that of the traction mu p if there is friction
         rubbing, friction, errors = None, jnp.zeros(()), kernels.errors(self.duration)
         if self.friction is not None:
-            rubbing = rub(self.body, self.indenter, grid, scale, self.friction)
+            coefficient = self.friction if self.adhesion is None else jnp.ones(grid.shape)
+            rubbing = rub(self.body, self.indenter, grid, scale, coefficient)
         memory = moving_memory(kernels, contact["profile"], grid.spacing[1] / grid.spacing[0], rubbing)
         if self.friction is not None and memory.rubbing is not None:
             friction, errors = self.friction, joint_errors(kernels, memory.rubbing.expansion, self.duration)
@@ -269,6 +283,11 @@ class Sliding(Experiment):
             stepper = replace(stepper, law=law)
             course["tabor_number"], makes = tabor_numbers(self.adhesion, self), adhesive_sliding_history
         beside = {"grid": grid, "friction": jnp.broadcast_to(friction, grid.shape)}
+        if self.adhesion is not None and self.friction is not None:
+            strength = jnp.zeros(()) if self.shear_strength is None else self.shear_strength
+            memory = replace(memory, shear=(friction, scale.from_si("pressure", strength)))
+            stepper = replace(stepper, memory=memory)
+            beside["shear_strength"] = jnp.broadcast_to(strength, grid.shape)
         course["times"] = self.times
         return Plan(stepper, self.steps(scale, motion), scale, errors, course, beside, makes)
 

@@ -18,12 +18,14 @@ from jaxcontact._support.status import Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, separate_map
 from jaxcontact.bodies.controls import Approach, Control
 from jaxcontact.bodies.grid import Grid
+from jaxcontact.bodies.laws import Adhesion, check_adhesion, check_shear_strength
 from jaxcontact.contact import nonsymmetric
+from jaxcontact.contact.adhesive import Attraction, Drag
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
 from jaxcontact.history.memory import Observer, RecursiveMemory, Shift, along
 from jaxcontact.history.motion import as_array, check_along_x, check_rubbing
-from jaxcontact.history.normal_step import contact_outcome, status_of
+from jaxcontact.history.normal_step import at_rest, contact_outcome, solve_step, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import (
@@ -39,7 +41,7 @@ from jaxcontact.operators.kernels import (
 from jaxcontact.operators.operator import Family, Operator, series_entries
 from jaxcontact.response.body_facts import creeps_far, is_fluid
 from jaxcontact.results.contact import SteadySliding, with_totals
-from jaxcontact.simulate.run import Experiment, reported
+from jaxcontact.simulate.run import Experiment, reported, tabor_numbers
 
 # The displacement behind an indenter in steady sliding, as one operator.
 #
@@ -446,11 +448,11 @@ class RubbedWake:
 
     def added_to(self, operator: Operator) -> Operator:
         """Return the operator with friction."""
-        return self.rubbing.added_to(operator, self._spectrum())
+        return self.rubbing.added_to(operator, self.spectrum())
 
     def displacement(self, pressure: Array) -> Array:
         """Return the normal displacement under the tractions alone, (nx, ny)."""
-        return spectral.convolve(self._spectrum(), self.rubbing.sheared(pressure), self.wake.periodic)
+        return spectral.convolve(self.spectrum(), self.rubbing.sheared(pressure), self.wake.periodic)
 
     def coulomb_force(self, pressure: Array) -> Array:
         """Return the sum of mu p against the motion, (); zero at rest."""
@@ -465,7 +467,7 @@ class RubbedWake:
         total = jnp.sum(self.rubbing.sheared(pressure))
         return jnp.sum(jnp.where(flows, strength, 0.0)) * total / self.wake.speed
 
-    def _spectrum(self) -> Array:
+    def spectrum(self) -> Array:
         """(my/2 + 1, mx) of all of it over p."""
         along = lambda spectra: jnp.tensordot(spectra, self.direction, ((-3,), (0,)))
         shape, rubbing = self.wake.shape, self.rubbing
@@ -498,6 +500,8 @@ def slide_steady(
     max_iterations: Array | int = 500,
     kernels: Kernels | None = None,
     friction: Array | float | None = None,
+    adhesion: Adhesion | None = None,
+    shear_strength: Array | float | None = None,
 ) -> SteadySliding:
     """Compute the steady state of an indenter that slides over a body at constant velocity.
 
@@ -522,6 +526,13 @@ def slide_steady(
         friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
             contact slips. With None, and at zero velocity, there is no traction. ``friction_coefficient`` of the result is
             the total, which includes hysteresis. None with an indenter that creeps or is coated.
+        adhesion: as in ``indent``; the control may then be negative. Coulomb's friction is mu times the pressure that
+            contact carries, the net pressure plus the attraction (``contact_pressure`` of the result). The surfaces approach
+            from a distance, under a load from a contact that is pressed with the size of the load; a state that is reached
+            only from a closer contact is found at the end of a long ``slide``. The contact is the fixed point of a sequence
+            (``contact.adhesive``), which converges for E0/Einf of up to 10, otherwise the status is 1.
+        shear_strength: with adhesion, a shear stress tau [Pa] >= 0, a number or (nx, ny), of all of the contact, beside that
+            of Coulomb's law: q = mu p_c + tau where the surfaces touch. None for zero.
         control: as in ``indent``, with a single value.
 
     Since there is no time integration, there are no arguments ``times``, ``save``, ``substeps`` and ``checkpoint``.
@@ -550,7 +561,13 @@ def slide_steady(
     checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
     body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
     solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
-    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, film_map=film_map, **solver)
+    valid = valid & check_adhesion(adhesion)
+    adhesive = adhesion is not None
+    valid = valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
+    friction = 0.0 if friction is None and shear_strength is not None else friction
+    experiment = Experiment.of(
+        body, indenter, control, np.zeros(1), grid, film_map=film_map, adhesive=adhesive, **solver
+    )
     valid = valid & check_steady(experiment, experiment.body, velocity)
     valid = valid & check_rubbing(friction, grid, experiment.body, experiment.indenter)
     flows = experiment.indenter.flows()
@@ -584,7 +601,8 @@ def slide_steady(
                 f" to {float(along):g}: the film would move through the frame of the indenter; rub with path= computes it",
             )
     experiment = experiment.also(valid)
-    result, errors = _run(experiment.with_kernels(), as_float64(velocity), as_float64(friction))
+    given = as_float64((velocity, friction, adhesion, shear_strength))
+    result, errors = _run(experiment.with_kernels(), *given)
     return reported(result, errors, experiment)
 
 
@@ -624,7 +642,13 @@ def _tilts_or_thins(grid: Grid, body: LayeredHalfSpace) -> bool:
 
 
 @Program
-def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SteadySliding, Errors]:
+def _run(
+    experiment: Experiment,
+    velocity: Array,
+    friction: Array | None,
+    adhesion: Adhesion | None,
+    shear_strength: Array | None,
+) -> tuple[SteadySliding, Errors]:
     """Solve the steady contact, compiled once for equal shapes and flags, and observe it."""
     # the wake: the response of a body that pressure in this place has passed over for ever
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
@@ -639,37 +663,57 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     scale, symbols, direction = wake.kernels.scale, wake.symbols(), wake.direction
     operator = wake.operator(symbols)
 
-    # the traction mu p moves the surface too
-    rubbed = None
+    # the traction moves the surface too: with the pressure in one operator, or with adhesion apart, as a drag
+    rubbed, drag, mu = None, None, jnp.zeros(()) if friction is None else friction
     if friction is not None and not isinstance(wake, FilmWake):
         wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
-        rubbing = rub(experiment.body, experiment.indenter, wide, scale, friction)
+        coefficient = friction if adhesion is None else jnp.ones(())
+        rubbing = rub(experiment.body, experiment.indenter, wide, scale, coefficient)
         rubbed = RubbedWake(wake, rubbing, direction)
-        operator = rubbed.added_to(operator)
+        if adhesion is None:
+            operator = rubbed.added_to(operator)
+        else:
+            strength = jnp.zeros(()) if shear_strength is None else shear_strength
+            strength = scale.from_si("pressure", strength)
+            drag = Drag(rubbed.spectrum(), mu, strength, grid.periodic)
 
     # an indenter that creeps is at rest in its own frame: under a steady pressure it has relaxed
-    at_rest = None if kernels.indenter is None else RecursiveMemory(kernels.indenter)
-    if at_rest is not None:
-        operator = operator.plus(at_rest.steady_operator())
+    of_its_own = None if kernels.indenter is None else RecursiveMemory(kernels.indenter)
+    if of_its_own is not None:
+        operator = operator.plus(of_its_own.steady_operator())
 
-    # the contact
+    # the contact, with adhesion from a distance
     profile = experiment.profile / scale.length
-    target = experiment.target(scale)
+    target, solver = experiment.target(scale), (experiment.tolerance, experiment.max_iterations)
     problem = Problem(operator, profile, target, jnp.min(profile), experiment.load_controlled)
-    start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
-    solution = solve_contact(problem, start, experiment.tolerance, experiment.max_iterations)
+    adheres: dict[str, Array] = {}
+    if adhesion is None:
+        start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
+        solution = solve_contact(problem, start, *solver)
+    else:
+        law = Attraction(adhesion.scaled(scale.length, scale.compliance), grid.periodic)
+        problem = replace(problem, law=law, drag=drag)
+        solution, _, told = solve_step(problem, jnp.zeros_like(profile), at_rest(law, profile), *solver)
+        adheres = {
+            "contact_pressure": solution.carried,
+            "cohesive_cells": told["cohesive_cells"],
+            "tabor_number": tabor_numbers(adhesion, experiment)[0],
+        }
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
     status = with_no_steady_state(status, experiment, experiment.body, vector)
     status = most_serious((jnp.asarray(experiment.indenter.flows()), Status.NOT_STEADY), status=status)
 
     # forces and powers, from the pressure on the slope of the indenter's own profile
     p, none = solution.pressure, jnp.zeros(())
-    displaced = None if rubbed is None else rubbed.displacement(p)
+    sheared = p if drag is None else drag.traction(solution.carried)
+    displaced = None if rubbed is None else rubbed.displacement(sheared)
+    if drag is not None:
+        adheres["shear_strength"] = jnp.broadcast_to(drag.strength, profile.shape)
     of_indenter: dict[str, Array] = {}
-    if at_rest is not None:
-        stood = at_rest.steady(p)
-        displaced = at_rest.displacement(stood, p)
-        strain = at_rest.observe(stood, p, none)["film_strain"]
+    if of_its_own is not None:
+        stood = of_its_own.steady(p)
+        displaced = of_its_own.displacement(stood, p)
+        strain = of_its_own.observe(stood, p, none)["film_strain"]
         of_indenter = {"indenter_displacement": displaced, "indenter_film_strain": strain}
     observer = Observer.of(experiment.indenter.profile(grid) / scale.length, wake.ratio, wake.periodic)
     pushed, centre, leading = observer.surface(p, direction)
@@ -677,14 +721,15 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     fields = (
         contact_outcome(problem, solution)
         | of_indenter
+        | adheres
         | {
             "profile": problem.gap,
             "displacement": solution.displacement,
             "film_strain": wake.film_strain(symbols, p),
             "lateral_force": pushed,
             "hysteresis_force": hysteresis,
-            "coulomb_force": none if rubbed is None else rubbed.coulomb_force(p),
-            "approach_drift": wake.drift(jnp.sum(p)) + (none if rubbed is None else rubbed.drift(p)),
+            "coulomb_force": none if rubbed is None else rubbed.coulomb_force(sheared),
+            "approach_drift": wake.drift(jnp.sum(p)) + (none if rubbed is None else rubbed.drift(sheared)),
             "pressure_centre": centre,
             "leading_peak": leading,
             "hysteresis_power": wake.lost_power(symbols, p),
@@ -693,7 +738,7 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     )
     in_si = with_totals(scale.to_si(**fields), vector)
     errors = kernels.errors() if rubbed is None else joint_errors(wake.kernels, rubbed.rubbing.expansion)
-    mu = jnp.broadcast_to(none if friction is None else friction, profile.shape)
+    mu = jnp.broadcast_to(mu, profile.shape)
     return SteadySliding(grid=grid, velocity=vector, friction=mu, **in_si), errors
 
 

@@ -237,7 +237,7 @@ def test_even_parts(case):
     assert_is(operator.even(), even_part)
     assert_is(operator.plus_even(0.7), matrix + 0.7 * even_part)
     if kind == "in motion":
-        assert_is(operator.odd(), matrix - even_part)
+        assert_is(operator.uniform(), even_part)
 
 
 @pytest.mark.parametrize("grid", GRIDS)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
-from jaxcontact.abc import Indenter, Material, Spectrum, pytree
+from jaxcontact.abc import Adhesion, Indenter, Material, Spectrum, pytree
 
 
 @pytree
@@ -37,6 +37,20 @@ class Quartic(Indenter):
     def profile(self, grid):
         x, y = grid.coordinates()
         return self.c * (x**2 + y**2) ** 2
+
+
+@pytree
+class Decaying(Adhesion):
+    """The exponential law, from its two functions alone."""
+
+    work: float
+    length: float
+
+    def traction(self, gap):
+        return self.work / self.length * jnp.exp(-gap / self.length)
+
+    def energy(self, gap):
+        return self.work * jnp.exp(-gap / self.length)
 
 
 GEL = (2e3, 4e3, 8e3, 4e3, 8e4)
@@ -83,6 +97,37 @@ def test_indent_with_an_indenter_of_ones_own():
     run = jc.indent(body, Quartic(c), jc.Approach(approach), [0.0], grid=grid)
     assert float(run.contact_radius[0]) == pytest.approx(a, rel=5e-3)
     assert float(run.load[0]) == pytest.approx(2 * (2 * G / (1 - nu)) * a * approach * 4 / 5, rel=5e-3)
+
+
+@pytest.mark.parametrize("verb", ["indent", pytest.param("slide", marks=pytest.mark.long)])
+def test_a_law_of_adhesion_of_ones_own_is_the_built_in_one_of_the_same_formula(verb):
+    """Values and derivatives by the work and the range, of an approach to and from a standard linear solid."""
+    solid = jc.LayeredHalfSpace([], jc.StandardLinearSolid(2e6, 2e6, 2e6, nu=0.5))
+    options = {"grid": jc.Grid.square(20, 9e-6), "substeps": 4, "save": "last"} | (
+        {} if verb == "indent" else {"velocity": 3e-7}
+    )
+    run = lambda law: getattr(jc, verb)(
+        solid, jc.Sphere(5e-6), jc.Approach([1e-7, 5e-8]), [0.0, 0.5], adhesion=law, **options
+    )
+
+    def values(make):
+        def of(q):
+            history = run(make(50e-3 * q[0], 150e-9 * q[1]))
+            found = jnp.stack(
+                [
+                    *history.load,
+                    *history.tabor_number,
+                    history.viscous_energy[-1] * 1e9 if verb == "indent" else history.hysteresis_force[-1],
+                ]
+            )
+            return found, (found, history.status)
+
+        return jax.jit(jax.jacrev(of, has_aux=True))(jnp.ones(2))
+
+    (own, (load, status)), (built, (expected, _)) = values(Decaying), values(jc.ExponentialAdhesion)
+    assert not np.any(status)
+    np.testing.assert_allclose(load, expected, rtol=1e-9)
+    np.testing.assert_allclose(own, built, rtol=1e-7, atol=1e-9 * np.abs(built).max())
 
 
 def test_a_grid_around_an_indenter_without_an_outline_is_refused():

@@ -79,9 +79,25 @@ MOTION = {
         lambda: jax.jit(lambda speed: rub(velocity=speed, substeps="auto").approach)(0.1),
         r'substeps: expected a number inside jit, vmap and grad, got "auto"',
     ),
-    "adhesion with friction": (
-        lambda: slide(1e-9, adhesion=jc.ExponentialAdhesion(0.05, 1e-9), friction=0.3),
-        r"friction: expected None with adhesion, got 0\.3",
+    "a shear strength without adhesion": (
+        lambda: steady(1e-9, shear_strength=1e6),
+        r"shear_strength: expected None without adhesion, got 1000000\.0",
+    ),
+    "a shear strength of another grid": (
+        lambda: steady(
+            1e-9, adhesion=jc.ExponentialAdhesion(0.05, 1e-9), shear_strength=np.full((4, 4), 1e6)
+        ),
+        r"shear_strength \[Pa\]: expected a number or shape \(8, 8\), got shape \(4, 4\)",
+    ),
+    "a shear strength below zero": (
+        lambda: steady(1e-9, adhesion=jc.ExponentialAdhesion(0.05, 1e-9), shear_strength=-1e6),
+        r"shear_strength \[Pa\]: expected >= 0, got -1e\+06",
+    ),
+    "adhesion with heat": (
+        lambda: slide(
+            1e-9, adhesion=jc.ExponentialAdhesion(0.05, 1e-9), friction=0.3, thermal=jc.Thermal(300.0, 50.0)
+        ),
+        r"thermal: expected None with adhesion, got Thermal",
     ),
     "heat without friction in a slide": (
         lambda: slide(1e-9, thermal=HOT),
