@@ -283,7 +283,9 @@ def _draw_load(ax: Axes, result: Any, sizes: Sizes) -> None:
     ax.annotate("", (0.0, high + 0.05 * span), (0.0, high + 0.55 * span), arrowprops=arrow)
     radius = float(np.asarray(getattr(result.diagnostics, "ball_radius", np.inf)))
     lines = [f"load {_short(load, 'N')}", f"approach {_short(_last(result, 'approach'), 'm')}"]
-    if np.isfinite(radius) and radius > 0.0:
+    x, profile = np.asarray(result.grid.axes()[0]), last_map(result.profile)
+    rise = np.ptp(profile[:, profile.shape[1] // 2])
+    if 0.0 < radius < np.inf and abs(x[-1] ** 2 / (2.0 * radius) - rise) < 0.1 * rise:  # not of an ellipsoid
         lines.append(f"radius {_short(radius, 'm')}")
     ax.text(0.06 * half, high + 0.56 * span, "\n".join(lines), va="top", **SMALL)
 

@@ -186,6 +186,7 @@ def subsurface(
         at_first = at_first if body.substrate is not None else at_first[:-1]
         valid = valid & checks.positive("compliance [1/Pa] of every solid at first", at_first)
 
+    described = grid  # whose numbers stay known inside jit
     body, grid, pressure, depths = as_float64((body, grid, pressure, depths))
     lead = () if times is None else np.shape(times)
     sideways = jnp.zeros((2, *grid.shape)) if traction is None else as_float64(traction)
@@ -195,7 +196,7 @@ def subsurface(
     count, margins = 1, NO_MARGINS
     if velocity is not None:
         velocity = as_array(velocity)
-        count, margins, within = _checked_motion(velocity, times, grid, tractions, substeps)
+        count, margins, within = _checked_motion(velocity, times, described, tractions, substeps)
         valid = valid & within
     if not is_concrete(valid):
         tractions = jnp.where(valid, tractions, jnp.nan)
