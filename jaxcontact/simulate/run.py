@@ -458,7 +458,8 @@ ROUNDED = 1e-12  # change of a thickness, over it, that is rounding
 
 def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
-    indenter, radius = experiment.indenter, jnp.inf
+    indenter = experiment.indenter
+    radius: Any = jnp.inf
     if isinstance(indenter, Sphere):
         radius = indenter.radius
     elif isinstance(

@@ -76,7 +76,7 @@ MOTION = {
     ),
     "a path of an indenter that wears": (
         lambda: rub(velocity=None, path=TRACK, wears="indenter"),
-        r'path: expected None with thermal= or wears="indenter", got positions',
+        r'path: expected None with wears="indenter" on a body that creeps or yields, got positions',
     ),
     "a tuple of traced numbers as a tangential load": (
         lambda: jax.jit(lambda q: shear(jc.TangentialLoad((q, 0.0))).approach)(1.0),
