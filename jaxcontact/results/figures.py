@@ -476,7 +476,7 @@ Panel = Callable[[Axes], Any]
 def figure_of(result: Any, body: LayeredHalfSpace | None = None, inside: Any = None) -> Figure:
     """Return the figure of a result; with the names of the body's layers, and with the stress ``inside`` the body."""
     draw = FIGURES[result.view]
-    return draw(result) if result.view == "interior" else draw(result, body, inside)
+    return draw(result) if result.view in ("interior", "deflection") else draw(result, body, inside)
 
 
 @styled
@@ -629,6 +629,21 @@ def interior_figure(inside: Any) -> Figure:
     return figure
 
 
+def deflection_figure(under: Any) -> Figure:
+    """The displacement of the surface at the last time, and along x at y = 0 at all times; no map in plane strain."""
+    (x, y), displacement = (np.asarray(axis) for axis in under.grid.axes()), np.asarray(under.displacement)
+    line = displacement[:, :, displacement.shape[2] // 2]
+    (unit, name), (x_unit, x_name) = scale_of(line, "m"), scale_of(x, "m")
+
+    def along_x(ax: Axes) -> None:
+        plotting.time_lines(ax, x / x_unit, line / unit, under.times)
+        ax.set(xlabel=f"x [{x_name}]", ylabel=f"displacement into the body [{name}]")
+        ax.invert_yaxis()
+
+    at_last: Panel = lambda ax: plotting.quantity_map(ax, x, y, displacement[-1], "displacement")
+    return _sheet([[along_x] if under.grid.plane_strain else [at_last, along_x]])
+
+
 FIGURES: dict[str, Callable[..., Figure]] = {  # by the attribute ``view`` of a result
     "contact": contact_figure,
     "adhesion": adhesive_figure,
@@ -637,4 +652,5 @@ FIGURES: dict[str, Callable[..., Figure]] = {  # by the attribute ``view`` of a 
     "rolling": rolling_figure,
     "steady sliding": steady_sliding_figure,
     "interior": interior_figure,
+    "deflection": deflection_figure,
 }
