@@ -28,7 +28,7 @@ from fitting.inference.result import Fit, plain
 from fitting.inference.sample import Sample, Solved, check_count, settled
 from fitting.models import adhesive_contact, halfspace, thin_layer
 from fitting.models.halfspace import Curve
-from fitting.models.history import merge
+from fitting.models.history import columns, merge
 from fitting.models.parameters import NUISANCES
 from fitting.models.structure import Sought, Volume, structure_of
 from fitting.models.thin_layer import Base, ThinLayer
@@ -89,9 +89,13 @@ def search_half_space(press: IndentationProblem) -> Found:
     use = press.kept & ((kind != "ting") | (np.arange(n) <= int(np.argmax(press.depth))))
     even = press.weights if by_load else np.ones(n)
     raised = depth**power if press.layer is None else depth**power * np.exp(press.layer.log_factor(depth))
-    response = nonlinear.repeated(raised - press.extra * press.load)
-    weights = nonlinear.without_weight(use * depth / (power * raised) * even)
     basis = merge(nonlinear.repeated(press.t), nonlinear.repeated(knots), nonlinear.repeated(values))
+    response = nonlinear.repeated(raised - press.extra * press.load)
+    own = press.own  # the creep of the indenter, which is known, is no part of that of the sample
+    if own is not None:
+        parts = np.concatenate([np.zeros(1), own.amplitudes, np.reshape(own.fluidity, 1)])
+        response = response - np.asarray(columns(basis, own.rates)) @ parts
+    weights = nonlinear.without_weight(use * depth / (power * raised) * even)
     # a single start searches over every retardation time
     one = kind == "load" and np.all(press.space.material[press.space.free])
     several = [] if one else spread_starts(press, response, weights, basis)
@@ -183,7 +187,7 @@ def _curve(press: IndentationProblem, points: np.ndarray, knots: np.ndarray, val
     weights = nonlinear.without_weight(press.weights[points])
     return Curve(
         t, load, depth, weights, basis, press.extra, press.bulk, press.probe.power, int(np.argmax(depth)),
-        press.pull, layer=press.layer, rates=press.rates,
+        press.pull, layer=press.layer, rates=press.rates, own=press.own,
     )  # fmt: skip
 
 
@@ -514,8 +518,8 @@ def fit_indentation(
     Args:
         data: the curve, n points.
         model: a material class or its name.
-        indenter: a ``jc.Sphere``, ``jc.Cone`` (``jc.Cone.berkovich()``) or, on a half-space, ``jc.FlatPunch``, elastic
-            or rigid.
+        indenter: a ``jc.Sphere``, ``jc.Cone`` (``jc.Cone.berkovich()``) or, on a half-space, ``jc.FlatPunch``, rigid
+            or of a known material, which may creep; with a ``layer`` also coated.
         nu: Poisson's ratio of the material, held constant; or
         bulk_modulus: constant bulk modulus [Pa] of an elastic response in volume, while the shear creeps.
         tau: retardation times (k,) [s]; required for ``jc.Prony``.

@@ -48,7 +48,8 @@ class Curve(NamedTuple):
     modulus, or None for a constant nu; power: of the depth; top: index of the largest depth, after which the contact
     may shrink; pull: 6 pi w R of the work of adhesion w; edge: fraction of the creep in the compliance of an adhesive
     edge, 0 for J(0) and 1 for J(t); layer: the factor of a thin layer over scaled depths, None on a half-space; rates (k,):
-    1/tau_i of a series with given times, else None.
+    1/tau_i of a series with given times, else None; own: delayed creep of an indenter that creeps, whose creep at once is
+    in extra, or None.
     """
 
     t: Array
@@ -64,10 +65,18 @@ class Curve(NamedTuple):
     edge: Array | float = 0.0
     layer: ThinLayer | None = None
     rates: Array | None = None
+    own: Spectrum | None = None
 
     def surface(self, theta: Array) -> Spectrum:
-        """Return the effective J of the surface at coordinates (m,) (``parameters.spectrum``)."""
-        return surface(spectrum(theta, self.rates), self.bulk)
+        """Return the effective J of both surfaces at coordinates (m,) (``parameters.spectrum``), without extra."""
+        c, own = surface(spectrum(theta, self.rates), self.bulk), self.own
+        if own is None:
+            return c
+        flow = sum(
+            (jnp.asarray(each.fluidity) for each in (c, own) if each.fluidity is not None), jnp.zeros(())
+        )
+        amplitudes = jnp.concatenate([c.amplitudes, own.amplitudes])
+        return Spectrum(c.instantaneous, amplitudes, jnp.concatenate([c.rates, own.rates]), flow)
 
     def indentation(self, theta: Array) -> Array:
         """Return the measured depth without the contributions of the instrument (n,), 0 before contact."""

@@ -16,6 +16,7 @@ from fitting.data.contact import find_contact
 from fitting.data.indentation import IndentationData, Probe, probe_of, with_earlier
 from fitting.data.weights import choose_weights
 from fitting.models import adhesive_contact
+from fitting.models.halfspace import surface
 from fitting.models.history import columns
 from fitting.models.parameters import Parameters
 from fitting.models.structure import Sought
@@ -23,6 +24,7 @@ from fitting.models.thin_layer import LARGEST, Base, ThinLayer
 from fitting.search import varpro
 from fitting.search.nonlinear import Best, Objective
 from jaxcontact._support.prefixes import told_apart
+from jaxcontact.bodies.materials import Spectrum
 
 AIR, AIR_SHARE = 5, 0.02  # points before contact that may be fitted, as a number and as a fraction of all
 TIMES = np.geomspace(3e-3, 3.0, 7)  # initial retardation times over the duration
@@ -124,8 +126,27 @@ class IndentationProblem(NamedTuple):
 
     @property
     def extra(self) -> float:
-        """Scaled compliance that an elastic ball adds to J."""
-        return float(self.pressing.indenter.compliance()) / self.sought.volume.share / self.units.compliance
+        """Scaled compliance that the indenter adds to J at once."""
+        return float(indenter_creep(self.pressing.indenter).instantaneous) / self._per_unit
+
+    @property
+    def own(self) -> Spectrum | None:
+        """Scaled creep of an indenter beyond ``extra``, None of one that does not creep."""
+        creep = indenter_creep(self.pressing.indenter)
+        if not creep.rates.size and creep.fluidity is None:
+            return None
+        flow = 0.0 if creep.fluidity is None else creep.fluidity * self.units.duration / self._per_unit
+        return Spectrum(
+            jnp.zeros(()),
+            creep.amplitudes / self._per_unit,
+            creep.rates * self.units.duration,
+            jnp.asarray(flow),
+        )
+
+    @property
+    def _per_unit(self) -> float:
+        """The compliance of a surface [1/Pa] that adds one to the scaled J."""
+        return self.sought.volume.share * self.units.compliance
 
     @property
     def bulk(self) -> float | None:
@@ -143,6 +164,23 @@ class IndentationProblem(NamedTuple):
     def measured(self) -> np.ndarray:
         """The fitted quantity (n,): depth under load control, load under depth control."""
         return self.depth if self.pressing.control == "load" else self.load
+
+
+def indenter_creep(indenter: Any) -> Spectrum:
+    """Return the creep (1 - nu) J [1/Pa] of an indenter of one material, which adds to that of a half-space."""
+    material = indenter.material
+    if material is None:
+        return Spectrum(jnp.zeros(()), jnp.zeros(0), jnp.zeros(0))
+    if isinstance(material, jc.LayeredHalfSpace):
+        raise ValueError(
+            "indenter material: expected one material or None, got LayeredHalfSpace: how a coated indenter creeps depends on"
+            " the size of the contact; simulate it with indent"
+        )
+    bulk = material.bulk_modulus
+    share = 1.0 - material.nu if bulk is None else 0.5
+    c = surface(material.spectrum(), bulk)
+    flow = None if c.fluidity is None else share * c.fluidity
+    return Spectrum(share * c.instantaneous, share * c.amplitudes, c.rates, flow)
 
 
 def prepare(

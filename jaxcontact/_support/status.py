@@ -88,7 +88,7 @@ MESSAGES = {
     " more than 1 %, or the indenter moves along its path by over a quarter of the half-width of contact: use more substeps",
     Status.TOO_THICK: "the film is thicker than the largest thickness of its kernels: use a larger thickest",
     Status.PULLED_OFF: "the tensile load exceeds the pull-off force: there is no contact from here on",
-    Status.LOAD_ABOVE_HARDNESS: "the load exceeds the hardness times the area of the grid: use a wider grid",
+    Status.LOAD_ABOVE_HARDNESS: "the load exceeds the hardness times the area on the grid that the indenter can touch",
 }
 
 

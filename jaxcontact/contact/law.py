@@ -188,9 +188,9 @@ class Hardness(ContactLaw):
         """Return by how much the dent deepens: the overlap that is left at p = H, (nx, ny)."""
         return jnp.where(pressure >= self.limit, jnp.maximum(-gap, 0.0), 0.0)
 
-    def carries(self, load: Array, shape: tuple[int, int]) -> Array:
-        """Return whether the cells of a grid can carry a load, the sum of their pressures, ()."""
-        return load <= reductions.total(jnp.broadcast_to(self.limit, shape))
+    def carries(self, load: Array, cells: Array) -> Array:
+        """Return whether the cells (nx, ny) bool can carry a load, the sum of their pressures, ()."""
+        return load <= reductions.total(jnp.where(cells, self.limit, 0.0))
 
 
 UNILATERAL = Unilateral()

@@ -168,16 +168,19 @@ class Track:
         return jnp.sum((share[:1] if self.grid.plane_strain else share) ** 2) > LONGEST**2
 
 
-def check_path(path: Any, times: Any, indenter: Any, grid: Grid) -> Verdict:
-    """Check a path (nt, 2): no jump, on the grid where it ends there, and an indenter whose profile can be moved."""
+def check_path(path: Any, times: Any, indenter: Any, grid: Grid, *, in_its_frame: bool) -> Verdict:
+    """Check a path (nt, 2): no jump, and, unless the fields are those in the frame of the indenter, on the grid where it
+    ends there, with an indenter whose profile can be moved."""
     checks.require(
-        isinstance(indenter, Sphere | Ellipsoid | Cone | Cylinder),
+        in_its_frame or isinstance(indenter, Sphere | Ellipsoid | Cone | Cylinder),
         f"indenter: expected a Sphere, Ellipsoid, Cone or Cylinder with path, got {type(indenter).__name__}",
     )
     if not is_concrete(path, times, grid):
         return True
     still, moves = np.diff(np.asarray(times, float)) == 0.0, np.any(np.diff(path, axis=0) != 0.0, 1)
     checks.require(not np.any(still & moves), "path [m]: expected no move between two equal times, got one")
+    if in_its_frame:
+        return True
     for axis, name in enumerate("xy"):
         half, farthest = float(grid.width[axis]) / 2.0, float(np.max(np.abs(path[:, axis])))
         checks.require(
@@ -264,7 +267,8 @@ class RubStepper(PressStepper):
 
     kinetics: as in ``bodies.laws``; friction: a number or (nx, ny); at_first: thickness at the start [m], (nx, ny);
     thickest: what the kernels are made for [m]; heated: None without heat; of_film: whether the film on the body forms and
-    wears (its memory takes a ``ThicknessStep``) or the indenter, whose thickness may be negative.
+    wears (its memory takes a ``ThicknessStep``) or the indenter, whose thickness may be negative; exchanged: the film is
+    that of the indenter, which stands in the place of the body.
     """
 
     kinetics: Any = field(kw_only=True)
@@ -275,6 +279,7 @@ class RubStepper(PressStepper):
     heated: Heated | None = field(kw_only=True)
     track: Track | None = field(kw_only=True)
     of_film: bool = static(kw_only=True)
+    exchanged: bool = static(kw_only=True, default=False)
 
     @property
     def inherits(self) -> bool:
@@ -417,6 +422,10 @@ class RubStepper(PressStepper):
         }
         if "indenter_displacement" in numbers:
             shown["indenter_displacement"] = numbers.pop("indenter_displacement")
+        if self.exchanged:
+            shown["indenter_displacement"] = shown["displacement"] - shown["indenter_displacement"]
+            own, others = numbers["film_strain"], numbers["indenter_film_strain"]
+            numbers |= {"film_strain": others, "indenter_film_strain": own}
         if pressed.dent is not None:
             shown |= {"displacement": shown["displacement"] + pressed.dent, "dent": pressed.dent}
         if second.adhering is not None:

@@ -22,6 +22,7 @@ from jaxcontact.contact.law import UNILATERAL, Hardness
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.time_loop import Lapse, Outcome, StepError, Stepper, Steps, after_step, present
+from jaxcontact.indenters.shapes import OUT_OF_REACH
 
 # A step of the march with adhesion: the branch that it follows, and the jumps where a branch ends.
 #
@@ -328,7 +329,9 @@ def status_of(
     # surfaces that yield cannot carry any load
     yielded = []
     if isinstance(problem.law, Hardness) and problem.load_controlled:
-        yielded = [(~problem.law.carries(problem.target, p.shape), Status.LOAD_ABOVE_HARDNESS)]
+        # there is nothing beside a punch
+        reached = problem.gap - problem.lowest < OUT_OF_REACH * p.shape[0] / 2.0
+        yielded = [(~problem.law.carries(problem.target, reached), Status.LOAD_ABOVE_HARDNESS)]
     return most_serious(
         (~finite, Status.NOT_FINITE),
         (separated, Status.PULLED_OFF),

@@ -340,10 +340,10 @@ def line_gradients(x: Array, _y: Array, z: Array) -> Kinds:
     )
 
 
-def line_displacements(x: Array, _y: Array, z: Array) -> Kinds:
-    """Return the kinds of ``displacements`` in plane strain, relative to the surface at the distance d, one width of the
-    grid, from a line load; x, in units of dx, at the edges of all its cells."""
-    datum, zero = 1.0 * (x.shape[0] - 1), jnp.zeros_like(x)
+def line_displacements(x: Array, _y: Array, z: Array, datum: int | None = None) -> Kinds:
+    """Return the kinds of ``displacements`` in plane strain, relative to the surface at the distance d, ``datum`` cells or
+    one width of the grid, from a line load; x, in units of dx, at the edges of all its cells."""
+    datum, zero = datum or x.shape[0] - 1, jnp.zeros_like(x)
     even = 2.0 * x - x * jnp.log((x**2 + z**2) / datum**2) - 2.0 * z * jnp.arctan2(x, z)
     odd = z * jnp.log(x**2 + z**2) - 2.0 * x * jnp.arctan2(x, z)
     return jnp.stack([odd, zero]), jnp.stack([even, zero, zero])

@@ -283,7 +283,9 @@ def _draw_load(ax: Axes, result: Any, sizes: Sizes) -> None:
     ax.annotate("", (0.0, high + 0.05 * span), (0.0, high + 0.55 * span), arrowprops=arrow)
     radius = float(np.asarray(getattr(result.diagnostics, "ball_radius", np.inf)))
     lines = [f"load {_short(load, 'N')}", f"approach {_short(_last(result, 'approach'), 'm')}"]
-    if np.isfinite(radius) and radius > 0.0:
+    x, profile = np.asarray(result.grid.axes()[0]), last_map(result.profile)
+    rise = np.ptp(profile[:, profile.shape[1] // 2])
+    if 0.0 < radius < np.inf and abs(x[-1] ** 2 / (2.0 * radius) - rise) < 0.1 * rise:  # not of an ellipsoid
         lines.append(f"radius {_short(radius, 'm')}")
     ax.text(0.06 * half, high + 0.56 * span, "\n".join(lines), va="top", **SMALL)
 
@@ -474,7 +476,7 @@ Panel = Callable[[Axes], Any]
 def figure_of(result: Any, body: LayeredHalfSpace | None = None, inside: Any = None) -> Figure:
     """Return the figure of a result; with the names of the body's layers, and with the stress ``inside`` the body."""
     draw = FIGURES[result.view]
-    return draw(result) if result.view == "interior" else draw(result, body, inside)
+    return draw(result) if result.view in ("interior", "deflection") else draw(result, body, inside)
 
 
 @styled
@@ -627,6 +629,21 @@ def interior_figure(inside: Any) -> Figure:
     return figure
 
 
+def deflection_figure(under: Any) -> Figure:
+    """The displacement of the surface at the last time, and along x at y = 0 at all times; no map in plane strain."""
+    (x, y), displacement = (np.asarray(axis) for axis in under.grid.axes()), np.asarray(under.displacement)
+    line = displacement[:, :, displacement.shape[2] // 2]
+    (unit, name), (x_unit, x_name) = scale_of(line, "m"), scale_of(x, "m")
+
+    def along_x(ax: Axes) -> None:
+        plotting.time_lines(ax, x / x_unit, line / unit, under.times)
+        ax.set(xlabel=f"x [{x_name}]", ylabel=f"displacement into the body [{name}]")
+        ax.invert_yaxis()
+
+    at_last: Panel = lambda ax: plotting.quantity_map(ax, x, y, displacement[-1], "displacement")
+    return _sheet([[along_x] if under.grid.plane_strain else [at_last, along_x]])
+
+
 FIGURES: dict[str, Callable[..., Figure]] = {  # by the attribute ``view`` of a result
     "contact": contact_figure,
     "adhesion": adhesive_figure,
@@ -635,4 +652,5 @@ FIGURES: dict[str, Callable[..., Figure]] = {  # by the attribute ``view`` of a 
     "rolling": rolling_figure,
     "steady sliding": steady_sliding_figure,
     "interior": interior_figure,
+    "deflection": deflection_figure,
 }

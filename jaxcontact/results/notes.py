@@ -65,9 +65,10 @@ class Diagnostics:
     relative_step_error: of a film or an indenter that is rubbed in place, the error by the time steps relative to the
     largest change of its thickness, and step_limit: the error above which there is a note; bare_from [s]: the
     first time at which a film that wears is worn to its base at a place that is then in contact, inf if at none, and
-    bare_share: the largest share of the contact over which the base is bare; ball_radius [m]: of a ``Sphere``, inf for
-    any other indenter; size_error: relative error of a size of the indenter that is rounded to whole cells; coldest
-    [K]: the lowest temperature that a law of growth or ``Thermal`` is given, inf without any.
+    bare_share: the largest share of the contact over which the base is bare; ball_radius [m]: of a ``Sphere``, or
+    that which an ``Ellipsoid`` counts as in the note on its depth, inf for any other indenter; size_error: relative
+    error of a size of the indenter that is rounded to whole cells; coldest [K]: the lowest temperature that a law of
+    growth or ``Thermal`` is given, inf without any.
     """
 
     separation_error: Any = np.float64(0.0)
@@ -382,7 +383,11 @@ def _of_cells(run: _Run, plane_strain: bool) -> Iterator[Note]:
 
 
 def _of_depth(run: _Run) -> Iterator[Note]:
-    """Yield a note if a ball is pressed in so deep that its surface in the contact is not a paraboloid."""
+    """Yield a note if a ball is pressed in so deep that its surface in the contact is not a paraboloid.
+
+    In an elliptic contact of area pi a b the half-axis b along the smaller radius R is the deeper one: a/b is nearly the
+    ratio of the radii to 2/3, so that b/R is sqrt(a b) over R times the ratio to 1/3.
+    """
     area = np.where(np.isnan(run.contact_area), 0.0, run.contact_area)
     step = int(np.argmax(area))
     share = float(np.sqrt(area[step] / np.pi) / run.ball_radius)

@@ -256,7 +256,7 @@ def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, appro
     return ax
 
 
-MAPS = {"thickness": "m", "pressure": "Pa", "temperature": "K"}  # of a film that forms, with units
+MAPS = {"thickness": "m", "pressure": "Pa", "temperature": "K", "displacement": "m"}  # with units
 
 
 def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highest: Any = None) -> Axes:

@@ -92,6 +92,12 @@ class Deflection:
             )
         return tuple(found)
 
+    def plot(self) -> Any:
+        """Return a figure of the displacement at the last time, and along x at y = 0 at all times."""
+        from jaxcontact.results import figures
+
+        return figures.figure_of(self)
+
 
 def deflection(
     body: LayeredHalfSpace,

@@ -33,6 +33,8 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
 from jaxcontact.operators.kernels import compiled_varying
+from jaxcontact.response.in_time import creeps
+from jaxcontact.response.stack import solids
 from jaxcontact.results.contact import RubbedStep, RubbingHistory
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import (
@@ -102,14 +104,16 @@ def rub(
             the grid holds the whole track, and along a periodic axis the path may go around, as on a disc. A step by more
             than a quarter of the half-width of the contact has status 12; at a tenth the depth that Archard's law leaves
             after a single passage is accurate to about 1 %, and its sum over the cells is exact; laws that do not vanish at
-            the edge of the contact deviate by up to 5 % at single cells. ``thermal`` and wears="indenter" are for rubbing in
-            place.
+            the edge of the contact deviate by up to 5 % at single cells. ``thermal`` is for rubbing in place. With
+            wears="indenter" the body neither creeps nor yields, fields are those in the frame of the indenter, which may
+            have any shape, and nothing of the track is kept.
         law: rate of change of the thickness: ``StressActivated``, ``ProportionalRemoval``, ``Archard``, sums of them, or any
             frozen pytree with a method ``rate(step)`` that returns (nx, ny) [m/s], where step is an
             ``bodies.laws.RubbingState``. None: the thickness stays as it is, and the film creeps.
         friction: coefficient of friction, a number or (nx, ny), which gives the shear stress and the frictional heat; above
             zero with ``thermal`` or a growth by shear stress.
-        wears: "film" if the law changes the thickness of the film, "indenter" if it changes the profile of the indenter.
+        wears: "film" if the law changes the thickness of the film on the body, "indenter" if it changes that of the coating
+            of the indenter, one ``Layer`` on an ``Elastic`` substrate, or without a coating its profile.
         thermal: ``Thermal`` to compute the temperature of the surface, or None.
         thickest: largest thickness for which kernels are computed [m]; by default twice the initial one, and at least an
             eighth of a cell. The status is 13 if the film becomes thicker.
@@ -122,7 +126,7 @@ def rub(
         adhesion: as in ``indent``. Growth, wear, friction and its heat depend on the pressure that the contact carries,
             the net pressure plus the attraction (``contact_pressure`` of the result); a law sees it as ``step.pressure``.
         indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``. An indenter that
-            creeps or is coated is for rubbing in place, with a film that wears, or, if it is not coated, its own profile.
+            creeps or is coated is for rubbing in place, unless it is itself what wears.
 
     Returns:
         A ``RubbingHistory``; status, notes and warnings are as in ``indent``.
@@ -163,7 +167,7 @@ def rub(
 def _noted(rubs: RubExperiment) -> RubbingHistory:
     """Return the finished history, in place with its error relative to the largest change of the thickness."""
     history: RubbingHistory = marched(rubs)
-    if rubs.path is not None:  # the sum of the largest errors of places far apart
+    if rubs.moves:  # the sum of the largest errors of places far apart
         return history
     change = jnp.max(jnp.abs(history.thickness - rubs.at_first))
     share = jnp.where(change > 0.0, history.step_error[-1] / jnp.where(change > 0.0, change, 1.0), 0.0)
@@ -189,6 +193,7 @@ class RubExperiment(Experiment):
     thickest: Any
     adhesion: Adhesion | None
     wears: str = static()
+    exchanged: bool = static()
 
     @classmethod
     def of(  # type: ignore[override]
@@ -214,24 +219,36 @@ class RubExperiment(Experiment):
         film_map: ThicknessMap | None = None
         valid: checks.Verdict = True
         checks.one_of("wears", wears, "film", "indenter")
-        if wears == "film":
+        moved, exchanged = body, False
+        own = getattr(indenter, "material", None)
+        if wears == "indenter" and isinstance(own, LayeredHalfSpace):
+            # pressed together both surfaces are alike: the film on the indenter wears in the place of that on a body
+            checks.require(
+                isinstance(body, LayeredHalfSpace),
+                f"body: expected a LayeredHalfSpace, got {type(body).__name__}",
+            )
+            body, indenter, exchanged = own, replace(indenter, material=body), True
+        if wears == "film" or exchanged:
             body = over_the_plane(body, getattr(grid, "shape", ()))
             body, film_map, valid = separate_map(body, grid.shape, np.size(times))
             checks.require(
                 film_map is not None and not film_map.over_times,
-                "body: expected one Layer of a thickness that is a number or (nx, ny) in rub",
+                f"{'indenter material' if exchanged else 'body'}: expected one Layer of a thickness that is a number or"
+                " (nx, ny) in rub",
             )
         valid, adhesive = valid & check_adhesion(adhesion), adhesion is not None
         experiment = Experiment.of(
             body, indenter, control, times, grid, film_map=film_map, adhesive=adhesive, **given
         )
         if experiment.indenter.surface() is not None:
-            coated = isinstance(indenter.material, LayeredHalfSpace)
-            moves, warms = path is not None, thermal is not None and thermal.shift is not None
+            moves, warms = (
+                path is not None and wears == "film",
+                thermal is not None and thermal.shift is not None,
+            )
             checks.require(
-                not (moves or warms or (coated and wears == "indenter")),
-                "indenter material: expected Elastic or None with path=, with a shift in thermal=, and of a coated indenter"
-                f' with wears="indenter", got {type(indenter.material).__name__}',
+                not (moves or warms),
+                "indenter material: expected Elastic or None with path= and a film on the body, and with a shift in"
+                f" thermal=, got {type(indenter.material).__name__}",
             )
 
         # the law, and the motion: a velocity in place, or positions (nt, 2)
@@ -260,9 +277,16 @@ class RubExperiment(Experiment):
             numbers: Any = np if is_concrete(path) else jnp
             path = numbers.asarray(path, float)
             path = numbers.stack([path, numbers.zeros(count)], -1) if path.ndim == 1 else path
-            valid = valid & check_thermal(thermal, grid, "rub") & check_path(path, times, indenter, grid)
-            plain = wears == "film" and not heated
-            checks.require(plain, 'path: expected None with thermal= or wears="indenter", got positions')
+            in_its_frame = wears == "indenter"
+            valid = valid & check_thermal(thermal, grid, "rub")
+            valid = valid & check_path(path, times, indenter, grid, in_its_frame=in_its_frame)
+            checks.require(not heated, "path: expected None with thermal=, got positions")
+            # in the frame of the indenter a body that does not creep, alike everywhere, is at rest in effect
+            checks.require(
+                not in_its_frame
+                or not (any(map(creeps, solids(moved))) or given.get("hardness") is not None),
+                'path: expected None with wears="indenter" on a body that creeps or yields, got positions',
+            )
         rubs = not is_concrete(friction) or bool(np.any(np.asarray(friction) > 0.0))
         checks.require(
             rubs or not (heated or is_sheared(law)),
@@ -276,9 +300,19 @@ class RubExperiment(Experiment):
             cell = grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing)
             thickest = jnp.maximum(2.0 * jnp.max(film_map.values), REACH * cell)  # type: ignore[union-attr]
         valid = valid & checks.positive("thickest [m]", thickest)
-        own = as_float64((velocity, path, law, friction, thermal, thickest, adhesion))
+        values = as_float64((velocity, path, law, friction, thermal, thickest, adhesion))
         names = ("velocity", "path", "law", "friction", "thermal", "thickest", "adhesion")
-        return cls(**vars(experiment.also(valid)), **dict(zip(names, own, strict=True)), wears=wears)
+        return cls(
+            **vars(experiment.also(valid)),
+            **dict(zip(names, values, strict=True)),
+            wears=wears,
+            exchanged=exchanged,
+        )
+
+    @property
+    def moves(self) -> bool:
+        """True if the indenter moves over the grid, whose fields are then those of the body."""
+        return self.path is not None and self.wears == "film"
 
     def with_kernels(self) -> Self:
         """Return the experiment with kernels for all thicknesses up to ``thickest``."""
@@ -312,9 +346,11 @@ class RubExperiment(Experiment):
             flat = places.reshape(-1, 2)
             move = (flat - jnp.concatenate([flat[:1], flat[:-1]])).reshape(places.shape)
             speed = speed_of(move) / jnp.where(dt > 0.0, dt, jnp.inf)
-            motion = RubStep(dt, speed, speed, jnp.ones_like(speed), when, places, move)
-            track = Track(self.indenter, grid, self.path[0], scale.length)
-            course["position"] = self.path
+            motion, track = RubStep(dt, speed, speed, jnp.ones_like(speed), when), None
+            if self.moves:
+                motion = motion._replace(position=places, move=move)
+                track = Track(self.indenter, grid, self.path[0], scale.length)
+                course["position"] = self.path
 
         heated, thermal = None, self.thermal
         if thermal is not None:
@@ -335,7 +371,8 @@ class RubExperiment(Experiment):
             scale=scale,
             heated=heated,
             track=track,
-            of_film=self.wears == "film",
+            of_film=self.wears == "film" or self.exchanged,
+            exchanged=self.exchanged,
         )
         errors = kernels.errors(self.duration)
         known = course, {"grid": grid}
@@ -353,7 +390,7 @@ class RubExperiment(Experiment):
     @property
     def profile(self) -> Array:
         """As of every experiment; with a path at its first position."""
-        if self.path is None:
+        if not self.moves:
             return super().profile
         grid, first = self.grid, tuple(self.path[0])
         moved = MovedGrid(grid.shape, grid.spacing, grid.periodic, first)

@@ -46,7 +46,14 @@ from jaxcontact.history.time_loop import (
     march,
     march_from_rest,
 )
-from jaxcontact.indenters.shapes import HeightField, Indenter, Sphere, checked_indenter, with_layers_apart
+from jaxcontact.indenters.shapes import (
+    Ellipsoid,
+    HeightField,
+    Indenter,
+    Sphere,
+    checked_indenter,
+    with_layers_apart,
+)
 from jaxcontact.operators.kernels import (
     Errors,
     check_kernels,
@@ -455,7 +462,15 @@ ROUNDED = 1e-12  # change of a thickness, over it, that is rounding
 
 def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
-    radius = experiment.indenter.radius if isinstance(experiment.indenter, Sphere) else jnp.inf
+    indenter = experiment.indenter
+    radius: Any = jnp.inf
+    if isinstance(indenter, Sphere):
+        radius = indenter.radius
+    elif isinstance(
+        indenter, Ellipsoid
+    ):  # of the ball whose share is that of the section of the smaller radius
+        low, high = jnp.min(jnp.asarray(indenter.radii)), jnp.max(jnp.asarray(indenter.radii))
+        radius = low * (high / low) ** (1.0 / 3.0)
     told = {
         "separation_error": errors.separation,
         "image_error": errors.images,

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import functools
+import math
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -13,9 +15,12 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import as_float64, is_concrete, untupled
+from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, untupled
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
+from jaxcontact.history.memory import Shift, along
+from jaxcontact.history.motion import as_array, check_along_x, shifts
+from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum as padded_spectrum
 from jaxcontact.response.body_facts import creeps
@@ -40,6 +45,13 @@ from jaxcontact.response.interior import (
 )
 from jaxcontact.response.stack import solids, spectra
 from jaxcontact.results.interior import InteriorFields
+from jaxcontact.simulate.run import fine_values
+
+STEP = 0.25  # cells by which a load moves in an inner step, unless their number is given
+MOST_STEPS, WIDEST = 20000, 4096  # inner steps in all; cells of a grid that holds the track
+
+Margins = tuple[tuple[int, int], tuple[int, int]]  # cells beside a grid, before and behind it, along x and y
+NO_MARGINS: Margins = ((0, 0), (0, 0))
 
 
 def subsurface(
@@ -50,6 +62,9 @@ def subsurface(
     *,
     depths: Array,
     times: Array | None = None,
+    velocity: Array | float | None = None,
+    substeps: int | None = None,
+    indenter: Indenter | None = None,
 ) -> InteriorFields:
     """Compute stresses and displacements in layers and substrate under pressure and traction on the surface.
 
@@ -69,6 +84,14 @@ def subsurface(
     below it. The transfer of tractions through the layers (``response.interior``) and its development in time
     (``response.interior``) were derived for this package.
 
+    With ``velocity`` the tractions move over the surface, and the fields are those in the frame of the load at the last
+    time, as in ``deflection``: what was at x at the time t is at x - int_t^T v dt' in the end. The track is followed in
+    inner steps; nothing of it is cut off where it leaves the grid.
+
+    With ``indenter`` the fields are those in the indenter, under the pressure and the opposite traction. Its z points
+    from the contact into the indenter, with x and y as they are: sigma_xz, sigma_yz and the displacement along z have the
+    opposite sign in the axes of the body, in which sigma_iz is then continuous across the contact.
+
     The result is differentiable with respect to all numbers, depths included; at the surface and at an interface the
     derivative by depth is that below it.
 
@@ -77,11 +100,17 @@ def subsurface(
         grid: a ``Grid``; along one periodic axis with several cells it is refused. On a grid that is periodic along both
             axes tractions are trigonometric polynomials, whose waves have the exact response, and displacement is relative
             to the mean of the surface (absolute on a rigid base).
-        pressure: (nx, ny) [Pa], positive in compression, as in ``ContactHistory.pressure``; (nt, nx, ny) with times.
+        pressure: (nx, ny) [Pa], positive in compression, as in ``ContactHistory.pressure``; (nt, nx, ny) with times,
+            where a single map that moves may also be given.
         traction: (2, nx, ny) [Pa] on the body, or (nt, 2, nx, ny), as in ``ShearHistory.traction``; None for zero.
         depths: (nz,) [m] >= 0, above a rigid base or at it, where stresses are those of the layer on it.
         times: (nt,) [s], as in ``indent``; the tractions are applied as a step at the first time. Viscoelastic materials
             must then be defined by ``nu`` and not by ``bulk_modulus``.
+        velocity: of the load over the surface [m/s], with times: a number along x, (2,) or (nt, 2), linear between them;
+            None for a load at rest.
+        substeps: inner steps between two times, static, each of at most a cell; None: as many as it takes for moves of a
+            quarter of a cell. Expected where the velocity is traced, in which case the grid has to hold the track.
+        indenter: None, or an ``Indenter`` with a material, in which the fields are then, and not in the body.
 
     Returns:
         ``InteriorFields`` at the last time; nan where a value traced by jit or vmap is outside its range.
@@ -112,9 +141,23 @@ def subsurface(
     if times is not None:
         valid = valid & checks.not_decreasing("times [s]", times)
         over_time = np.shape(times)
-    valid = valid & _check_field("pressure", pressure, over_time, grid.shape)
+    given_once = velocity is not None and np.shape(pressure) == tuple(grid.shape)
+    valid = valid & _check_field("pressure", pressure, () if given_once else over_time, grid.shape)
     if traction is not None:
-        valid = valid & _check_field("traction", traction, over_time, (2, *grid.shape))
+        given_once = velocity is not None and np.shape(traction) == (2, *grid.shape)
+        valid = valid & _check_field("traction", traction, () if given_once else over_time, (2, *grid.shape))
+
+    # the surface of the indenter, on which the traction is the opposite one
+    if indenter is not None:
+        valid = valid & checked_indenter(indenter, grid)
+        checks.require(
+            indenter.material is not None,
+            "indenter: expected one with a material, in which there are stresses, got a rigid one in subsurface",
+        )
+        body = indenter.surface() or LayeredHalfSpace([], indenter.material)
+        body, _ = checked_body(body)
+        traction = None if traction is None else -jnp.asarray(traction)
+    if traction is not None:
         check_bonded(body, "traction")
     shape = np.shape(depths)
     checks.require(len(shape) == 1 and shape[0] > 0, f"depths: expected a 1-d array, got shape {shape}")
@@ -129,9 +172,9 @@ def subsurface(
         valid = valid & (jnp.max(jnp.asarray(depths)) <= body.height * (1.0 + 1e-12))
 
     # after a history Poisson's ratio below the surface is a number
-    moving = [solid for solid in solids(body) if creeps(solid) and solid.bulk_modulus is not None]
+    changing = [solid for solid in solids(body) if creeps(solid) and solid.bulk_modulus is not None]
     checks.require(
-        times is None or not moving,
+        times is None or not changing,
         "times: expected None with a bulk modulus in a solid that creeps, whose Poisson's ratio varies with time",
     )
     # where the last change is a step, no solid has J(0) = 0
@@ -142,18 +185,149 @@ def subsurface(
         at_first = spectra(body).instantaneous
         at_first = at_first if body.substrate is not None else at_first[:-1]
         valid = valid & checks.positive("compliance [1/Pa] of every solid at first", at_first)
+
+    described = grid  # whose numbers stay known inside jit
     body, grid, pressure, depths = as_float64((body, grid, pressure, depths))
-    if not is_concrete(valid):
-        pressure = jnp.where(valid, pressure, jnp.nan)
+    lead = () if times is None else np.shape(times)
     sideways = jnp.zeros((2, *grid.shape)) if traction is None else as_float64(traction)
-    sideways = jnp.broadcast_to(sideways, (*pressure.shape[:-2], 2, *grid.shape))
+    sideways = jnp.broadcast_to(sideways, (*lead, 2, *grid.shape))
+    pressure = jnp.broadcast_to(pressure, (*lead, *grid.shape))
     tractions = jnp.concatenate([sideways, pressure[..., None, :, :]], -3)
+    count, margins = 1, NO_MARGINS
+    if velocity is not None:
+        velocity = as_array(velocity)
+        count, margins, within = _checked_motion(velocity, times, described, tractions, substeps)
+        valid = valid & within
+    if not is_concrete(valid):
+        tractions = jnp.where(valid, tractions, jnp.nan)
     if times is None:
         return _announced(_fields(body, grid, tractions[None], depths, None))
     if not any(creeps(solid) for solid in solids(body)):
         return _announced(_fields(body, grid, tractions[-1:], depths, None))
-    changes = jnp.diff(tractions, axis=0, prepend=0.0)
-    return _announced(_fields(body, grid, changes, depths, lags_before_the_last(as_float64(times))))
+    times = as_float64(times)
+    if velocity is None or times.size == 1:
+        changes = jnp.diff(tractions, axis=0, prepend=0.0)
+        return _announced(_fields(body, grid, changes, depths, lags_before_the_last(times)))
+
+    # the inner steps: their ends, the place of each among the times, and the way of the load from there to the last one
+    ends = lambda values: jnp.append(values[:1], fine_values(values, count)[1:])
+    left = lambda each: jnp.append(jnp.cumsum(each[1:].ravel()[::-1])[::-1], 0.0)
+    move = shifts(as_float64(velocity) / grid.spacing[0], times, count)
+    way = Shift(left(move.x), None if move.y is None else left(move.y))
+    track = Track(way, ends(jnp.arange(1.0 * times.size)))
+    wide = replace(grid, shape=tuple(n + sum(more) for n, more in zip(grid.shape, margins, strict=True)))
+    tractions = jnp.pad(tractions, ((0, 0), (0, 0), *margins))
+    found = _fields(
+        body, wide, tractions, depths, lags_before_the_last(ends(times)), track, datum=grid.shape[0]
+    )
+    of_x, of_y = (slice(low, low + n) for (low, _), n in zip(margins, grid.shape, strict=True))
+    stress, displacement = found.stress[..., of_x, of_y], found.displacement[..., of_x, of_y]
+    return _announced(replace(found, grid=grid, stress=stress, displacement=displacement))
+
+
+@pytree
+class Track:
+    """The way of a load from the end of each inner step to the last one [cells along x], (n,) each, and the place of each
+    end among the times, their number and the share of the next step, (n,)."""
+
+    way: Shift
+    place: Array
+
+    def mixed(self, shares: Array, tractions: Array, grid: Grid) -> Array:
+        """Return the spectra (M, 3, my/2 + 1, mx) of the changes of the tractions (nt, 3, nx, ny) in the inner steps, in the
+        frame of the load at the last time and summed with the shares (n, M)."""
+        mx, my = spectral.padded_shape(grid.shape, grid.periodic)
+        ratio, last = grid.spacing[1] / grid.spacing[0], tractions.shape[0] - 2
+
+        def add(
+            carry: tuple[Array, Array], step: tuple[Array, Array, Shift]
+        ) -> tuple[tuple[Array, Array], None]:
+            (total, before), (share, place, way) = carry, step
+            i = jnp.clip(jnp.floor(jax.lax.stop_gradient(place)).astype(int), 0, last)
+            field = tractions[i] + (place - i) * (tractions[i + 1] - tractions[i])
+            phase, loss = along((mx, my), way, ratio)
+            now = jnp.exp(jax.lax.complex(-loss, phase)) * spectral.transform(field, grid.periodic)
+            return (total + share[:, None, None, None] * (now - before), now), None
+
+        none = jnp.zeros((3, my // 2 + 1, mx), complex)
+        start = jnp.broadcast_to(none, (shares.shape[1], *none.shape)), none
+        return jax.lax.scan(add, start, (shares, self.place, self.way))[0][0]
+
+    def sizes(self, tractions: Array) -> Array:
+        """Return bounds on the changes in the inner steps, (n, 3): of the first one, a step, and of those that move."""
+        moves = jnp.abs(jnp.diff(self.way.x)) + (0.0 if self.way.y is None else jnp.abs(jnp.diff(self.way.y)))
+        share = jnp.append(1.0, jnp.minimum(moves + jnp.diff(self.place), 1.0))
+        return share[:, None] * jnp.max(jnp.abs(tractions), (0, -1, -2))
+
+
+def _checked_motion(
+    velocity: Any, times: Any, grid: Grid, tractions: Array, substeps: int | None
+) -> tuple[int, Margins, Verdict]:
+    """Return the inner steps between two times, the cells that the track takes up beside the grid, and whether the values
+    are in range: the inner steps, and a track that is traced, which has to lie on the grid."""
+    checks.require(times is not None, "times: expected those of the motion with velocity=, got None")
+    shape, nt = np.shape(velocity), np.shape(times)[0]
+    checks.require(
+        shape in ((), (2,), (nt, 2)),
+        f"velocity: expected a number, shape (2,) or ({nt}, 2) as times, got shape {shape}",
+    )
+    valid = checks.finite("velocity [m/s]", velocity) & check_along_x(shape, grid)
+    known = is_concrete(velocity, times, grid)
+    checks.require(
+        known or substeps is not None,
+        "substeps: expected a number where velocity, times or grid are traced by jit, vmap or grad, got None",
+    )
+
+    # the inner steps, whose velocity is linear, and the places of the load at their ends before the last one [cells]
+    numbers: Any = np if known else jnp
+    v = numbers.asarray(velocity, float)
+    v = numbers.broadcast_to(numbers.stack([v, 0.0 * v]) if v.ndim == 0 else v, (nt, 2))
+    per_cell = numbers.diff(numbers.asarray(times, float))[:, None] / numbers.stack(
+        [numbers.asarray(d, float) for d in grid.spacing]
+    )
+    start, end = v[:-1] * per_cell, v[1:] * per_cell
+    fastest = numbers.max(numbers.maximum(numbers.abs(start), numbers.abs(end)), initial=0.0)
+    if substeps is None:
+        substeps = max(1, math.ceil(min(float(fastest) / STEP, 1e9) * (1.0 - 1e-12)))
+        checks.require(
+            substeps * nt <= MOST_STEPS,
+            f"velocity: expected a track of at most {MOST_STEPS // 4} cells in all, got steps of {float(fastest):.4g} cells",
+        )
+    checks.whole("substeps", substeps, 1, MOST_STEPS)
+    if known:
+        needed = math.ceil(float(fastest) * (1.0 - 1e-12))
+        checks.require(
+            substeps >= needed,
+            f"substeps: expected inner steps of at most a cell, {needed} or more of them, got {substeps}",
+        )
+    else:
+        valid = valid & (fastest <= substeps * (1.0 + 1e-9))
+    share = (numbers.arange(substeps) + 1.0)[:, None] / substeps
+    way = start[:, None] * share + (end - start)[:, None] * share**2 / 2.0
+    way = way + (numbers.cumsum(way[:, -1], 0) - way[:, -1])[:, None]
+    places = numbers.concatenate([numbers.zeros((1, 2)), way.reshape(-1, 2)])
+    behind = places[-1] - places
+
+    # the cells that the load needs before and behind it, beyond those of the grid that are free
+    margins, of_load = [], jnp.any(tractions != 0.0, (0, 1))
+    for axis in range(2):
+        low, high = numbers.max(behind[:, axis]), -numbers.min(behind[:, axis])
+        if is_concrete(tractions) or not known:
+            loaded = numbers.any(numbers.asarray(of_load), 1 - axis)
+            low, high = low - numbers.argmax(loaded), high - numbers.argmax(loaded[::-1])
+        if grid.periodic[axis]:
+            margins.append((0, 0))
+        elif known:
+            margins.append((math.ceil(max(float(low), 0.0)), math.ceil(max(float(high), 0.0))))
+        else:
+            margins.append((0, 0))
+            valid = valid & (numbers.maximum(low, high) <= 1e-9)
+    widest = max(n + sum(more) for n, more in zip(grid.shape, margins, strict=True))
+    checks.require(
+        widest <= WIDEST,
+        f"velocity: expected a track that fits on {WIDEST} cells, got {widest}: pass a later start or larger cells",
+    )
+    return substeps, tuple(margins), valid  # type: ignore[return-value]
 
 
 def _announced(fields: InteriorFields) -> InteriorFields:
@@ -169,31 +343,49 @@ def _check_field(name: str, field: Any, over_time: tuple[int, ...], own: tuple[i
     return checks.finite(f"{name} [Pa]", field)
 
 
-@jax.jit
+@functools.partial(jax.jit, static_argnames="datum")
 def _fields(
-    body: LayeredHalfSpace, grid: Grid, changes: Array, depths: Array, lags: Lags | None
+    body: LayeredHalfSpace,
+    grid: Grid,
+    changes: Array,
+    depths: Array,
+    lags: Lags | None,
+    track: Track | None = None,
+    datum: int | None = None,
 ) -> InteriorFields:
-    """Return the interior fields from changes of (q_x, q_y, p), (nt, 3, nx, ny), and the lags since each."""
+    """Return the interior fields from changes of (q_x, q_y, p), (nt, 3, nx, ny), and the lags since each; with a track from
+    the tractions, and the lags since the ends of its inner steps. datum: of line loads [cells], or that of the grid."""
 
+    # the changes mixed for the few lags that stand for all, and their sizes
+    if track is None:
+        mixed = lambda shares: spectral.transform(jnp.tensordot(shares, changes, (0, 0)), grid.periodic)
+        sizes, mean = jnp.max(jnp.abs(changes), (-1, -2)), jnp.mean(changes, (-1, -2))
+    else:
+        mixed, sizes = lambda shares: track.mixed(shares, changes, grid), track.sizes(changes)
+        means, place = jnp.mean(changes, (-1, -2)), track.place
+        i = jnp.clip(jnp.floor(place).astype(int), 0, changes.shape[0] - 2)
+        means = means[i] + (place - i)[:, None] * (means[i + 1] - means[i])
+        mean = jnp.diff(means, axis=0, prepend=0.0)
     if all(grid.periodic):
-        stress, displacement, error = jax.lax.map(lambda z: _of_waves(body, grid, changes, z, lags), depths)
+        stress, displacement, error = jax.lax.map(
+            lambda z: _of_waves(body, grid, mixed, mean, z, lags), depths
+        )
         interfaces = depths_of_interfaces(body)
         return InteriorFields(
             grid, depths, stress, displacement, error, interfaces if interfaces.size else None
         )
-    sizes = jnp.max(jnp.abs(changes), (-1, -2))
 
     def at(z: Array) -> tuple[Array, Array, Array]:
         images = subsurface_images(body, z, lags)
-        mixed = spectral.transform(jnp.tensordot(images.shares, changes, (0, 0)), grid.periodic)
+        by_lag = mixed(images.shares)
         passed, strains = _kernels_of_stress(grid, images)
         apply = lambda kernels: spectral.inverse(
-            jnp.stack([jnp.einsum("kmyx,mkyx->yx", jnp.stack(row), mixed) for row in kernels]),
+            jnp.stack([jnp.einsum("kmyx,mkyx->yx", jnp.stack(row), by_lag) for row in kernels]),
             grid.shape,
             grid.periodic,
         )
         stress = _stress(apply(passed), apply(strains), poisson_at(body, z))
-        displacement = apply(_kernels_of_displacement(grid, images)) * grid.spacing[0]
+        displacement = apply(_kernels_of_displacement(grid, images, datum)) * grid.spacing[0]
         return stress, displacement, images.error(jax.lax.stop_gradient(sizes))
 
     stress, displacement, error = jax.lax.map(at, depths)
@@ -202,9 +394,15 @@ def _fields(
 
 
 def _of_waves(
-    body: LayeredHalfSpace, grid: Grid, changes: Array, z: Array, lags: Lags | None
+    body: LayeredHalfSpace,
+    grid: Grid,
+    mixed: Callable[[Array], Array],
+    mean: Array,
+    z: Array,
+    lags: Lags | None,
 ) -> tuple[Array, Array, Array]:
-    """Return stress, displacement and error at a depth under tractions that are periodic along both axes.
+    """Return stress, displacement and error at a depth under tractions that are periodic along both axes; mixed: from the
+    shares of lags to spectra; mean: of the changes, (nt, 3).
 
     Each wave of the grid has the transfer functions of ``response.interior`` at its wavevector, in the directions along it
     (r) and across (s), of cosines c and s. Waves of an odd factor that alternate from cell to cell have no sine on the grid.
@@ -216,9 +414,7 @@ def _of_waves(
     alpha = jnp.sqrt(jnp.where(at_zero, 1.0, kx**2 + ky**2))
     recalled = kernels_at_lags(body, jnp.where(at_zero, 0.0, alpha).ravel(), z, lags)
     F = Transfer(*recalled.kernels.reshape(len(Transfer._fields), -1, *alpha.shape))
-    q_x, q_y, p = jnp.moveaxis(
-        spectral.transform(jnp.tensordot(recalled.shares, changes, (0, 0)), grid.periodic), 1, 0
-    )
+    q_x, q_y, p = jnp.moveaxis(mixed(recalled.shares), 1, 0)
 
     # the cosines; in odd powers those of waves that alternate from cell to cell are zero; any direction at wavenumber zero
     c, s = jnp.where(at_zero, 1.0, kx / alpha), jnp.where(at_zero, 0.0, ky / alpha)
@@ -247,7 +443,7 @@ def _of_waves(
     tractions = plane(F.t_rr, F.t_rz, F.t_zr, F.t_zz, F.t_ss)
     displacement = field(jnp.where(at_zero, 0.0, plane(F.u_rr, F.u_rz, F.u_zr, F.u_zz, F.u_ss) / alpha))
     if body.substrate is None:
-        displacement = displacement + of_uniform(body, z, jnp.mean(changes, (-1, -2)), lags)[:, None, None]
+        displacement = displacement + of_uniform(body, z, mean, lags)[:, None, None]
     stress = _stress(field(tractions), field(strains), poisson_at(body, z))
 
     # the error of the combination of lags, relative to the largest value of each function
@@ -285,9 +481,9 @@ def _kernels_of_stress(grid: Grid, images: SubsurfaceImages) -> tuple[Rows, Rows
     return tractions, strains
 
 
-def _kernels_of_displacement(grid: Grid, images: SubsurfaceImages) -> Rows:
+def _kernels_of_displacement(grid: Grid, images: SubsurfaceImages, datum: int | None) -> Rows:
     """Spectra from (q_x, q_y, p) to the displacements (x, y, z) in cells of dx."""
-    of_kinds = line_displacements if grid.plane_strain else displacements
+    of_kinds = functools.partial(line_displacements, datum=datum) if grid.plane_strain else displacements
     one, two = summed(grid, of_kinds, OF_DISPLACEMENTS, images)
     spectrum = functools.partial(padded_spectrum, periodic=grid.periodic)
     (rz_x, zr_x), (rz_y, zr_y) = spectrum(one[:, 0], -1, 1), spectrum(one[:, 1], 1, -1)

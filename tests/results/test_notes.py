@@ -19,6 +19,7 @@ import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.recorded_warnings import recorded_warnings
+from jaxcontact.reference import hertz
 from jaxcontact.results import storage
 from jaxcontact.results.notes import Diagnostics, Note
 
@@ -150,6 +151,14 @@ def test_a_ball_pressed_in_by_more_than_a_third_of_its_radius_is_noted():
     ball, body = jc.Sphere(1e-4), jc.LayeredHalfSpace([], jc.Elastic(1e9, nu=0.3))
     with pytest.warns(UserWarning, match="0.41 of the ball's radius: above a third"):
         jc.indent(body, ball, jc.Approach(0.17e-4), [0.0], grid=jc.Grid.square(24, 1.2e-4))
+
+    # of an ellipsoid the half-axis along the smaller radius, as in Hertz's contact
+    load = 4.8
+    long, short, _ = hertz.ellipse(load, (3e-4, 1e-4), 0.7e-9)
+    assert 0.36 < short / 1e-4 < 0.44
+    with pytest.warns(UserWarning, match=f"{short / 1e-4:.2f} of the ball's radius"):
+        grid = jc.Grid((24, 24), (long / 10.0, short / 10.0))
+        jc.indent(body, jc.Ellipsoid((3e-4, 1e-4)), jc.Load(load), [0.0], grid=grid)
 
 
 def test_a_size_that_is_rounded_by_much_is_noted():

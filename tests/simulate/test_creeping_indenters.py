@@ -210,6 +210,27 @@ def test_rub_under_a_creeping_ball_is_the_wear_of_a_stiff_ball_on_the_solid():
     np.testing.assert_allclose(own.pressure, expected.pressure, atol=1e-4 * np.max(expected.pressure))
 
 
+@pytest.mark.slow
+def test_a_coating_that_wears_is_the_profile_of_a_ball_that_wears():
+    """A coating of the ball's own material along a path, and an uncoated ball in place; on a body that is stiff all of the
+    displacement is the ball's."""
+    steel, times = jc.Elastic(G=2e6, nu=0.4), np.array([0.0, 2.0, 4.0])
+    coat = jc.LayeredHalfSpace([jc.Layer(steel, 1e-4)], steel)
+    given = {"law": jc.Archard(4e-12), "grid": GRID, "substeps": 4, "wears": "indenter"}
+    body = as_body(jc.Elastic(G=1e12, nu=0.4))
+    expected = jc.rub(body, jc.Sphere(R, steel), STEADY, times, velocity=1.0, **given)
+    assert np.min(expected.thickness) < -1e-6
+    found = jc.rub(
+        body, jc.Sphere(R, coat), STEADY, times, path=[0.0, 2.0, 0.0], **given
+    )  # 1 m/s, beyond the grid
+    size = np.max(-expected.thickness)
+    np.testing.assert_allclose(found.thickness - 1e-4, expected.thickness, rtol=0.0, atol=1e-4 * size)
+    np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-4 * np.max(expected.pressure))
+    of_ball = found.indenter_displacement
+    np.testing.assert_allclose(of_ball, found.displacement, atol=1e-5 * np.max(of_ball))
+    assert np.max(found.film_strain) == 0.0 < np.min(found.indenter_film_strain[1:])
+
+
 def pressed(body, ball, grid):
     history = jc.indent(body, ball, STEADY, TIMES[:4], grid=grid, tolerance=1e-11)
     return history.pressure[-1], history.approach[-1], history.indenter_film_strain[-1]
@@ -291,7 +312,7 @@ def test_what_does_not_take_an_indenter_that_creeps_refuses_it():
     plain = jc.kernels(body, jc.Sphere(R), GRID)
     refused = {
         "expected Elastic or None": [
-            lambda: jc.rub(body, coat, STEADY, [0.0], velocity=1.0, law=wear, wears="indenter", grid=GRID),
+            lambda: jc.rub(coated(), coat, STEADY, [0.0, 1.0], path=[0.0, 1e-5], law=wear, grid=GRID),
         ],
         "quasi-elastic": [
             lambda: jc.indent(body, ball, STEADY, [0.0], grid=GRID, correspondence="quasi-elastic")

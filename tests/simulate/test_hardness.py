@@ -162,6 +162,12 @@ def test_hardness_load_above_that_of_the_grid_has_a_status():
     assert list(np.asarray(history.status)) == [0, 0, above, inherited, inherited]
 
 
+def test_hardness_a_punch_carries_at_most_the_hardness_times_its_area():
+    punch, most = jc.FlatPunch(0.1 * WIDTH * np.sqrt(32 / np.pi) / 1.2), 2e9 * 32 * float(GRID.cell_area)
+    history = press(jc.Load(most * jnp.array([0.9, 0.999, 1.001])), indenter=punch)
+    assert list(np.asarray(history.status)) == [0, 0, jc.Status.LOAD_ABOVE_HARDNESS]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("control", [jc.Load, jc.Approach])
 def test_hardness_gradients_of_pressure_and_dent(control):

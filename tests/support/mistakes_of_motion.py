@@ -30,8 +30,15 @@ from right_calls import (
 import jaxcontact as jc
 
 TRACK = np.array([-1e-4, 1e-4])
+CELL = GRID.spacing[0]
 TWICE = jc.NumpyFunction(lambda x: {"b": 2.0 * x["a"], "n": 2})
 HOT = jc.Thermal(300.0, 46.0, diffusivity=1e-5)
+
+
+def moved_inside(velocity, **given):
+    return jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[0.0], times=TIMES, velocity=velocity, **given)
+
+
 MOTION = {
     "a velocity along a path": (
         lambda: rub(path=TRACK),
@@ -69,7 +76,7 @@ MOTION = {
     ),
     "a path of an indenter that wears": (
         lambda: rub(velocity=None, path=TRACK, wears="indenter"),
-        r'path: expected None with thermal= or wears="indenter", got positions',
+        r'path: expected None with wears="indenter" on a body that creeps or yields, got positions',
     ),
     "a tuple of traced numbers as a tangential load": (
         lambda: jax.jit(lambda q: shear(jc.TangentialLoad((q, 0.0))).approach)(1.0),
@@ -178,6 +185,34 @@ MOTION = {
     "traction on a loose layer": (
         lambda: jc.subsurface(gel(), GRID, np.ones((8, 8)), np.ones((2, 8, 8)), depths=[0.0]),
         r"traction: expected bonded layers, got one with bonded=False",
+    ),
+    "a motion below the surface without times": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[0.0], velocity=1.0),
+        r"times: expected those of the motion with velocity=, got None",
+    ),
+    "velocities below the surface on other times": (
+        lambda: moved_inside(np.ones(3)),
+        r"velocity: expected a number, shape \(2,\) or \(2, 2\) as times, got shape \(3,\)",
+    ),
+    "a traced motion below the surface of no given steps": (
+        lambda: jax.eval_shape(moved_inside, 1.0),
+        r"substeps: expected a number where velocity, times or grid are traced by jit, vmap or grad, got None",
+    ),
+    "long inner steps of a motion below the surface": (
+        lambda: moved_inside(3.0 * CELL, substeps=2),
+        r"substeps: expected inner steps of at most a cell, 3 or more of them, got 2",
+    ),
+    "a track of too many inner steps below the surface": (
+        lambda: moved_inside(1e5 * CELL),
+        r"velocity: expected a track of at most 5000 cells in all, got steps of 1e\+05 cells",
+    ),
+    "a track below the surface that is too long for a grid": (
+        lambda: moved_inside(4500.0 * CELL, substeps=4500),
+        r"velocity: expected a track that fits on 4096 cells, got 4508: pass a later start or larger cells",
+    ),
+    "the inside of a rigid indenter": (
+        lambda: jc.subsurface(BODY, GRID, np.ones((8, 8)), depths=[0.0], indenter=jc.Sphere(1.0)),
+        r"indenter: expected one with a material, in which there are stresses, got a rigid one in subsurface",
     ),
     "a loose layer that is sheared": (
         lambda: shear(body=gel()),

@@ -373,8 +373,8 @@ PRESSING = {
         r"punch radius \[m\]: expected > 0, got nan",
     ),
     "a coated ball that wears": (
-        lambda: rub(indenter=jc.Sphere(1.0, BODY), wears="indenter"),
-        r"indenter material: expected Elastic or None with path=.* coated indenter with .*, got LayeredHalfSpace",
+        lambda: rub(indenter=jc.Sphere(1.0, jc.LayeredHalfSpace([], STEEL)), wears="indenter"),
+        r"indenter material: expected one Layer of a thickness that is a number or \(nx, ny\) in rub",
     ),
     "one compliance of a creeping ball": (
         lambda: jc.Sphere(1.0, FILM).compliance(),
