@@ -726,16 +726,16 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
         left, notes = left + change(TENSION * np.minimum(data.load, 0.0)), (*notes, FILM_NOTE)
     solved = solved._replace(left=left, against=off.against, notes=(*solved.notes, *notes))
     found = conclude(problem, solved)
-    values, intervals = found.fields["values"], found.fields["intervals"]
+    values, intervals = found.common.values, found.common.intervals
     G, work = values["G"], values["work"]
 
     # The law of adhesion, none for JKR, and whether the curve determines its range.
-    law, tabor, notes = None, math.nan, found.fields["notes"]
+    law, tabor, notes = None, math.nan, found.common.notes
     if model is not JKR:
         of = lambda law: float(law.tabor_number(radius, body.modulus(G)))
         law = jc.DugdaleAdhesion(work, values["strength"])
         tabor = of(law)
-        if not found.fields["identified"]["strength"]:
+        if not found.common.identified["strength"]:
             low, high = intervals["strength"]
             ends = [of(jc.DugdaleAdhesion(work, s)) if 0.0 < s < math.inf else s for s in (low, high)]
             notes = (
@@ -943,7 +943,7 @@ def _concluded_creep(
 ) -> AdhesiveFit:
     """Return the fit that follows from the search."""
     test, space, (best, objective) = found.test, found.problem.space, found.solved.whole
-    values = dict(concluded.fields["values"])
+    values = dict(concluded.common.values)
     work = values.pop("work")
     law = with_work(test.film.law, work)
     material = test.material(**values, nu=body.nu)
@@ -966,7 +966,7 @@ def _concluded_creep(
         f" over {width:.3g} m, corrected by a finer one"
     )
     return concluded.fit(
-        AdhesiveFit, material=material, law=law, tabor_number=tabor, notes=(*concluded.fields["notes"], note),
+        AdhesiveFit, material=material, law=law, tabor_number=tabor, notes=(*concluded.common.notes, note),
         pull_off=interval_of_tension(force, slope, found.solved, concluded), separation_work=seen.separation_work(z),
         nu=body.nu, indenter=body.ball, film=body.film, nuisances=nuisances, kept=seen.contact,
         runs=(objective.residual_runs, objective.jacobian_runs), starts=found.starts,

@@ -9,7 +9,7 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.data.weights import choose_weights
-from fitting.inference.sample import Assessment, Sample, Solved, check_count, settled
+from fitting.inference.sample import Assessment, Sample, Solved, all_reweighted_until_stable, check_count
 from fitting.models.structure import limits, resolve
 from fitting.search import nonlinear, varpro
 from fitting.search.varpro import Optimum
@@ -88,7 +88,7 @@ def fit_creep_batch(
     problems, own = _stack([s.problem for s in scaled]), varpro.PLACES[structure.size]
     if intervals or samples[0].adjustable:
         solve = lambda weights: _solve(samples, problems, weights)
-        found = settled(samples, solve([one.weights for one in samples]), solve, p)
+        found = all_reweighted_until_stable(samples, solve([one.weights for one in samples]), solve, p)
         problems, best = found[0].whole
     else:  # the residuals are not needed
         best = _minimise_all(problems)

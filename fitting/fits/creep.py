@@ -24,7 +24,7 @@ from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import basis
 from fitting.inference.result import Fit, linear_band, plain
-from fitting.inference.sample import Assessment, Sample, Solved, settled
+from fitting.inference.sample import Assessment, Sample, Solved, reweighted_until_stable
 from fitting.models.parameters import Landscape, Parameters
 from fitting.models.structure import Sought, Structure
 from fitting.search import nonlinear, varpro
@@ -109,7 +109,7 @@ OTHER_FUNCTIONS = 5  # functions before J(t) in a profile
 ROUND_OFF = 1e-14  # of a compliance in scaled units
 
 
-def profiles(scaled: Scaled, best: Optimum, assessment: Assessment, t: np.ndarray) -> np.ndarray:
+def interval_ends(scaled: Scaled, best: Optimum, assessment: Assessment, t: np.ndarray) -> np.ndarray:
     """Return the ends (5 + k, 2) of the intervals of ``varpro.profile`` at times t (k,) [s], scaled.
 
     Many times are padded so that only a few values of k are compiled.
@@ -132,7 +132,7 @@ def profiles(scaled: Scaled, best: Optimum, assessment: Assessment, t: np.ndarra
 
 def creep_limits(scaled: Scaled, best: Optimum, assessment: Assessment, t: np.ndarray) -> np.ndarray:
     """Return the limits (2, k) of J [1/Pa] at times t (k,) [s]."""
-    return profiles(scaled, best, assessment, t)[OTHER_FUNCTIONS:].T * scaled.compliance
+    return interval_ends(scaled, best, assessment, t)[OTHER_FUNCTIONS:].T * scaled.compliance
 
 
 def _gradients(best: Optimum, times: np.ndarray) -> np.ndarray:
@@ -288,14 +288,14 @@ def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray
         residual = np.asarray(varpro.residuals(whole, best))[:n]
         J = np.asarray(varpro.jacobian(whole, best))[:n, free]
         inside = np.asarray(varpro.strictly_inside(best.parts, *whole.limits))[free]
-        profile = functools.partial(profiles, scaled._replace(problem=fewer), best, t=data.t[-1:])
+        own_scaled = scaled._replace(problem=fewer)
+        find_ends = lambda assessment: (interval_ends(own_scaled, best, assessment, data.t[-1:]), 0)
         return Solved(
-            np.asarray(best.parts), residual, J, inside, kept, weights, profile, (fewer, best)
+            np.asarray(best.parts), residual, J, inside, kept, weights, find_ends, (fewer, best)
         )  # fmt: skip
 
     # The weights and the optimum follow from each other.
-    again = lambda weights: [solve(weights[0])]
-    (solved,) = settled([sample], again([sample.weights]), again, problem.p)
+    solved = reweighted_until_stable(sample, solve(sample.weights), solve, problem.p)
     (fewer, best), kept = solved.whole, solved.kept
     scaled = scaled._replace(problem=fewer)
     notes = []
@@ -335,7 +335,7 @@ def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> 
     )
     landscape = space.landscape(solved.theta, solved.whole[1].residual, relative=True)
     found = conclude(problem, solved._replace(notes=law.notes, landscape=landscape))
-    band = functools.partial(linear_band, law, found.fields["estimate"], options["level"])
+    band = functools.partial(linear_band, law, found.common.estimate, options["level"])
     return found.fit(
         CreepFit, options=options, kept=solved.kept, point_weights=solved.weights, combinations={},
         profile=band,

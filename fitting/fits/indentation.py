@@ -25,7 +25,7 @@ from fitting.fits.adhesion import (
 )
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.result import Fit, plain
-from fitting.inference.sample import Sample, Solved, check_count, settled
+from fitting.inference.sample import Sample, Solved, check_count, reweighted_until_stable
 from fitting.models import adhesive_contact, halfspace, thin_layer
 from fitting.models.halfspace import Curve
 from fitting.models.history import merge
@@ -625,14 +625,13 @@ def fit_indentation(
     else:
         sample, unit = _sample(press), _response_unit(press)
 
-        def again(changed: list[np.ndarray]) -> list[Solved]:
-            own = press._replace(weights=np.where(press.kept, changed[0] * unit, 0.0))
-            found = search_half_space(own)
-            return [solution(found.objective, found.best, changed[0], press.kept)._replace(whole=found)]
+        def solve(weights: np.ndarray) -> Solved:
+            found = search_half_space(press._replace(weights=np.where(press.kept, weights * unit, 0.0)))
+            return solution(found.objective, found.best, weights, press.kept)._replace(whole=found)
 
         # points that are not fitted have a weight for the reweighting alone
         first = np.where(press.kept, sample.weights, sample.weights.max())
-        found = settled([sample], again([first]), again, press.space.free.size)[0].whole
+        found = reweighted_until_stable(sample, solve(first), solve, press.space.free.size).whole
 
     # A ball that is not a paraboloid has a note, with adhesion one by the contact radius.
     press, best, objective = found.press, found.best, found.objective

@@ -14,7 +14,7 @@ from fitting.fits.modulus import weighted_sample
 from fitting.fits.prony import MaxwellSeries
 from fitting.inference import noise
 from fitting.inference.result import plain
-from fitting.inference.sample import Curve, Evidence, Solved, settled
+from fitting.inference.sample import Curve, Evidence, Solved, reweighted_until_stable
 from fitting.models.structure import Volume
 from fitting.views import sheet, text
 
@@ -320,8 +320,8 @@ def fit_spectrum(
         A * step, e * equilibrium, sample.measured, float(np.max(np.abs(sample.measured)))
     )
     start = _solved(search(unweighted.weighted(sample.weights)), sample.weights)
-    again = lambda weights: [_solved(search(unweighted.weighted(weights[0]), start.whole), weights[0])]
-    (solved,) = settled([sample], [start], again, start.theta.size)
+    again = lambda weights: _solved(search(unweighted.weighted(weights), start.whole), weights)
+    solved = reweighted_until_stable(sample, start, again, start.theta.size)
     found, assessment = solved.whole, sample.assess(solved, solved.theta.size, level)
     quality = assessment.evidence
     if not found.converged:
