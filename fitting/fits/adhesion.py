@@ -42,7 +42,7 @@ from fitting.models.adhesive_contact import (
 from fitting.models.adhesive_contact import film_largest_tension as film_tension
 from fitting.models.adhesive_contact import film_load_at as film_load
 from fitting.models.parameters import NUISANCES, Parameters, instrument_offset
-from fitting.models.structure import ParameterList, Sought, Volume, limits, resolve
+from fitting.models.structure import Compressibility, ParameterList, Sought, limits, resolve
 from fitting.search import nonlinear
 from fitting.search.layered import Coating, march_times, polygon
 from fitting.search.nonlinear import Objective, inverse, minimise_from, moved
@@ -656,7 +656,7 @@ def body_of(indenter: Any, nu: Any, layer: Any = None, substrate: Any = None) ->
     """Return what is pressed; ValueError for anything but a ball on a half-space, or on a film on an elastic base."""
     if not isinstance(indenter, jc.Sphere):
         raise ValueError(f"adhesion: expected a Sphere, got {type(indenter).__name__}")
-    nu = float(Volume.of(nu, None).value)
+    nu = float(Compressibility.of(nu, None).value)
     return Body(nu, indenter, None if layer is None and substrate is None else _film_of(layer, substrate))
 
 
@@ -703,7 +703,7 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
     # The search.
     table = table_of(model, choices.fixed, choices.bounds)
     space = test.space(table, choices.instrument)
-    sought = Sought(space.structure, table, Volume.of(body.nu, None))
+    sought = Sought(space.structure, table, Compressibility.of(body.nu, None))
     blocks = np.cumsum(np.append(False, data.segments[1:] != data.segments[:-1]))
     sample = Sample.of(("load", "N", data.t, data.load), weights, label, blocks, own_trends=True)
     problem = FitProblem(data, sought, space, sample, float(np.ptp(data.t)), choices.level)
@@ -879,7 +879,7 @@ def _found_creep(test: CreepingFilm, label: str, zero: float, choices: AdhesiveC
     blocks = np.cumsum(np.append(False, test.data.segments[1:] != test.data.segments[:-1]))
     curve = ("load", "N", test.data.t, test.data.load)
     sample = Sample.of(curve, test.weights, label, blocks)
-    sought = Sought(structure, table, Volume.of(test.film.nu, None))
+    sought = Sought(structure, table, Compressibility.of(test.film.nu, None))
     problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
     run = test.run(space, 2.0 * MARGIN * test.radius)
     starts = test.starts(space)

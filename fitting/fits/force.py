@@ -236,7 +236,7 @@ class ForceProblem(NamedTuple):
 
         guess: shear modulus [Pa] of the layer at which the factor of an elastic base is linearised.
         """
-        probe, share, nu = probe_of(indenter), sought.volume.share, sought.volume.value
+        probe, share, nu = probe_of(indenter), sought.volume.one_minus_nu, sought.volume.value
         load, depth, T = float(np.ptp(approach.load)), float(approach.depth[-1]), float(approach.t[-1])
         if not (load > 0 and depth > 0 and T > 0):
             raise ValueError(

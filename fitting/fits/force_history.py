@@ -396,12 +396,12 @@ class Problem(NamedTuple):
                 f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
             )
         above = (curve.load - baseline(curve.load[curve.marks == curve.marks[0]]))[curve.kept]
-        compliance = probe.size * depth**probe.power / (sought.volume.share * load)
+        compliance = probe.size * depth**probe.power / (sought.volume.one_minus_nu * load)
         layer = None
         if thickness is not None:
             layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
             layer = layer._replace(scale=layer.scale * depth**layer.power)
-        extra = float(indenter.compliance()) / sought.volume.share / compliance
+        extra = float(indenter.compliance()) / sought.volume.one_minus_nu / compliance
 
         # times of samples and turning points; the gap is the usual one of the samples
         corners = curve.corners()

@@ -77,7 +77,7 @@ class Master(NamedTuple):
     ends: tuple[float, float, int, int]
 
 
-def basis(u: np.ndarray, intervals: int) -> tuple[np.ndarray, np.ndarray]:
+def spline_basis(u: np.ndarray, intervals: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the cubic B-splines (n, intervals + 3) at places u (n,) in knot intervals, and their derivatives."""
     i = np.clip(np.floor(u), 0, intervals - 1).astype(int)
     t = u - i
@@ -95,7 +95,7 @@ def master(sweeps: Sweeps, shifts: np.ndarray, intervals: int) -> Master:
     first, last = int(np.argmin(x)), int(np.argmax(x))
     u = intervals * (x - x[first]) / (x[last] - x[first])
     ends = float(x[first]), float(x[last]), int(sweeps.which[first]), int(sweeps.which[last])
-    both = [_by_part(one, sweeps) for one in basis(u, intervals)]
+    both = [_by_part(one, sweeps) for one in spline_basis(u, intervals)]
     return Master(both[0], both[1], u, ends)
 
 
@@ -683,7 +683,7 @@ class MasterFit(Fit):
         u = one.intervals * (x - low) / (high - low)
         known = (u >= -1e-9) & (u <= one.intervals + 1e-9)
         parts = theta[sum(one.count[:2]) :].reshape(one.sweeps.parts, -1)
-        return np.where(known, parts @ basis(np.where(known, u, 0.0), one.intervals)[0].T, np.nan)
+        return np.where(known, parts @ spline_basis(np.where(known, u, 0.0), one.intervals)[0].T, np.nan)
 
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
         """Raise ValueError: a law of shift factors has no band of J(t). ``factor`` returns its interval."""

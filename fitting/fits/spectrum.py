@@ -15,7 +15,7 @@ from fitting.fits.prony import MaxwellSeries
 from fitting.inference import noise
 from fitting.inference.result import plain
 from fitting.inference.sample import Curve, Evidence, Solved, reweighted_until_stable
-from fitting.models.structure import Volume
+from fitting.models.structure import Compressibility
 from fitting.views import sheet, text
 
 # Search for a continuous relaxation spectrum: regularised least squares with the smoothness of highest evidence.
@@ -384,4 +384,4 @@ def _prony(found: SpectrumOptimum, tau: np.ndarray, step: float, nu: float) -> j
     series = MaxwellSeries.with_times(tau, found.equilibrium > 0.0)
     moduli = step * np.exp(found.log)
     values = np.append(found.equilibrium, moduli) if found.equilibrium > 0.0 else moduli
-    return series.material(series.parameters(values), Volume("nu", nu))
+    return series.material(series.parameters(values), Compressibility("nu", nu))
