@@ -20,9 +20,8 @@ from fitting.fits.batch import BatchFit as BatchFit
 from fitting.fits.batch import fit_creep_batch as fit_creep_batch
 from fitting.fits.cause import RelaxationCause as RelaxationCause
 from fitting.fits.cause import relaxation_cause as relaxation_cause
-from fitting.fits.creep import Comparison as Comparison
+from fitting.fits.compare import compare as compare
 from fitting.fits.creep import CreepFit as CreepFit
-from fitting.fits.creep import compare as compare
 from fitting.fits.creep import fit_creep as fit_creep
 from fitting.fits.fields import FieldFit as FieldFit
 from fitting.fits.fields import fit_fields as fit_fields
@@ -56,6 +55,7 @@ from fitting.fits.stiffness import fit_stiffness as fit_stiffness
 from fitting.fits.together import JointFit as JointFit
 from fitting.fits.together import fit_together as fit_together
 from fitting.inference.resampling import resample as resample
+from fitting.inference.result import Comparison as Comparison
 from fitting.models.thin_layer import thin_layer_factor as thin_layer_factor
 from fitting.read.creep import read_creep as read_creep
 from fitting.read.growth import read_growth as read_growth

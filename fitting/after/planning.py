@@ -17,7 +17,7 @@ import numpy as np
 from jax import Array
 
 from fitting.fits.cause import RelaxationCause, named_at
-from fitting.models.structure import Structure, Volume, of_material
+from fitting.models.structure import Compressibility, Structure, of_material
 
 SHORTEST, LONGEST = 0.02, 100.0  # shortest and longest trial durations over tau
 TRIED, HALVINGS = 40, 20
@@ -193,7 +193,7 @@ def _jacobian(u: Array, t: Array, hold: Array, law: Structure) -> tuple[Array, A
     """Return the response (n,) to a unit stress that is removed after ``hold``, and its Jacobian in log parameters."""
 
     def response(u: Array) -> Array:
-        creep = law.material(dict(zip(law.where, jnp.exp(u), strict=True)), Volume("nu", 0.0)).creep
+        creep = law.material(dict(zip(law.where, jnp.exp(u), strict=True)), Compressibility("nu", 0.0)).creep
         return creep(t) - jnp.where(t >= hold, creep(jnp.maximum(t - hold, 0.0)), 0.0)
 
     return response(u), jax.jacfwd(response)(u)

@@ -24,7 +24,7 @@ from jax.tree_util import Partial
 
 from fitting.after.propagation import Propagated
 from fitting.inference.result import Fit, Landscape
-from fitting.models.structure import Volume
+from fitting.models.structure import Compressibility
 from fitting.views import sheet, text
 from jaxcontact._compile.programs import fast_compile_options
 
@@ -196,7 +196,7 @@ class Posterior:
         """
         structure, material = self.fit.structure, self.fit.material
         held = "nu" if material.bulk_modulus is None else "bulk_modulus"
-        volume = Volume(held, getattr(material, held))
+        volume = Compressibility(held, getattr(material, held))
         run = lambda row: jnp.asarray(f(structure.material(structure.parameters(row), volume)), dtype=float)
         rows = self.draws[np.linspace(0, len(self.draws) - 1, min(most, len(self.draws))).astype(int)]
         found = np.asarray(jax.lax.map(run, jnp.asarray(rows)))

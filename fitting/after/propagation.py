@@ -18,7 +18,7 @@ from jax import Array
 
 from fitting.inference import noise
 from fitting.inference.result import Fit
-from fitting.models.structure import Volume
+from fitting.models.structure import Compressibility
 from fitting.views.text import described
 
 
@@ -82,7 +82,7 @@ def propagate(
     thick = "thickness" in spread
 
     def result(p: Array, q: dict[str, Array]) -> Array:
-        volume = Volume(held, q[held]) if held else None
+        volume = Compressibility(held, q[held]) if held else None
         material = structure.material(structure.parameters(p), volume)
         return jnp.asarray(f(material, q["thickness"]) if thick else f(material), dtype=float)
 

@@ -16,7 +16,7 @@ from fitting.after.posterior import draw, posterior
 from fitting.after.propagation import propagate
 from fitting.cli import flags, kinds
 from fitting.data.indentation import probe_of
-from fitting.models.structure import Volume, resolve
+from fitting.models.structure import Compressibility, resolve
 from fitting.views import band_picture, output
 from fitting.views.text import in_flags
 
@@ -240,7 +240,7 @@ def run_design(options: argparse.Namespace) -> int:
     if set(values) != set(structure.where) or not all(value > 0 for value in values.values()):
         given = ", ".join(f"{name}={value:g}" for name, value in values.items()) or "none"
         raise ValueError(f"--value: expected one > 0 for each of {', '.join(structure.where)}, got {given}")
-    material = structure.material(values, Volume("nu", 0.3))
+    material = structure.material(values, Compressibility("nu", 0.3))
     print(
         design(
             material, target=options.target, noise=options.noise, points=options.points, first=options.first

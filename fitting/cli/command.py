@@ -13,7 +13,7 @@ from typing import Any
 
 from fitting.cli import after, flags, kinds, maps
 from fitting.cli.kinds import KINDS
-from fitting.fits.creep import compare
+from fitting.fits.compare import compare
 from fitting.fits.master import LAWS
 from fitting.fits.together import fit_together
 from fitting.views import output

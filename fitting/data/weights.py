@@ -3,7 +3,7 @@
 An estimated error has the variance a^2 + (b y)^2: readings near zero have the noise a of the instrument, large ones an
 error proportional to their value. a/b maximises the likelihood of the deviations of four successive points from a
 parabola under Student's t distribution, which is robust against outliers; it does not depend on the model to be fitted.
-A fit begins with these weights and then updates them from its residuals (``inference.verdict.settled``). b follows from the
+A fit begins with these weights and then updates them from its residuals (``inference/sample.py``). b follows from the
 residuals of the fit. Proportional weights begin with the measured values, and become those of the fitted ones in the same
 way; relative weights remain those of the measured values.
 """

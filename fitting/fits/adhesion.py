@@ -42,7 +42,7 @@ from fitting.models.adhesive_contact import (
 from fitting.models.adhesive_contact import film_largest_tension as film_tension
 from fitting.models.adhesive_contact import film_load_at as film_load
 from fitting.models.parameters import NUISANCES, Parameters, instrument_offset
-from fitting.models.structure import ParameterList, Sought, Volume, limits, resolve
+from fitting.models.structure import Compressibility, ParameterList, Sought, limits, resolve
 from fitting.search import nonlinear
 from fitting.search.layered import Coating, march_times, polygon
 from fitting.search.nonlinear import Objective, inverse, minimise_from, moved
@@ -656,7 +656,7 @@ def body_of(indenter: Any, nu: Any, layer: Any = None, substrate: Any = None) ->
     """Return what is pressed; ValueError for anything but a ball on a half-space, or on a film on an elastic base."""
     if not isinstance(indenter, jc.Sphere):
         raise ValueError(f"adhesion: expected a Sphere, got {type(indenter).__name__}")
-    nu = float(Volume.of(nu, None).value)
+    nu = float(Compressibility.of(nu, None).value)
     return Body(nu, indenter, None if layer is None and substrate is None else _film_of(layer, substrate))
 
 
@@ -703,7 +703,7 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
     # The search.
     table = table_of(model, choices.fixed, choices.bounds)
     space = test.space(table, choices.instrument)
-    sought = Sought(space.structure, table, Volume.of(body.nu, None))
+    sought = Sought(space.structure, table, Compressibility.of(body.nu, None))
     blocks = np.cumsum(np.append(False, data.segments[1:] != data.segments[:-1]))
     sample = Sample.of(("load", "N", data.t, data.load), weights, label, blocks, own_trends=True)
     problem = FitProblem(data, sought, space, sample, float(np.ptp(data.t)), choices.level)
@@ -726,16 +726,16 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
         left, notes = left + change(TENSION * np.minimum(data.load, 0.0)), (*notes, FILM_NOTE)
     solved = solved._replace(left=left, against=off.against, notes=(*solved.notes, *notes))
     found = conclude(problem, solved)
-    values, intervals = found.fields["values"], found.fields["intervals"]
+    values, intervals = found.common.values, found.common.intervals
     G, work = values["G"], values["work"]
 
     # The law of adhesion, none for JKR, and whether the curve determines its range.
-    law, tabor, notes = None, math.nan, found.fields["notes"]
+    law, tabor, notes = None, math.nan, found.common.notes
     if model is not JKR:
         of = lambda law: float(law.tabor_number(radius, body.modulus(G)))
         law = jc.DugdaleAdhesion(work, values["strength"])
         tabor = of(law)
-        if not found.fields["identified"]["strength"]:
+        if not found.common.identified["strength"]:
             low, high = intervals["strength"]
             ends = [of(jc.DugdaleAdhesion(work, s)) if 0.0 < s < math.inf else s for s in (low, high)]
             notes = (
@@ -879,7 +879,7 @@ def _found_creep(test: CreepingFilm, label: str, zero: float, choices: AdhesiveC
     blocks = np.cumsum(np.append(False, test.data.segments[1:] != test.data.segments[:-1]))
     curve = ("load", "N", test.data.t, test.data.load)
     sample = Sample.of(curve, test.weights, label, blocks)
-    sought = Sought(structure, table, Volume.of(test.film.nu, None))
+    sought = Sought(structure, table, Compressibility.of(test.film.nu, None))
     problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
     run = test.run(space, 2.0 * MARGIN * test.radius)
     starts = test.starts(space)
@@ -943,7 +943,7 @@ def _concluded_creep(
 ) -> AdhesiveFit:
     """Return the fit that follows from the search."""
     test, space, (best, objective) = found.test, found.problem.space, found.solved.whole
-    values = dict(concluded.fields["values"])
+    values = dict(concluded.common.values)
     work = values.pop("work")
     law = with_work(test.film.law, work)
     material = test.material(**values, nu=body.nu)
@@ -966,7 +966,7 @@ def _concluded_creep(
         f" over {width:.3g} m, corrected by a finer one"
     )
     return concluded.fit(
-        AdhesiveFit, material=material, law=law, tabor_number=tabor, notes=(*concluded.fields["notes"], note),
+        AdhesiveFit, material=material, law=law, tabor_number=tabor, notes=(*concluded.common.notes, note),
         pull_off=interval_of_tension(force, slope, found.solved, concluded), separation_work=seen.separation_work(z),
         nu=body.nu, indenter=body.ball, film=body.film, nuisances=nuisances, kept=seen.contact,
         runs=(objective.residual_runs, objective.jacobian_runs), starts=found.starts,

@@ -9,7 +9,7 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.data.weights import choose_weights
-from fitting.inference.sample import Assessment, Sample, Solved, check_count, settled
+from fitting.inference.sample import Assessment, Sample, Solved, all_reweighted_until_stable, check_count
 from fitting.models.structure import limits, resolve
 from fitting.search import nonlinear, varpro
 from fitting.search.varpro import Optimum
@@ -85,10 +85,10 @@ def fit_creep_batch(
         Sample.of(curve.curve, *choose_weights(curve.t, curve.response, weights, None)) for curve in curves
     ]
     scaled = [varpro.scale(c, s.weights, structure, table) for c, s in zip(curves, samples, strict=True)]
-    problems, own = _stack([s.problem for s in scaled]), varpro.PLACES[structure.size]
+    problems, own = _stack([s.tau_problem for s in scaled]), varpro.PLACES[structure.size]
     if intervals or samples[0].adjustable:
         solve = lambda weights: _solve(samples, problems, weights)
-        found = settled(samples, solve([one.weights for one in samples]), solve, p)
+        found = all_reweighted_until_stable(samples, solve([one.weights for one in samples]), solve, p)
         problems, best = found[0].whole
     else:  # the residuals are not needed
         best = _minimise_all(problems)
@@ -106,7 +106,7 @@ def fit_creep_batch(
     return BatchFit(values, gathered, np.array(lag1), np.array(refused), notes)
 
 
-def _solve(samples: list[Sample], problems: varpro.TauSearch, weights: list[np.ndarray]) -> list[Solved]:
+def _solve(samples: list[Sample], problems: varpro.TauProblem, weights: list[np.ndarray]) -> list[Solved]:
     """Return the optimum of each curve with weights (n,) [1/Pa]."""
     n, free = samples[0].t.size, _free(problems)
     sizes = [float(np.max(np.abs(sample.measured))) for sample in samples]
@@ -122,13 +122,13 @@ def _solve(samples: list[Sample], problems: varpro.TauSearch, weights: list[np.n
     ]
 
 
-def _free(problems: varpro.TauSearch) -> np.ndarray:
+def _free(problems: varpro.TauProblem) -> np.ndarray:
     """Return the places of the fitted compliances, which are the same for every curve."""
     lower, upper = (np.asarray(side)[0] for side in _limits_all(problems))
     return np.flatnonzero(lower < upper)
 
 
-def _levels(assessments: list[Assessment], problems: varpro.TauSearch) -> np.ndarray:
+def _levels(assessments: list[Assessment], problems: varpro.TauProblem) -> np.ndarray:
     """Return the RSS allowed for each curve (m,), or for each of its profiled quantities (m, 5) where they differ.
 
     The level of slope0 is the largest of those of the coordinates.
@@ -140,33 +140,33 @@ def _levels(assessments: list[Assessment], problems: varpro.TauSearch) -> np.nda
     return levels[:, 0] if same else levels
 
 
-def _stack(problems: list[varpro.TauSearch]) -> varpro.TauSearch:
+def _stack(problems: list[varpro.TauProblem]) -> varpro.TauProblem:
     """Return one problem with a leading axis; the times, the range of tau and the sides of the box are common to all."""
     columns = {name: np.stack([getattr(q, name) for q in problems]) for name in VARYING}
     return problems[0]._replace(**columns)
 
 
-def _axes(problems: varpro.TauSearch) -> varpro.TauSearch:
-    """Return the axes of vmap: the common basis and range stay unbatched, so their exponentials are shared."""
-    return varpro.TauSearch(**{name: 0 if name in VARYING else None for name in problems._fields})
+def _axes(problems: varpro.TauProblem) -> varpro.TauProblem:
+    """Return the axes of vmap: the common history and range stay unbatched, so their exponentials are shared."""
+    return varpro.TauProblem(**{name: 0 if name in VARYING else None for name in problems._fields})
 
 
 @jax.jit
-def _minimise_all(problems: varpro.TauSearch) -> Optimum:
+def _minimise_all(problems: varpro.TauProblem) -> Optimum:
     return jax.vmap(varpro.minimise, in_axes=(_axes(problems),))(problems)
 
 
 @jax.jit
-def _limits_all(problems: varpro.TauSearch) -> tuple[jax.Array, jax.Array]:
+def _limits_all(problems: varpro.TauProblem) -> tuple[jax.Array, jax.Array]:
     return jax.vmap(lambda q: q.limits, in_axes=(_axes(problems),))(problems)
 
 
 @jax.jit
-def _jacobian_all(problems: varpro.TauSearch, best: Optimum) -> jax.Array:
+def _jacobian_all(problems: varpro.TauProblem, best: Optimum) -> jax.Array:
     return jax.vmap(varpro.jacobian, in_axes=(_axes(problems), 0))(problems, best)
 
 
 @jax.jit
-def _profile_all(problems: varpro.TauSearch, best: Optimum, level: jax.Array) -> jax.Array:
+def _profile_all(problems: varpro.TauProblem, best: Optimum, level: jax.Array) -> jax.Array:
     one = lambda q, b, most: varpro.profile(q, b, most, jnp.zeros(0))
     return jax.vmap(one, in_axes=(_axes(problems), 0, 0))(problems, best, level)

@@ -7,31 +7,27 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from jax.tree_util import Partial
 
 import jaxcontact as jc
 from fitting.data.curves import CreepData, check_kind, evaluation_times
-from fitting.data.indentation import IndentationData
-from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
 from fitting.fits.fractional import Law, ScaledCreepCurve, creep_structure
-from fitting.fits.indentation import fit_indentation
-from fitting.fits.modulus import fit_oscillation, fit_relaxation
 from fitting.fits.own_material import OwnCreepCurve, OwnLaw
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import basis
-from fitting.inference.result import Fit, linear_band, plain
-from fitting.inference.sample import Assessment, Sample, Solved, settled
-from fitting.models.parameters import Landscape, Parameters
+from fitting.inference.result import Comparison, Fit, linear_band, plain
+from fitting.inference.sample import Assessment, Sample, Solved, reweighted_until_stable
+from fitting.models.parameters import Landscape
 from fitting.models.structure import Sought, Structure
 from fitting.search import nonlinear, varpro
 from fitting.search.nonlinear import linear_sd
-from fitting.search.varpro import PLACES, Optimum, Scaled, TauSearch
-from fitting.views import sheet, text
+from fitting.search.varpro import Optimum, Scaled, TauProblem
+from fitting.views import text
 from jaxcontact.bodies.materials import Material
 
 # Detection of isolated outliers of a creep curve, such as a reading before the load or a spike.
@@ -50,43 +46,49 @@ LEAST = 1e-2  # smallest relative deviation of a dropped point
 MOST = 0.05  # largest fraction of the points that may be left out
 
 
-def leave_out(problem: TauSearch, n: int) -> tuple[np.ndarray, TauSearch, Optimum]:
+def leave_out(problem: TauProblem, n: int) -> tuple[np.ndarray, TauProblem, Optimum]:
     """Return which of n points remain without outliers (n,) bool, the problem with zero weight on the others, and its
     optimum; those of all points if there are too many outliers."""
     found = whole = np.ones(n, dtype=bool), problem, varpro.minimise(problem)
     while True:
         kept, fewer, best = found
-        on = np.flatnonzero(kept)
-        # points of high leverage, alone and with the following point, and points of large residual
-        J, residual = varpro.inside_jacobian(fewer, best)[on], np.asarray(best.residual)[on]
-        leverage = np.sum(basis(J) ** 2, 1)
-        much = [int(i) for i in np.argsort(-leverage)[:TRIED] if leverage[i] > MUCH]
-        off = sorted(verdict.outlying(residual, basis(J)), key=lambda i: -abs(residual[i]))[:TRIED]
-        trials = [[int(on[i])] for i in dict.fromkeys([*much, *off])]
-        trials += [[int(on[i]), int(on[i + 1])] for i in much if i + 1 < on.size]
+        fitted = np.flatnonzero(kept)
+        # tried are points of high leverage, alone and with the following point, and points of large residual
+        jacobian, residual = varpro.inside_jacobian(fewer, best)[fitted], np.asarray(best.residual)[fitted]
+        leverage = np.sum(basis(jacobian) ** 2, 1)
+        decisive = [int(i) for i in np.argsort(-leverage)[:TRIED] if leverage[i] > MUCH]
+        deviating = sorted(verdict.outlying(residual, basis(jacobian)), key=lambda i: -abs(residual[i]))[
+            :TRIED
+        ]
+        trials = [[int(fitted[i])] for i in dict.fromkeys([*decisive, *deviating])]
+        trials += [[int(fitted[i]), int(fitted[i + 1])] for i in decisive if i + 1 < fitted.size]
         worst, highest = None, 1.0
         for points in trials:
-            some, weights = kept.copy(), np.array(problem.weights)
-            some[points] = False
-            weights[:n][~some] = 0.0
+            others, weights = kept.copy(), np.array(problem.weights)
+            others[points] = False
+            weights[:n][~others] = 0.0
             without = problem._replace(weights=weights)
             optimum = varpro.minimise(without)
-            # the residuals of all points about the fit to the others
-            rest, away = np.flatnonzero(some), np.asarray(varpro.residuals(problem, optimum))[:n]
-            value = np.abs(away + np.asarray(problem.weights * problem.data)[:n])
-            J = varpro.inside_jacobian(problem, optimum)[:n]
-            dof, size = rest.size - J.shape[1], np.min(np.abs(away[points]))
-            beside = [i for i in (min(points) - 1, max(points) + 1) if 0 <= i < n]
-            if dof < 2 or size < LEAST * np.max(value[points]):
+            # deviations of all points, weighted, from the fit to the others
+            rest, deviations = np.flatnonzero(others), np.asarray(varpro.residuals(problem, optimum))[:n]
+            values = np.abs(deviations + np.asarray(problem.weights * problem.data)[:n])
+            jacobian = varpro.inside_jacobian(problem, optimum)[:n]
+            dof, least = rest.size - jacobian.shape[1], np.min(np.abs(deviations[points]))
+            neighbours = [i for i in (min(points) - 1, max(points) + 1) if 0 <= i < n]
+            enough_points = dof >= 2
+            relevant = least >= LEAST * np.max(values[points])
+            isolated = np.max(np.abs(deviations[neighbours])) <= verdict.ISOLATED * least
+            if not (enough_points and relevant and isolated):
                 continue
-            if np.max(np.abs(away[beside])) > verdict.ISOLATED * size:  # the neighbours deviate too
-                continue
-            # the smallest deleted residual over its limit of significance
-            variance = away[rest] @ away[rest] / dof * (1.0 + _spread(J[rest], J[points]))
+            # the smallest deleted residual over its limit of significance: above 1, and that of the trials before
+            variance = (
+                deviations[rest] @ deviations[rest] / dof * (1.0 + _spread(jacobian[rest], jacobian[points]))
+            )
             limit = noise.two_sided(1.0 - CHANCE / n, dof)
-            score = float(np.min(np.abs(away[points]) / np.sqrt(variance + 1e-300))) / limit
-            if score > highest:
-                worst, highest = (some, without, optimum), score
+            score = float(np.min(np.abs(deviations[points]) / np.sqrt(variance + 1e-300))) / limit
+            significant = score > highest
+            if significant:
+                worst, highest = (others, without, optimum), score
         if worst is None:
             return found
         if np.sum(~worst[0]) > max(MOST * n, 2):
@@ -94,10 +96,10 @@ def leave_out(problem: TauSearch, n: int) -> tuple[np.ndarray, TauSearch, Optimu
         found = worst
 
 
-def _spread(J: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return x (J^T J)^-1 x of rows x (m, k), infinite along directions that J (n, k) does not determine."""
-    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
-    _, s, V = np.linalg.svd(J / size, full_matrices=False)
+def _spread(jacobian: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return x (A^T A)^-1 x of rows x (m, k), infinite along directions that the Jacobian A (n, k) does not determine."""
+    size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    _, s, V = np.linalg.svd(jacobian / size, full_matrices=False)
     along = rows / size @ V.T
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.nan_to_num(np.sum((along / np.where(s > 1e-9 * s[0], s, 0.0)) ** 2, 1), nan=math.inf)
@@ -111,19 +113,19 @@ OTHER_FUNCTIONS = 5  # functions before J(t) in a profile
 ROUND_OFF = 1e-14  # of a compliance in scaled units
 
 
-def profiles(scaled: Scaled, best: Optimum, assessment: Assessment, t: np.ndarray) -> np.ndarray:
+def interval_ends(scaled: Scaled, best: Optimum, assessment: Assessment, t: np.ndarray) -> np.ndarray:
     """Return the ends (5 + k, 2) of the intervals of ``varpro.profile`` at times t (k,) [s], scaled.
 
     Many times are padded so that only a few values of k are compiled.
     """
     times = t / scaled.time
     times = nonlinear.repeated(times) if t.size > SINGLY else times
-    levels = assessment.levels(_gradients(best, times)[scaled.problem.free])
+    levels = assessment.levels(_gradients(best, times)[scaled.tau_problem.free])
 
     def run(which: np.ndarray, at: np.ndarray) -> np.ndarray:
         own = levels[which]
         same = np.ptp(own) <= 1e-12 * own[0]  # as they often are
-        return np.asarray(varpro.profile(scaled.problem, best, own[0] if same else own, at))
+        return np.asarray(varpro.profile(scaled.tau_problem, best, own[0] if same else own, at))
 
     if not 0 < t.size <= SINGLY:
         return run(np.arange(levels.size), times)[: OTHER_FUNCTIONS + t.size]
@@ -134,7 +136,7 @@ def profiles(scaled: Scaled, best: Optimum, assessment: Assessment, t: np.ndarra
 
 def creep_limits(scaled: Scaled, best: Optimum, assessment: Assessment, t: np.ndarray) -> np.ndarray:
     """Return the limits (2, k) of J [1/Pa] at times t (k,) [s]."""
-    return profiles(scaled, best, assessment, t)[OTHER_FUNCTIONS:].T * scaled.compliance
+    return interval_ends(scaled, best, assessment, t)[OTHER_FUNCTIONS:].T * scaled.compliance
 
 
 def _gradients(best: Optimum, times: np.ndarray) -> np.ndarray:
@@ -146,14 +148,6 @@ def _gradients(best: Optimum, times: np.ndarray) -> np.ndarray:
     turn = -decay * times / tau if j2 > 0 else 0.0 * times
     creep = np.stack([one, 1.0 - decay + turn, times, -turn * tau])
     return np.column_stack([np.eye(4), [0.0, 0.0, 1.0, 1.0], creep])
-
-
-# for data other than a creep curve: the fit, and the weights in a comparison of models unless others are given
-OTHERS: dict[type, tuple[Callable[..., Any], str]] = {
-    RelaxationData: (fit_relaxation, "proportional"),
-    OscillationData: (fit_oscillation, "proportional"),
-    IndentationData: (fit_indentation, "absolute"),
-}
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -183,9 +177,11 @@ class CreepFit(Fit):
         low, high = self.profile(np.atleast_1d(evaluation_times(t)))
         return low, high
 
-    def compare(self, *others: type | str) -> "Comparison":
+    def compare(self, *others: type | str) -> Comparison:
         """Fit further models to the same data with the same weights, fixed values and bounds; see ``fitting.compare``."""
-        return compare(self.data, [self.model, *others], **self.options)
+        models = [self.model, *others]
+        each = restrictions(models, self.options["fixed"], self.options["bounds"])
+        return compare_creep(self.data, each, self.options)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the combinations."""
@@ -258,57 +254,69 @@ def fit_creep(
         >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
-    options = {"weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "nu": nu, "level": level}
     structure = OwnLaw.of_material(model) if isinstance(model, Material) else creep_structure(model)
-    return _fit(data, structure, options)
+    return _fit(
+        data,
+        structure,
+        weights=weights,
+        sigma=sigma,
+        fixed=fixed,
+        bounds=bounds,
+        nu=nu,
+        level=level,
+    )
 
 
-def _fit(data: CreepData, structure: Structure, options: dict, given: np.ndarray | None = None) -> CreepFit:
+def _fit(
+    data: CreepData, structure: Structure, *, weights: str | None = None, sigma: Any = None,
+    fixed: dict[str, float] | None, bounds: dict[str, tuple] | None, nu: float = 0.3, level: float = 0.95,
+    given: np.ndarray | None = None,
+) -> CreepFit:  # fmt: skip
     """Fit a creep curve as ``fit_creep`` does; given (n,): estimated weights to use unchanged, without leaving a point
     out."""
-    sample, level = creep_sample(data, options["weights"], options["sigma"]), options["level"]
+    options = {"weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "nu": nu, "level": level}
+    sample = creep_sample(data, weights, sigma)
     if given is not None:
         sample = sample._replace(weights=given, final=True)
-    sought = Sought.of(structure, options["fixed"], options["bounds"], options["nu"])
+    sought = Sought.of(structure, fixed, bounds, nu)
     if isinstance(structure, Law):
         return _fit_law(data, sought, sample, options)
 
     # The search in scaled units, over the compliances (j0, j2, f, j2/tau).
     scaled = varpro.scale(data, sample.weights, structure, sought.table)
-    n, size, free = data.t.size, float(np.max(np.abs(data.response))), scaled.problem.free
-    box = np.stack([np.asarray(side) for side in scaled.problem.limits], -1)
-    own = np.isin(np.arange(4), PLACES[structure.size])
-    unit = scaled.compliance / np.array([1.0, 1.0, scaled.time, scaled.time])
-    open_sides = np.stack([box[:, 0] == 0.0, np.isinf(box[:, 1])], -1)
-    space = Parameters.of(structure, box, unit=unit, material=own, open=open_sides)
+    space = scaled.space(structure)
+    n, size, free = data.t.size, float(np.max(np.abs(data.response))), space.free
     problem = FitProblem(data, sought, space, sample, scaled.time, level)
 
     def solve(weights: np.ndarray) -> Solved:
         """Return the optimum with weights (n,) [1/unit of the response], with residuals and Jacobian at all points."""
-        whole = scaled.problem._replace(weights=nonlinear.without_weight(weights * size))
+        whole = scaled.tau_problem._replace(weights=nonlinear.without_weight(weights * size))
         if sample.robust:
             kept, fewer, best = leave_out(whole, n)
         else:
             kept, fewer, best = np.ones(n, dtype=bool), whole, varpro.minimise(whole)
         residual = np.asarray(varpro.residuals(whole, best))[:n]
-        J = np.asarray(varpro.jacobian(whole, best))[:n, free]
+        jacobian = np.asarray(varpro.jacobian(whole, best))[:n, free]
         inside = np.asarray(varpro.strictly_inside(best.parts, *whole.limits))[free]
-        profile = functools.partial(profiles, scaled._replace(problem=fewer), best, t=data.t[-1:])
+        own_scaled = scaled._replace(tau_problem=fewer)
+        find_ends = lambda assessment: (interval_ends(own_scaled, best, assessment, data.t[-1:]), 0)
         return Solved(
-            np.asarray(best.parts), residual, J, inside, kept, weights, profile, (fewer, best)
+            np.asarray(best.parts), residual, jacobian, inside, kept, weights, find_ends, (fewer, best)
         )  # fmt: skip
 
     # The weights and the optimum follow from each other.
-    again = lambda weights: [solve(weights[0])]
-    (solved,) = settled([sample], again([sample.weights]), again, problem.p)
+    solved = reweighted_until_stable(sample, solve(sample.weights), solve, problem.p)
     (fewer, best), kept = solved.whole, solved.kept
-    scaled = scaled._replace(problem=fewer)
+    scaled = scaled._replace(tau_problem=fewer)
     notes = []
     if not kept.all():
         times = ", ".join(f"{t:.4g}" for t in data.t[~kept][:5])
         notes.append(f"{np.sum(~kept)} of {n} points left out as isolated outliers: t = {times} s")
     residual = Partial(varpro.residuals_at, fewer)
-    landscape = Landscape(residual, np.asarray(best.parts)[own], box[own], unit[own])
+    own = space.material
+    landscape = Landscape(
+        residual, np.asarray(best.parts)[own], np.stack(space.bounds, -1)[own], space.unit[own]
+    )
     found = conclude(problem, solved._replace(notes=notes, landscape=landscape))
 
     # J0, slope0 = 1/eta1 + 1/eta2 and J at the last time, with their intervals; ends that are zero have errors of
@@ -341,7 +349,7 @@ def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> 
     )
     landscape = space.landscape(solved.theta, solved.whole[1].residual, relative=True)
     found = conclude(problem, solved._replace(notes=law.notes, landscape=landscape))
-    band = functools.partial(linear_band, law, found.fields["estimate"], options["level"])
+    band = functools.partial(linear_band, law, found.common.estimate, options["level"])
     return found.fit(
         CreepFit, options=options, kept=solved.kept, point_weights=solved.weights, combinations={},
         profile=band,
@@ -357,103 +365,35 @@ def creep_sample(data: CreepData, weights: str | None, sigma: Any) -> Sample:
     return Sample.of(data.curve, *choose_weights(data.t, data.response, weights, sigma, data.scatter))
 
 
-class Comparison(NamedTuple):
-    """Fits of several models to one data set; its text is a table.
-
-    Attributes:
-        fits: the fits, lowest BIC first.
-    """
-
-    fits: tuple[Any, ...]
-
-    def __str__(self) -> str:
-        head = f"{'model':22s}{'parameters':>11s}{'R2':>12s}{'AIC':>12s}{'BIC':>12s}{'lag-1':>8s}  misfit  verdict"
-        r2 = lambda f: "-" if math.isnan(f.r2) else f"{f.r2:.6f}"  # not defined for constant data
-        rows = [
-            f"{f.model.__name__:22s}{f.p:11d}{r2(f):>12s}{f.aic:12.1f}{f.bic:12.1f}{f.lag1:8.2f}"
-            f"  {'yes' if f.misfit else 'no':6s}  {f.verdict}"
-            for f in self.fits
-        ]
-        return "\n".join([head, *rows])
-
-    def __repr__(self) -> str:
-        return str(self)
-
-    def plot(self, path: Any = None) -> Any:
-        """Return a figure of the data with all models, and the residuals of each; save it where a path is given."""
-        return sheet.draw_models(self.fits, path)
-
-
-def compare(
-    data: CreepData | RelaxationData | OscillationData | IndentationData,
-    models: Sequence[type | str] = ("Maxwell", "StandardLinearSolid", "Burgers"),
-    fixed: dict[str, float] | None = None,
-    bounds: dict[str, tuple] | None = None,
-    **options: Any,
-) -> Comparison:
-    """Fit several models to one creep curve, relaxation modulus, frequency sweep or indentation; the printed result is a
-    table.
-
-    All fits of a creep curve use the points and the weights of the model with the most parameters. Those of a modulus take
-    "proportional" weights by default, whose errors are a fraction of each model's own values and whose variances AIC and
-    BIC include, and those of an indentation "absolute" ones; "relative" weights or a sigma may be given for both.
-
-    Args:
-        data: the curve.
-        models: material classes or their names.
-        fixed: as in ``fit_creep``; applied to every model that has the parameter.
-        bounds: as ``fixed``.
-        options: the other keywords of ``fit_creep``, ``fit_relaxation``, ``fit_oscillation`` or ``fit_indentation``.
-
-    Returns:
-        The fits, lowest BIC first.
-
-    Raises:
-        ValueError: as these fits, a parameter that no model has, or estimated weights with a modulus or an
-            indentation.
-
-    Example:
-        >>> t = np.linspace(0.0, 10.0, 21)
-        >>> data = fitting.CreepData(t=t, J=1e-6 * (1.0 + t))
-        >>> table = fitting.compare(data, ["Maxwell", "Elastic"], weights="relative")
-        >>> [fit.model.__name__ for fit in table.fits]
-        ['Maxwell', 'Elastic']
-    """
+def restrictions(
+    models: Sequence[type | str], fixed: dict[str, float] | None, bounds: dict[str, tuple] | None
+) -> dict[type, dict[str, dict]]:
+    """Return {model: {"fixed": ..., "bounds": ...}} with what applies to each; ValueError for a parameter of no model."""
     own = {structure.model: structure.where for structure in map(creep_structure, models)}
     known = set().union(*own.values())
     for name in [*(fixed or {}), *(bounds or {})]:
         if name not in known:
             raise ValueError(f"fixed, bounds: expected parameters among {sorted(known)}, got {name!r}")
     mine = lambda given, where: {name: v for name, v in (given or {}).items() if name in where}
-    each = {
+    return {
         model: {"fixed": mine(fixed, where), "bounds": mine(bounds, where)} for model, where in own.items()
     }
-    if type(data) in OTHERS:
-        return Comparison(_of_others(data, each, options))
-    richest = max(own, key=lambda model: len(own[model]))
-    first = fit_creep(data, richest, **each[richest], **options)
-    data, given = _points(data, first.kept), first.point_weights[first.kept]
+
+
+def compare_creep(data: CreepData, each: dict[type, dict[str, dict]], options: dict[str, Any]) -> Comparison:
+    """Fit models to one creep curve with the points and the weights of the one with the most parameters.
+
+    each: as of ``restrictions``; options: the other keywords of ``fit_creep``.
+    """
+    richest = max(each, key=lambda model: len(creep_structure(model).where))
+    first = fit_creep(data, richest, **options | each[richest])
+    data, weights = _points(data, first.kept), first.point_weights[first.kept]
     others = [
-        _fit(data, creep_structure(model), first.options | each[model], given)
-        for model in own
+        _fit(data, creep_structure(model), **first.options | each[model], given=weights)
+        for model in each
         if model != richest
     ]
     return Comparison(tuple(sorted([first, *others], key=lambda fit: fit.bic)))
-
-
-def _of_others(data: Any, each: dict[type, dict], options: dict) -> tuple:
-    """Return the fits of a modulus or an indentation by several models with weights of one kind, lowest BIC first."""
-    fit, usual = OTHERS[type(data)]
-    given = dict(options)
-    if given.get("weights") is None and given.get("sigma") is None:
-        given["weights"] = usual
-    if given.get("weights") == "estimated":
-        raise ValueError(
-            'weights: expected "proportional", "relative", "absolute" or a sigma to compare models of a modulus or an'
-            " indentation, got 'estimated'"
-        )
-    found = [fit(data, model, **own, **given) for model, own in each.items()]
-    return tuple(sorted(found, key=lambda one: one.bic))
 
 
 def _points(data: CreepData, kept: np.ndarray) -> CreepData:

@@ -1015,7 +1015,7 @@ def _concluded(search: FieldSearch, level: float) -> FieldFit:
     traced = np.arange(best.theta.size) < k
     traced[:k] &= SURE * search.deviations(best) > NARROW
     solved = solution(objective, best, weights)._replace(
-        profile=lambda assessment: profiles.profile(objective, best, assessment.levels(), traced),
+        find_ends=lambda assessment: profiles.profile(objective, best, assessment.levels(), traced),
         left=left, notes=search.notes(best.theta, moved, left), against=search.doubts(best, others),
     )  # fmt: skip
     duration = float(np.ptp(search.data.times))

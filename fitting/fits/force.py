@@ -236,7 +236,7 @@ class ForceProblem(NamedTuple):
 
         guess: shear modulus [Pa] of the layer at which the factor of an elastic base is linearised.
         """
-        probe, share, nu = probe_of(indenter), sought.volume.share, sought.volume.value
+        probe, share, nu = probe_of(indenter), sought.volume.one_minus_nu, sought.volume.value
         load, depth, T = float(np.ptp(approach.load)), float(approach.depth[-1]), float(approach.t[-1])
         if not (load > 0 and depth > 0 and T > 0):
             raise ValueError(
@@ -357,25 +357,22 @@ STEP = 0.02  # relative change of the sensitivity in the difference quotient
 KINDS = ("spring_constant", "sensitivity")
 
 
-def widened(fields: dict[str, Any], problem: FitProblem, total: float, cause: str) -> dict[str, Any]:
-    """Return the fields of a fit with a further standard deviation of log G, independent of the noise."""
+def widened(fit: Fit, problem: FitProblem, total: float, cause: str) -> Fit:
+    """Return a fit with a further standard deviation of log G, independent of the noise."""
     if not total:
-        return fields
-    G, (low, high), z = fields["values"]["G"], fields["intervals"]["G"], noise.two_sided(problem.level)
+        return fit
+    G, (low, high), z = fit.values["G"], fit.intervals["G"], noise.two_sided(problem.level)
     grow = lambda ratio: (
         math.exp(math.hypot(math.log(ratio), z * total)) if 0.0 < ratio < math.inf else math.inf
     )
     intervals = {"G": (G / grow(G / low) if low > 0.0 else 0.0, G * grow(high / G))}
     note = f"the interval of the modulus includes the standard deviation of the {cause}, {100 * total:.3g} % of the modulus"
-    estimate = fields["estimate"]
+    estimate = fit.estimate
     covariance = estimate.covariance + np.diag((total * estimate.best) ** 2)  # of 1/G
-    return {
-        **fields,
-        **with_intervals(problem, intervals, fields["refused"]),
-        "estimate": estimate._replace(covariance=covariance),
-        "sd_log": {"G": math.hypot(fields["sd_log"]["G"], total)},
-        "notes": (*fields["notes"], note),
-    }
+    return dataclasses.replace(
+        fit, **with_intervals(problem, intervals, fit.refused), estimate=estimate._replace(covariance=covariance),
+        sd_log={"G": math.hypot(fit.sd_log["G"], total)}, notes=(*fit.notes, note),
+    )  # fmt: skip
 
 
 # Judgement of a force curve: its indentation and baseline, and systematic deviations from the model by their size.
@@ -873,13 +870,13 @@ def fit_force(
         slope = math.log(ends[0] / ends[1]) / math.log((1.0 + STEP) / (1.0 - STEP))
     total = math.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
     kinds = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
-    fields, nuisances = widened(found.fields, problem, total, f"calibration ({kinds})"), {}
+    common, nuisances = widened(found.common, problem, total, f"calibration ({kinds})"), {}
     if dragged is not None:
         b, half = dragged.coefficient, noise.two_sided(level, DEGREES) * dragged.sd
         nuisances["drag"] = b, b - half, b + half
         if dragged.sd > 0.0:
             ends = [modulus(taken(data.without_drag(max(b + s * dragged.sd, 0.0)))) for s in (1.0, -1.0)]
-            fields = widened(fields, problem, 0.5 * abs(math.log(ends[0] / ends[1])), "drag")
+            common = widened(common, problem, 0.5 * abs(math.log(ends[0] / ends[1])), "drag")
 
     # Nuisance parameters in SI units; the contact point as a measured depth.
     rows = np.column_stack([theta, found.ends])[2:] * force.space.unit[2:, None]
@@ -887,10 +884,10 @@ def fit_force(
     if approach.inward < 0:
         rows[0] = rows[0, [0, 2, 1]]
     nuisances = {name: tuple(row.tolist()) for name, row in zip(PARTS, rows, strict=True)} | nuisances
-    E = tuple(2.0 * (1.0 + nu) * value for value in (fields["values"]["G"], *fields["intervals"]["G"]))
+    E = tuple(2.0 * (1.0 + nu) * value for value in (common.values["G"], *common.intervals["G"]))
     below = np.asarray(force.curve.depth) - theta[2]
     baseline_load = theta[3] + theta[4] * np.asarray(force.curve.t)
-    return found._replace(fields=fields).fit(
+    return found._replace(common=common).fit(
         ForceFit, indenter=indenter, nu=nu, thickness=thickness, substrate=substrate, unbonded=unbonded,
         youngs_modulus=E, nuisances=nuisances, polynomials=_polynomials(force, solved, E[0]) if polynomials else {},
         depth=below * deepest, force=(np.asarray(force.curve.load) - baseline_load) * unit,

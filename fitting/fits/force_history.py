@@ -396,12 +396,12 @@ class Problem(NamedTuple):
                 f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
             )
         above = (curve.load - baseline(curve.load[curve.marks == curve.marks[0]]))[curve.kept]
-        compliance = probe.size * depth**probe.power / (sought.volume.share * load)
+        compliance = probe.size * depth**probe.power / (sought.volume.one_minus_nu * load)
         layer = None
         if thickness is not None:
             layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
             layer = layer._replace(scale=layer.scale * depth**layer.power)
-        extra = float(indenter.compliance()) / sought.volume.share / compliance
+        extra = float(indenter.compliance()) / sought.volume.one_minus_nu / compliance
 
         # times of samples and turning points; the gap is the usual one of the samples
         corners = curve.corners()
@@ -840,7 +840,7 @@ def fit_history(
 
     # Errors of the calibration and of the drag, from fits to curves that are changed by them, as standard deviations of the
     # coordinates.
-    size, values = force.sought.structure.size, found.fields["values"]
+    size, values = force.sought.structure.size, found.common.values
     spread = np.zeros(len(values))
 
     def parameters(changed: Curve) -> np.ndarray:
@@ -885,7 +885,7 @@ def fit_history(
             ]
             spread = np.hypot(spread, 0.5 * np.abs(ends[0] - ends[1]))
             causes.append("drag")
-    fields = widened(found.fields, problem, spread, " and ".join(causes))
+    common = widened(found.common, problem, spread, " and ".join(causes))
 
     rows = np.column_stack([theta, found.ends])[-4:] * force.space.unit[-4:, None]
     rows[0] = curve.inward * (rows[0] + curve.zero)
@@ -894,7 +894,7 @@ def fit_history(
         if curve.inward < 0:
             rows[i] = rows[i, [0, 2, 1]]
     nuisances = {name: tuple(row.tolist()) for name, row in zip(NUISANCES, rows, strict=True)} | nuisances
-    return found._replace(fields=fields).fit(
+    return found._replace(common=common).fit(
         ViscoelasticForceFit, indenter=indenter, nu=nu, thickness=thickness, unbonded=unbonded, nuisances=nuisances,
         segments=np.array(curve.parts)[marks],
         depth=below, force=force.measured * unit - force_of_baseline(force, theta), model_force=fitted,
@@ -902,14 +902,14 @@ def fit_history(
     )  # fmt: skip
 
 
-def widened(fields: dict[str, Any], problem: FitProblem, spread: np.ndarray, cause: str) -> dict[str, Any]:
-    """Return the fields of a fit with further standard deviations (p,) of the logarithms of its parameters, which are
+def widened(fit: Fit, problem: FitProblem, spread: np.ndarray, cause: str) -> Fit:
+    """Return a fit with further standard deviations (p,) of the logarithms of its parameters, which are
     independent of the noise."""
     if not np.any(spread > 0.0):
-        return fields
+        return fit
     z, intervals = noise.two_sided(problem.level), {}
-    for (name, value), sd in zip(fields["values"].items(), spread.tolist(), strict=True):
-        low, high = fields["intervals"][name]
+    for (name, value), sd in zip(fit.values.items(), spread.tolist(), strict=True):
+        low, high = fit.intervals[name]
         down = math.exp(math.hypot(math.log(value / low), z * sd)) if 0.0 < low <= value else math.inf
         up = (
             math.exp(math.hypot(math.log(high / value), z * sd))
@@ -918,14 +918,10 @@ def widened(fields: dict[str, Any], problem: FitProblem, spread: np.ndarray, cau
         )
         intervals[name] = (value / down, value * up)
     percent = ", ".join(
-        f"{name} {100 * sd:.3g} %" for name, sd in zip(fields["values"], spread.tolist(), strict=True)
+        f"{name} {100 * sd:.3g} %" for name, sd in zip(fit.values, spread.tolist(), strict=True)
     )
     note = f"the intervals include the standard deviations of the {cause}: {percent}"
-    sd_log = {
-        name: math.hypot(fields["sd_log"][name], sd)
-        for name, sd in zip(fields["values"], spread, strict=True)
-    }
-    return {
-        **fields, **with_intervals(problem, intervals, fields["refused"]), "sd_log": sd_log,
-        "notes": (*fields["notes"], note),
-    }  # fmt: skip
+    sd_log = {name: math.hypot(fit.sd_log[name], sd) for name, sd in zip(fit.values, spread, strict=True)}
+    return dataclasses.replace(
+        fit, **with_intervals(problem, intervals, fit.refused), sd_log=sd_log, notes=(*fit.notes, note)
+    )

@@ -230,7 +230,7 @@ def fit_one(
         return fitted, weights * (fitted - load), weights * rows
 
     # The contact point between its neighbours, then weights that follow from the residuals, until they stay
-    # (``sample.settled``).
+    # (``sample.reweighted_until_stable``).
     def turn(state: tuple) -> tuple:
         count, p, reach, weights, *_ = state
         p, one = refined(

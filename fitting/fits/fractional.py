@@ -128,7 +128,7 @@ class ScaledCreepCurve:
     decades: decades between the shortest gap and the end of the curve; n: number of points.
     """
 
-    basis: Any
+    stressed: Any
     y: np.ndarray
     weight: np.ndarray
     compliance: float
@@ -140,12 +140,12 @@ class ScaledCreepCurve:
     def of(cls, data: CreepData, weight: np.ndarray) -> "ScaledCreepCurve":
         """Return the scaled curve of the data with weights (n,)."""
         size, duration = float(np.max(np.abs(data.response))), float(data.t[-1])
-        basis, stress = varpro.basis(data)
+        stressed, stress = varpro.stress_history(data)
         times = np.append(0.0, data.t) if data.J is not None else np.sort(np.append(data.t, data.stress[0]))
         gaps = np.diff(times)
         decades = math.ceil(math.log10(duration / float(np.min(gaps[gaps > 0]))))
         y, weight = nonlinear.repeated(data.response / size), nonlinear.without_weight(weight * size)
-        return cls(basis, y, weight, size / stress, duration, max(decades, 1), data.t.size)
+        return cls(stressed, y, weight, size / stress, duration, max(decades, 1), data.t.size)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -169,7 +169,7 @@ class ScaledCreepCurve:
 
     def objective(self, space: Parameters) -> Objective:
         """Return the least-squares objective over the coordinates (m,)."""
-        inputs = self.basis, self.compliance, math.log(self.duration)
+        inputs = self.stressed, self.compliance, math.log(self.duration)
         static = space.structure.model, self.decades
         return Objective.of(
             _response, inputs, self.y, self.weight, space, points=slice(self.n), static=static
@@ -177,7 +177,7 @@ class ScaledCreepCurve:
 
     def highest(self, model: type) -> float:
         """Return the upper bound of alpha in the search."""
-        return 1.0 if has_own_strain(model, self.basis) else ORDERS[1]
+        return 1.0 if has_own_strain(model, self.stressed) else ORDERS[1]
 
     def starts(self, law: Law) -> list[np.ndarray]:
         """Return starting coordinates from pairs of alpha and the fraction of the largest response that is due to the
@@ -208,42 +208,42 @@ def within(whole: tuple[float, float], name: str, bounds: tuple[float, float]) -
 def _response(theta: Array, inputs: tuple[Any, Array, Array], model: type, decades: int) -> Array:
     """Return the scaled response (n,) at coordinates (m,), of which the last two are log V and alpha; inputs: the stress,
     the unit of compliance and the logarithm of the duration."""
-    (*spring, log_V, alpha), (basis, compliance, lapse) = theta, inputs
+    (*spring, log_V, alpha), (stressed, compliance, lapse) = theta, inputs
     given = {"G": jnp.exp(spring[0]) * compliance} if spring else {}
     law = model(**given, V=jnp.exp(log_V - alpha * lapse) * compliance, alpha=alpha)
-    return _strain(law, basis, decades)
+    return _strain(law, stressed, decades)
 
 
-def has_own_strain(model: type, basis: Any) -> bool:
+def has_own_strain(model: type, stressed: Any) -> bool:
     """Return whether the strain is computed exactly, without the Prony approximation, for every alpha up to 1."""
-    if isinstance(basis, history.Step):
+    if isinstance(stressed, history.Step):
         return True
-    return model is not jc.FractionalKelvinVoigt and basis.pick.size * basis.gap.size <= MOST
+    return model is not jc.FractionalKelvinVoigt and stressed.pick.size * stressed.gap.size <= MOST
 
 
-def _strain(law: Any, basis: Any, decades: int) -> Array:
+def _strain(law: Any, stressed: Any, decades: int) -> Array:
     """Return the strain (n,) under the scaled stress."""
-    if isinstance(basis, history.Step):
-        return law.creep(basis.t)
-    if has_own_strain(type(law), basis):
-        return law.creep(0.0) * basis.stress[basis.pick] + _powers(basis, law.alpha) / law.V
+    if isinstance(stressed, history.Step):
+        return law.creep(stressed.t)
+    if has_own_strain(type(law), stressed):
+        return law.creep(0.0) * stressed.stress[stressed.pick] + _powers(stressed, law.alpha) / law.V
     shortest = 10.0**-decades
     cut, at_once = law.prony(shortest, 1.0, EXACT), law.creep(0.0)
     rates = jnp.append(1.0 / cut.tau, FAST / shortest)
     parts = jnp.concatenate([jnp.stack([at_once]), cut.J, jnp.stack([cut.J0 - at_once, cut.fluidity])])
-    return history.columns(basis, rates) @ parts
+    return history.columns(stressed, rates) @ parts
 
 
-def _powers(basis: history.History, alpha: Array) -> Array:
+def _powers(stressed: history.History, alpha: Array) -> Array:
     """Return the strain (n,) of a springpot of V = 1 under a stress history, by the formula in the module's docstring."""
     power = lambda t, order: jc.Springpot(V=1.0, alpha=order).creep(t)
-    times = jnp.cumsum(basis.gap)
-    jump = basis.stress - basis.start - basis.slope * basis.gap
-    since = times[basis.pick][:, None] - times
-    ramps = power(jnp.maximum(since + basis.gap, 0.0), 1.0 + alpha) - power(
+    times = jnp.cumsum(stressed.gap)
+    jump = stressed.stress - stressed.start - stressed.slope * stressed.gap
+    since = times[stressed.pick][:, None] - times
+    ramps = power(jnp.maximum(since + stressed.gap, 0.0), 1.0 + alpha) - power(
         jnp.maximum(since, 0.0), 1.0 + alpha
     )
-    return power(jnp.maximum(since, 0.0), alpha) @ jump + ramps @ basis.slope
+    return power(jnp.maximum(since, 0.0), alpha) @ jump + ramps @ stressed.slope
 
 
 # Fractional laws fitted to a modulus over time or frequency, in the coordinates log G, log V and alpha.

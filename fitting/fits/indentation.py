@@ -25,12 +25,12 @@ from fitting.fits.adhesion import (
 )
 from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.result import Fit, plain
-from fitting.inference.sample import Sample, Solved, check_count, settled
+from fitting.inference.sample import Sample, Solved, check_count, reweighted_until_stable
 from fitting.models import adhesive_contact, halfspace, thin_layer
 from fitting.models.halfspace import Curve
 from fitting.models.history import columns, merge
 from fitting.models.parameters import NUISANCES
-from fitting.models.structure import Sought, Volume, structure_of
+from fitting.models.structure import Compressibility, Sought, structure_of
 from fitting.models.thin_layer import Base, ThinLayer
 from fitting.search import layered, nonlinear
 from fitting.search.layered import Coating, FilmTest, Mesh
@@ -89,17 +89,17 @@ def search_half_space(press: IndentationProblem) -> Found:
     use = press.kept & ((kind != "ting") | (np.arange(n) <= int(np.argmax(press.depth))))
     even = press.weights if by_load else np.ones(n)
     raised = depth**power if press.layer is None else depth**power * np.exp(press.layer.log_factor(depth))
-    basis = merge(nonlinear.repeated(press.t), nonlinear.repeated(knots), nonlinear.repeated(values))
+    history = merge(nonlinear.repeated(press.t), nonlinear.repeated(knots), nonlinear.repeated(values))
     response = nonlinear.repeated(raised - press.extra * press.load)
     own = press.own  # the creep of the indenter, which is known, is no part of that of the sample
     if own is not None:
         parts = np.concatenate([np.zeros(1), own.amplitudes, np.reshape(own.fluidity, 1)])
-        response = response - np.asarray(columns(basis, own.rates)) @ parts
+        response = response - np.asarray(columns(history, own.rates)) @ parts
     weights = nonlinear.without_weight(use * depth / (power * raised) * even)
     # a single start searches over every retardation time
     one = kind == "load" and np.all(press.space.material[press.space.free])
-    several = [] if one else spread_starts(press, response, weights, basis)
-    starts = several or [start(press, response, weights, basis, least=1e-6)]
+    several = [] if one else spread_starts(press, response, weights, history)
+    starts = several or [start(press, response, weights, history, least=1e-6)]
 
     # The lowest minimum on some of the points, evenly spaced and with the largest depth, and from there on all of
     # them.
@@ -139,7 +139,7 @@ def search_half_space(press: IndentationProblem) -> Found:
     alpha, creep = (np.asarray(part)[:n] for part in halfspace.sticky_area(best.theta, curve, kind))
     radius = float(press.pressing.indenter.radius)
     widest = float(np.sqrt(radius * deepest * alpha.max()))
-    modulus = 2.0 / (creep[0] * press.units.compliance * press.sought.volume.share)
+    modulus = 2.0 / (creep[0] * press.units.compliance * press.sought.volume.one_minus_nu)
     doubled = press.t[creep > 2.0 * creep[0]]
     lives = 1.0 / doubled[0] if doubled.size else 1.0
     doubts = adhesive_contact.doubts(press.pressing.adhesion, radius, widest, modulus, lives)
@@ -183,10 +183,10 @@ def _objective(
 def _curve(press: IndentationProblem, points: np.ndarray, knots: np.ndarray, values: np.ndarray) -> Curve:
     """Return the samples at ``points``, padded."""
     t, load, depth = (nonlinear.repeated(y[points]) for y in (press.t, press.load, press.depth))
-    basis = merge(t, nonlinear.repeated(knots), nonlinear.repeated(values))
+    history = merge(t, nonlinear.repeated(knots), nonlinear.repeated(values))
     weights = nonlinear.without_weight(press.weights[points])
     return Curve(
-        t, load, depth, weights, basis, press.extra, press.bulk, press.probe.power, int(np.argmax(depth)),
+        t, load, depth, weights, history, press.extra, press.bulk, press.probe.power, int(np.argmax(depth)),
         press.pull, layer=press.layer, rates=press.rates, own=press.own,
     )  # fmt: skip
 
@@ -202,7 +202,7 @@ def _half_space_moves(
     if name == "bulk_modulus":
         slope = np.asarray(halfspace.bulk_slope(best.theta, curve, kind))[: press.t.size]
         return moved(best, space.free, slope * units.compliance)
-    alone = np.where(space.logarithmic, 1.0, best.theta) * space.material / volume.share
+    alone = np.where(space.logarithmic, 1.0, best.theta) * space.material / volume.one_minus_nu
     found = alone if name == "nu" else np.zeros(best.theta.size)
     if press.layer is None:
         return found
@@ -340,9 +340,9 @@ def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, flo
     J = np.exp(np.interp(scaled, depth, RANGE))
     slope = np.interp(scaled, depth, np.gradient(depth, RANGE)) / J
     weights = np.where(on, slope / np.maximum(press.load, 0.3), 0.0)
-    basis = merge(press.t, press.t, press.load)
+    history = merge(press.t, press.t, press.load)
     widest = radius[min(int(np.searchsorted(depth, scaled[on].max())) + 1, depth.size - 1)]
-    return start(press, J * press.load, weights, basis, least=1e-2), float(widest)
+    return start(press, J * press.load, weights, history, least=1e-2), float(widest)
 
 
 def _minimise(press: IndentationProblem, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
@@ -471,7 +471,7 @@ class IndentationFit(Fit):
         film, runs = self.film, f"{self.runs[0]} forward and {self.runs[1]} gradient runs"
         sought, agreed = self.starts
         spent = f"  {agreed} of {sought} starts converged to this minimum; {runs} in {self.seconds:.3g} s"
-        volume = Volume.of(self.nu, self.bulk_modulus)
+        volume = Compressibility.of(self.nu, self.bulk_modulus)
         if self.adhesion:
             slow = ", ".join(f"{name} = {value:.5g}" for name, value in self.slow_edge.items())
             return [
@@ -629,14 +629,13 @@ def fit_indentation(
     else:
         sample, unit = _sample(press), _response_unit(press)
 
-        def again(changed: list[np.ndarray]) -> list[Solved]:
-            own = press._replace(weights=np.where(press.kept, changed[0] * unit, 0.0))
-            found = search_half_space(own)
-            return [solution(found.objective, found.best, changed[0], press.kept)._replace(whole=found)]
+        def solve(weights: np.ndarray) -> Solved:
+            found = search_half_space(press._replace(weights=np.where(press.kept, weights * unit, 0.0)))
+            return solution(found.objective, found.best, weights, press.kept)._replace(whole=found)
 
         # points that are not fitted have a weight for the reweighting alone
         first = np.where(press.kept, sample.weights, sample.weights.max())
-        found = settled([sample], again([first]), again, press.space.free.size)[0].whole
+        found = reweighted_until_stable(sample, solve(first), solve, press.space.free.size).whole
 
     # A ball that is not a paraboloid has a note, with adhesion one by the contact radius.
     press, best, objective = found.press, found.best, found.objective

@@ -18,7 +18,7 @@ from fitting.fits.growth import BOLTZMANN
 from fitting.inference import noise
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.result import Fit, plain
-from fitting.inference.sample import Sample
+from fitting.inference.sample import Assessment, Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear, profiles
@@ -77,7 +77,7 @@ class Master(NamedTuple):
     ends: tuple[float, float, int, int]
 
 
-def basis(u: np.ndarray, intervals: int) -> tuple[np.ndarray, np.ndarray]:
+def spline_basis(u: np.ndarray, intervals: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the cubic B-splines (n, intervals + 3) at places u (n,) in knot intervals, and their derivatives."""
     i = np.clip(np.floor(u), 0, intervals - 1).astype(int)
     t = u - i
@@ -95,7 +95,7 @@ def master(sweeps: Sweeps, shifts: np.ndarray, intervals: int) -> Master:
     first, last = int(np.argmin(x)), int(np.argmax(x))
     u = intervals * (x - x[first]) / (x[last] - x[first])
     ends = float(x[first]), float(x[last]), int(sweeps.which[first]), int(sweeps.which[last])
-    both = [_by_part(one, sweeps) for one in basis(u, intervals)]
+    both = [_by_part(one, sweeps) for one in spline_basis(u, intervals)]
     return Master(both[0], both[1], u, ends)
 
 
@@ -683,7 +683,7 @@ class MasterFit(Fit):
         u = one.intervals * (x - low) / (high - low)
         known = (u >= -1e-9) & (u <= one.intervals + 1e-9)
         parts = theta[sum(one.count[:2]) :].reshape(one.sweeps.parts, -1)
-        return np.where(known, parts @ basis(np.where(known, u, 0.0), one.intervals)[0].T, np.nan)
+        return np.where(known, parts @ spline_basis(np.where(known, u, 0.0), one.intervals)[0].T, np.nan)
 
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
         """Raise ValueError: a law of shift factors has no band of J(t). ``factor`` returns its interval."""
@@ -887,16 +887,18 @@ def _superposed(
     own = (
         np.zeros((shifting.count[0], shifts.size)) if free is None else _strayed(free, shifting, best, level)
     )
-    profile = lambda assessment: _widened(
-        profiles.profile(objective, best, assessment.levels(), traced), best.theta, own, problem
-    )
+
+    def find_ends(assessment: Assessment) -> tuple[np.ndarray, int]:
+        ends, unfinished = profiles.profile(objective, best, assessment.levels(), traced)
+        return _widened(ends, best.theta, own, problem), unfinished
+
     against, notes = apart(shifting, best.theta) if free is None else _off(free, shifting, best, shifts)
     if free is None:
         against = (*gaps(shifting, best.theta), *against)
     if free is not None and np.any(own):
         notes = (*notes, ERRANT.format(deviation(sweeps.temperature, shifts, free.shifts)))
     notes = (*(note for one in curves for note in one.notes), *_cold(sweeps.temperature), *notes)
-    found = conclude(problem, solved._replace(profile=profile, against=against, notes=notes))
+    found = conclude(problem, solved._replace(find_ends=find_ends, against=against, notes=notes))
     return Superposed(shifting, best.theta, shifts, found, own)
 
 
@@ -941,20 +943,20 @@ def _off(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the reasons against a law: those against the superposition itself, and the deviation from the law; and
     notes."""
-    own, whole = free.found.assessment.evidence, free.found.fields
+    own, whole = free.found.assessment.evidence, free.found.common
     q = free.shifting.count[0] - lawful.space().free.size + sum(lawful.count[1:])
     away = deviation(lawful.sweeps.temperature, shifts, free.shifts)
     dof = best.residual.size - own.p
     off = off_law(str(lawful.law), away, best.rss - own.rss, q, own.rss, dof) if q > 0 else ()
-    return (*whole["refused"], *off), whole["notes"]
+    return (*whole.refused, *off), whole.notes
 
 
 def _finished(lawful: Superposed, free: Superposed) -> MasterFit:
     """Return the fit by a law, with the free shift factors and their intervals."""
-    own, T, place = free.found.fields, lawful.shifting.sweeps.temperature, lawful.shifting.sweeps.reference
-    ends = np.array([own["intervals"][name] for name in own["values"]])
-    factors = np.insert(np.column_stack([list(own["values"].values()), ends]), place, 1.0, axis=0)
-    sd = lawful.found.fields["sd_log"]
+    own, T, place = free.found.common, lawful.shifting.sweeps.temperature, lawful.shifting.sweeps.reference
+    ends = np.array([own.intervals[name] for name in own.values])
+    factors = np.insert(np.column_stack([list(own.values.values()), ends]), place, 1.0, axis=0)
+    sd = lawful.found.common.sd_log
     errors = zip(sd.items(), np.linalg.norm(lawful.strayed, axis=1).tolist(), strict=True)
     return lawful.found.fit(
         MasterFit, temperatures=T, factors=factors, vertical=np.exp(lawful.shifting.verticals(lawful.theta)),

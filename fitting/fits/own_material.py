@@ -20,7 +20,7 @@ from jax import Array
 from fitting.fits.fractional import EDGE, Law, Relaxed, ScaledCreepCurve
 from fitting.models import history
 from fitting.models.parameters import Parameters
-from fitting.models.structure import Sought, Volume
+from fitting.models.structure import Compressibility, Sought
 from fitting.search.nonlinear import Objective
 from jaxcontact.bodies.materials import Material
 
@@ -83,7 +83,9 @@ class _OwnCoordinates:
         """Return the sought material with its own Poisson's ratio or bulk modulus in the place of the default."""
         assert isinstance(sought.structure, OwnLaw)
         own = (getattr(sought.structure.start, name) for name in HELD)
-        return sought._replace(volume=Volume.of(*(None if value is None else float(value) for value in own)))
+        return sought._replace(
+            volume=Compressibility.of(*(None if value is None else float(value) for value in own))
+        )
 
     def space(self, sought: Sought) -> Parameters:
         """Return the logarithms of the parameters within their bounds, and within ``EDGE`` e-folds of the start."""

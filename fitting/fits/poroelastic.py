@@ -540,12 +540,12 @@ def fit_poroelastic(
     # The permeability, whose logarithm is log D - log G + log(rho) and has the variance of that combination.
     permeability = None
     if viscosity is not None:
-        gel = found.fields["material"]
+        gel = found.common.material
         found_k = float(gel.permeability(viscosity))
         by_nu = -1.0 / ((1.0 - 2.0 * gel.nu) * (1.0 - gel.nu)) if gel.nu < 0.5 else 0.0
         slope = np.zeros(theta.size)
         slope[:3] = -1.0 / gel.G, by_nu, 1.0 / gel.D
-        spread = math.sqrt(max(float(slope @ found.fields["estimate"].covariance @ slope), 0.0))
+        spread = math.sqrt(max(float(slope @ found.common.estimate.covariance @ slope), 0.0))
         wide = math.exp(min(two_sided(level) * spread, 300.0))
         permeability = (found_k, found_k / wide, found_k * wide)
     return found.fit(

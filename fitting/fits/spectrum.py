@@ -14,8 +14,8 @@ from fitting.fits.modulus import weighted_sample
 from fitting.fits.prony import MaxwellSeries
 from fitting.inference import noise
 from fitting.inference.result import plain
-from fitting.inference.sample import Curve, Evidence, Solved, settled
-from fitting.models.structure import Volume
+from fitting.inference.sample import Curve, Evidence, Solved, reweighted_until_stable
+from fitting.models.structure import Compressibility
 from fitting.views import sheet, text
 
 # Search for a continuous relaxation spectrum: regularised least squares with the smoothness of highest evidence.
@@ -320,8 +320,8 @@ def fit_spectrum(
         A * step, e * equilibrium, sample.measured, float(np.max(np.abs(sample.measured)))
     )
     start = _solved(search(unweighted.weighted(sample.weights)), sample.weights)
-    again = lambda weights: [_solved(search(unweighted.weighted(weights[0]), start.whole), weights[0])]
-    (solved,) = settled([sample], [start], again, start.theta.size)
+    again = lambda weights: _solved(search(unweighted.weighted(weights), start.whole), weights)
+    solved = reweighted_until_stable(sample, start, again, start.theta.size)
     found, assessment = solved.whole, sample.assess(solved, solved.theta.size, level)
     quality = assessment.evidence
     if not found.converged:
@@ -384,4 +384,4 @@ def _prony(found: SpectrumOptimum, tau: np.ndarray, step: float, nu: float) -> j
     series = MaxwellSeries.with_times(tau, found.equilibrium > 0.0)
     moduli = step * np.exp(found.log)
     values = np.append(found.equilibrium, moduli) if found.equilibrium > 0.0 else moduli
-    return series.material(series.parameters(values), Volume("nu", nu))
+    return series.material(series.parameters(values), Compressibility("nu", nu))

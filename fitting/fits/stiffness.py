@@ -442,7 +442,7 @@ def fit_stiffness(
     found = conclude(problem, solved._replace(moves=no_moves))
 
     # Young's modulus of all depths, and of single ones with and without the base.
-    G, thickness = found.fields["values"]["G"], found.fields["values"].get("thickness")
+    G, thickness = found.common.values["G"], found.common.values.get("thickness")
     to_E = 2.0 * (1.0 + nu)
     apparent = moduli = to_E * pointwise(stiffness, G, half, tip, lambda _: stiffness)
     if body.base is not None:
@@ -453,7 +453,7 @@ def fit_stiffness(
         kind = "Oliver-Pharr (area of the file)"
     return found.fit(
         StiffnessFit, indenter=indenter, nu=nu, thickness=thickness, substrate=substrate, unbonded=unbonded, contact=kind,
-        youngs_modulus=tuple(to_E * value for value in (G, *found.fields["intervals"]["G"])), radii=tip.radii,
+        youngs_modulus=tuple(to_E * value for value in (G, *found.common.intervals["G"])), radii=tip.radii,
         apparent=apparent, moduli=moduli,
     )  # fmt: skip
 

@@ -19,7 +19,7 @@ import numpy as np
 from fitting.inference import verdict
 from fitting.inference.noise import two_sided
 from fitting.inference.result import Estimate, Fit
-from fitting.inference.sample import Assessment, Solved, check_count, settled
+from fitting.inference.sample import Assessment, Minimum, Solved, check_count, reweighted_until_stable
 from fitting.models.parameters import Parameters
 from fitting.models.structure import Sought
 from fitting.search import nonlinear, profiles
@@ -55,34 +55,39 @@ class FitProblem:
 
 
 class Conclusion(NamedTuple):
-    """Fields of a finished fit, with the interval ends of its coordinates.
+    """A finished fit without what is special to its kind, and the interval ends of its coordinates.
 
-    fields: those of a ``Fit``; ends (m, 2): interval ends of the coordinates, followed by further rows that the search
-    returned; assessment: the evidence, whitened Jacobian and levels from the residuals.
+    common: with all fields that every ``Fit`` has, as ``conclude`` sets them; ends (m, 2): interval ends of the coordinates,
+    followed by further rows that the search returned; assessment: the evidence, whitened Jacobian and levels from the
+    residuals.
     """
 
-    fields: dict[str, Any]
+    common: Fit
     ends: np.ndarray
     assessment: Assessment
 
     def fit(self, kind: type[Kind], **own: Any) -> Kind:
         """Return the fit as an instance of ``kind``, with its own fields, which override the common ones."""
-        return kind(**self.fields | own)
+        every = {field.name: getattr(self.common, field.name) for field in dataclasses.fields(Fit)}
+        return kind(**every | own)
 
 
-def solution(objective: Objective, best: Best, weights: np.ndarray, kept: np.ndarray | None = None) -> Solved:
+def solution(
+    objective: Objective, best: Best, weights: np.ndarray, kept: np.ndarray | None = None
+) -> Solved[Minimum]:
     """Return the optimum of an objective with weights (n,) in the form that ``conclude`` takes; kept (n,) bool: all by
     default."""
     inside = ((best.theta > objective.lower) & (best.theta < objective.upper))[objective.free]
     on = np.ones(best.residual.size, dtype=bool) if kept is None else kept
-    profile = lambda assessment: profiles.profile(objective, best, assessment.levels())
-    return Solved(best.theta, best.residual, best.jacobian, inside, on, weights, profile, (best, objective))
+    find_ends = lambda assessment: profiles.profile(objective, best, assessment.levels())
+    minimum = Minimum(best, objective)
+    return Solved(best.theta, best.residual, best.jacobian, inside, on, weights, find_ends, minimum)
 
 
 def least_squares(
     problem: FitProblem, objective: Callable[[np.ndarray], Objective], starts: Sequence[np.ndarray],
     few: Objective | None = None,
-) -> Solved:  # fmt: skip
+) -> Solved[Minimum]:  # fmt: skip
     """Return the lowest minimum from several starts, with weights that are consistent with its residuals.
 
     objective: function of the weights (n,) [1/unit of the sample]; few: the objective of some of very many points, on which
@@ -94,23 +99,23 @@ def least_squares(
         whole = nonlinear.minimise(objective(weights), first.theta)
         first = whole._replace(starts=first.starts, agreed=first.agreed, others=first.others)
 
-    def again(changed: list[np.ndarray]) -> list[Solved]:
-        own = objective(changed[0])
+    def again(weights: np.ndarray) -> Solved[Minimum]:
+        own = objective(weights)
         best = nonlinear.minimise(own, first.theta)
         best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)
-        return [solution(own, best, changed[0])]
+        return solution(own, best, weights)
 
-    found = [solution(objective(weights), first, weights)]
-    return settled([problem.sample], found, again, problem.p)[0]
+    found = solution(objective(weights), first, weights)
+    return reweighted_until_stable(problem.sample, found, again, problem.p)
 
 
 def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
-    """Return the fields of a fit from the optimum of its search.
+    """Return the fit with all common fields, from the optimum of its search.
 
     The noise of the residuals is estimated (``noise.py``), the coordinates are profiled to the levels that follow, the
     goodness of fit is judged (``verdict.py``), and everything is converted to SI units for the material.
     """
-    assert solved.profile is not None
+    assert solved.find_ends is not None
     data, sample, space, level = problem.data, problem.sample, problem.space, problem.level
     structure, table = problem.sought.structure, problem.sought.table
     theta, own, free = solved.theta, space.material, space.free
@@ -120,11 +125,9 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
 
     # The ends of the intervals, and what the course of the searches says about them and about the optimum.
     notes, against = list(solved.notes), list(solved.against)
-    searched = solved.whole if isinstance(solved.whole, tuple) and isinstance(solved.whole[0], Best) else None
-    before = searched[1].unfinished if searched else 0
-    ends = solved.profile(assessment)
-    if searched:
-        best, unfinished = searched[0], searched[1].unfinished - before
+    ends, unfinished = solved.find_ends(assessment)
+    if isinstance(solved.whole, Minimum):
+        best = solved.whole.best
         if not best.converged:
             against.append(
                 f"the search did not converge within {nonlinear.ITERATIONS} steps, so that the parameters need not be those"
@@ -135,11 +138,11 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
                 f"only 1 of {best.starts} starts reached the best minimum, so that a lower one may have been missed: narrow"
                 " the bounds, or hold what is known by fixed="
             )
-        if unfinished:
-            notes.append(
-                f"{unfinished} searches along the intervals did not converge within {nonlinear.ITERATIONS} steps: the"
-                " intervals may be too short"
-            )
+    if unfinished:
+        notes.append(
+            f"{unfinished} searches along the intervals did not converge within {nonlinear.ITERATIONS} steps: the"
+            " intervals may be too short"
+        )
     if solved.left is not None:  # a systematic deviation, which the noise does not include
         ends = np.clip(ends + np.outer(solved.left, (-1.0, 1.0)), *(side[:, None] for side in space.bounds))
     # the meaning of a trend that the fit judges comes before what is common to all fits
@@ -184,17 +187,18 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     sd_log |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
     said = *getattr(data, "notes", ()), *sample.noise_notes(solved, assessment), *quality.doubts, *notes
     together = inseparable(slopes, [space.names[i] for i in free], identified)
-    fields = vars(quality) | {
-        "material": structure.material(parameters, problem.sought.volume), "values": parameters,
-        "intervals": intervals, "identified": identified, "fixed": fixed,
-        "sd_log": sd_log | dict.fromkeys(fixed, 0.0), "tau": structure.times(found.opened),
-        "condition": log.condition, "weakest_sd": log.weakest_sd,
-        "weakest": {names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
-        "structure": structure, "data": data, "weights": sample.label, "level": level,
-        "duration": problem.duration, "curve": sample.curve(solved.kept), "estimate": found,
-        "notes": tuple(dict.fromkeys([*said, *together])),
-    }  # fmt: skip
-    return Conclusion(fields, ends, assessment._replace(evidence=quality))
+    common = Fit(
+        **vars(quality),  # every field of ``Evidence``
+        material=structure.material(parameters, problem.sought.volume), values=parameters,
+        intervals=intervals, identified=identified, fixed=fixed,
+        sd_log=sd_log | dict.fromkeys(fixed, 0.0), tau=structure.times(found.opened),
+        condition=log.condition, weakest_sd=log.weakest_sd,
+        weakest={names[place]: float(v) for place, v in zip(log.places, log.weakest, strict=True)},
+        structure=structure, data=data, weights=sample.label, level=level,
+        duration=problem.duration, curve=sample.curve(solved.kept), estimate=found,
+        notes=tuple(dict.fromkeys([*said, *together])),
+    )  # fmt: skip
+    return Conclusion(common, ends, assessment._replace(evidence=quality))
 
 
 def _moved(
@@ -205,6 +209,7 @@ def _moved(
 
 
 def with_intervals(problem: FitProblem, intervals: dict[str, Any], refused: Any) -> dict[str, Any]:
-    """Return the fields of a fit that depend on its intervals, for intervals that were changed after ``conclude``."""
+    """Return {field: value} of the fields of a fit that depend on its intervals, for intervals that were changed after
+    ``conclude``."""
     found = verdict.identified(intervals, problem.sought.table, problem.level, refused)
     return {"intervals": intervals, "identified": found}

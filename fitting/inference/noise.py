@@ -5,11 +5,12 @@ rho. D is the identity for weights that the user chose; for estimated weights it
 deviations (a^2 + (b f)^2)^(1/2) of fitted values f, times the weights, on a grid of a/b. rho and a/b are estimated by
 the restricted likelihood of the residuals (D. A. Harville, J. Am. Stat. Assoc. 72 (1977) 320), which accounts for the
 variance and correlation that a fit of p parameters removes from n residuals. For estimated weights the estimates have
-the covariance s^2 A D V D A^T, with A the linearised estimator, whatever the weights were; for chosen weights each
-direction is given the mean of this over the directions. Intervals come from the mixture of Student's t distributions
-over all rho and a/b, weighted by the likelihood and Jeffreys' prior d rho/sqrt(1 - rho^2), uniform in log(a/b), which
-accounts for the uncertainty of both. Where a/b was estimated, their widths are calibrated (``Calibration``). Where
-the residuals have heavy tails, the likelihood of a/b is tempered by the variance of its score.
+the covariance s^2 A D V D A^T, with A the linearised estimator, whatever the weights were; for chosen weights the
+variance is averaged over the k directions of the fit, since rho alone biases single directions. Intervals come from the
+mixture of Student's t distributions over all rho and a/b, weighted by the likelihood and Jeffreys' prior
+d rho/sqrt(1 - rho^2), uniform in log(a/b), which accounts for the uncertainty of both. Where a/b was estimated, their
+widths are calibrated (``Calibration``). Where the residuals have heavy tails, the likelihood of a/b is tempered by the
+variance of its score.
 
 The noise may also change along the curve, as where an instrument settles, and may differ between repeated runs that were
 joined. Both are estimated (``variation`` and ``between_runs``) and enter the covariance in the same way.

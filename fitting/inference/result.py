@@ -189,6 +189,33 @@ class Fit(Evidence):
         return json.dumps(self.to_dict(), indent=2)
 
 
+class Comparison(NamedTuple):
+    """Fits of several models to one data set; its text is a table.
+
+    Attributes:
+        fits: the fits, lowest BIC first.
+    """
+
+    fits: tuple[Any, ...]
+
+    def __str__(self) -> str:
+        head = f"{'model':22s}{'parameters':>11s}{'R2':>12s}{'AIC':>12s}{'BIC':>12s}{'lag-1':>8s}  misfit  verdict"
+        r2 = lambda f: "-" if math.isnan(f.r2) else f"{f.r2:.6f}"  # not defined for constant data
+        rows = [
+            f"{f.model.__name__:22s}{f.p:11d}{r2(f):>12s}{f.aic:12.1f}{f.bic:12.1f}{f.lag1:8.2f}"
+            f"  {'yes' if f.misfit else 'no':6s}  {f.verdict}"
+            for f in self.fits
+        ]
+        return "\n".join([head, *rows])
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    def plot(self, path: Any = None) -> Any:
+        """Return a figure of the data with all models, and the residuals of each; save it where a path is given."""
+        return sheet.draw_models(self.fits, path)
+
+
 def plain(value: Any) -> Any:
     """Return a number for JSON, None where it is infinite or missing; of an array, a list of them."""
     if np.ndim(value):

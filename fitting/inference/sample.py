@@ -15,7 +15,7 @@ the intervals follow from the scatter of the residuals instead.
 import dataclasses
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import numpy as np
 from scipy import special
@@ -24,6 +24,7 @@ from fitting.inference import noise
 from fitting.inference.noise import BEYOND_CHANCE, Noise, basis, lag_one
 from fitting.inference.verdict import STATED, Places, contradicted, reasons
 from fitting.models.parameters import Landscape
+from fitting.search.nonlinear import Best, Objective
 
 FLAT = 1e-9  # relative range of values below which they are constant to rounding
 ROUNDING = 1e-13  # fraction of the data's sum of squares below which a rise of RSS is rounding
@@ -295,9 +296,8 @@ class Evidence:
     residuals; misfit: whether lag1 is significant; widening: factor on the intervals due to possible correlation of the
     noise; refused: the reasons why the fit is rejected, () if it is accepted. r2 (unweighted), nan for constant data;
     aic, bic; p: number of free parameters. chi2: RSS per degree of freedom where standard deviations were stated, near
-    1 if they are right, nan otherwise; stated: whether the intervals follow from stated standard deviations; agrees: False where the residuals contradict
-    them; doubts: what
-    the noise of the data does otherwise than assumed, as notes.
+    1 if they are right, nan otherwise; stated: whether the intervals follow from stated standard deviations; agrees: False
+    where the residuals contradict these; doubts: what the noise of the data does otherwise than assumed, as notes.
     """
 
     fitted: np.ndarray
@@ -340,12 +340,24 @@ class Assessment(NamedTuple):
         return self.rss + np.maximum(self.noise.rises(some, self.level), self.least)
 
 
-class Solved(NamedTuple):
+class Minimum(NamedTuple):
+    """The result of a search by ``search/nonlinear.py``: its best minimum, and the objective that it minimised."""
+
+    best: Best
+    objective: Objective
+
+
+Search = TypeVar("Search")
+
+
+class Solved(NamedTuple, Generic[Search]):
     """A least-squares solution with further results of its search.
 
     theta (m,): coordinates; residual (n,): weighted; jacobian (n, k): of the free coordinates; inside (k,) bool: the
-    free coordinates that are not at a bound; kept (n,) bool: the fitted points; weights (n,); profile(assessment) (m, 2):
-    interval ends of the coordinates, and further rows that the search returns; whole: the result of the search itself.
+    free coordinates that are not at a bound; kept (n,) bool: the fitted points; weights (n,); find_ends(assessment):
+    interval ends (m, 2) of the coordinates, with further rows that the search adds, and the number of searches along the
+    intervals that did not converge; whole: the result of the search itself, a ``Minimum``, or (``TauProblem``,
+    ``Optimum``) of a variable projection, or that of a search of the fit's own.
 
     notes; moves(name) (m,): derivative of the coordinates with respect to a quantity that was held; landscape: the
     residuals as a function of the parameters, None where they are expensive; left (m,): a remaining bias of the
@@ -358,8 +370,8 @@ class Solved(NamedTuple):
     inside: np.ndarray
     kept: np.ndarray
     weights: np.ndarray
-    profile: Callable[[Assessment], np.ndarray] | None = None
-    whole: Any = None
+    find_ends: Callable[[Assessment], tuple[np.ndarray, int]] | None = None
+    whole: Search = None  # type: ignore[assignment]  # not given where nothing reads it
     notes: Sequence[str] = ()
     moves: Callable[[str], np.ndarray] | None = None
     landscape: Landscape | None = None
@@ -488,9 +500,17 @@ def assess(
     return Assessment(evidence, slopes, found, level, rss, ROUNDING * sample.size)
 
 
-def settled(
-    samples: Sequence[Sample], first: list[Solved], solve: Callable[[list[np.ndarray]], list[Solved]], p: int
-) -> list[Solved]:
+def reweighted_until_stable(
+    sample: Sample, first: Solved[Search], solve: Callable[[np.ndarray], Solved[Search]], p: int
+) -> Solved[Search]:
+    """Return the solution whose weights are consistent with it, from a first one; solve: function of the weights (n,)."""
+    return all_reweighted_until_stable([sample], [first], lambda weights: [solve(weights[0])], p)[0]
+
+
+def all_reweighted_until_stable(
+    samples: Sequence[Sample], first: list[Solved[Search]],
+    solve: Callable[[list[np.ndarray]], list[Solved[Search]]], p: int,
+) -> list[Solved[Search]]:  # fmt: skip
     """Return solutions whose weights are consistent with them, from initial solutions.
 
     solve: function from the weights (n,) of each sample to their solutions. Estimated weights follow from the variance of

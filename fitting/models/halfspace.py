@@ -44,7 +44,7 @@ NEWTON = 12  # iterations for the depth in a layer, which converge quadratically
 class Curve(NamedTuple):
     """Scaled samples of an indentation test.
 
-    t, load, depth, weights (n,); basis: the load's ``History``; extra: A of the ball, over 1 - nu; bulk: the bulk
+    t, load, depth, weights (n,); history: the load's ``History``; extra: A of the ball, over 1 - nu; bulk: the bulk
     modulus, or None for a constant nu; power: of the depth; top: index of the largest depth, after which the contact
     may shrink; pull: 6 pi w R of the work of adhesion w; edge: fraction of the creep in the compliance of an adhesive
     edge, 0 for J(0) and 1 for J(t); layer: the factor of a thin layer over scaled depths, None on a half-space; rates (k,):
@@ -56,7 +56,7 @@ class Curve(NamedTuple):
     load: Array
     depth: Array
     weights: Array
-    basis: Any
+    history: Any
     extra: Array
     bulk: Array | None
     power: Array
@@ -161,7 +161,7 @@ def _hereditary(c: Spectrum, curve: Curve) -> Array:
     """Return int (J + extra) dP at the samples, (n,)."""
     flow = jnp.asarray(c.fluidity)
     x = jnp.concatenate([jnp.stack([c.instantaneous + curve.extra]), c.amplitudes, jnp.stack([flow])])
-    return columns(curve.basis, c.rates) @ x
+    return columns(curve.history, c.rates) @ x
 
 
 def _neck(c: Spectrum, curve: Curve) -> Array:

@@ -38,20 +38,20 @@ class History(NamedTuple):
     pick: Array
 
 
-def columns(basis: Step | History, rates: Array) -> Array:
+def columns(stressed: Step | History, rates: Array) -> Array:
     """Return [E, D(tau_1) .. D(tau_k), F], (n, k + 2), for rates 1/tau (k,)."""
-    if isinstance(basis, Step):
-        t = jnp.asarray(basis.t)[:, None]
+    if isinstance(stressed, Step):
+        t = jnp.asarray(stressed.t)[:, None]
         return jnp.concatenate([jnp.ones_like(t), -jnp.expm1(-t * rates), t], -1)
-    whole = [basis.stress[:, None], _delayed(basis, rates), basis.integral[:, None]]
-    return jnp.concatenate(whole, -1)[basis.pick]
+    whole = [stressed.stress[:, None], _delayed(stressed, rates), stressed.integral[:, None]]
+    return jnp.concatenate(whole, -1)[stressed.pick]
 
 
-def _delayed(basis: History, rates: Array) -> Array:
+def _delayed(stressed: History, rates: Array) -> Array:
     """Return D of tau D' + D = sigma, sigma = start + slope s over each gap, exactly; (m, k)."""
-    ratio = basis.gap[:, None] * rates
-    held = basis.start[:, None] * -jnp.expm1(-ratio)
-    ramp = (basis.slope * basis.gap)[:, None] * ratio * ramps(ratio)[2]
+    ratio = stressed.gap[:, None] * rates
+    held = stressed.start[:, None] * -jnp.expm1(-ratio)
+    ramp = (stressed.slope * stressed.gap)[:, None] * ratio * ramps(ratio)[2]
     return recursion(jnp.exp(-ratio), held + ramp)
 
 

@@ -44,7 +44,8 @@ class Parameters:
     """Names, units and bounds of the parameters of a search over vectors (m,) of coordinates.
 
     structure: the list (size,) that some coordinates represent, the compliances of a material or the parameters of a
-    law; the others are nuisance parameters. names (m,): "" for a coordinate that is no parameter; unit (m,): SI value
+    law; the others are nuisance parameters, or compliances that the material does not have and that are held at zero (in a
+    creep fit). names (m,): "" for a coordinate that is no parameter; unit (m,): SI value
     of a coordinate of one, or of a logarithm of zero; logarithmic (m,) bool: coordinates that are logarithms; lower,
     upper (m,): bounds of the coordinates, equal where one is held; material (m,) bool: those of the list, in its order;
     open (m, 2) bool: bounds of the search only, at which the value may be 0 or infinite; undetermined(theta, ends) (m,)

@@ -25,14 +25,14 @@ from jaxcontact.bodies.materials import Spectrum
 LEAST = 1e-9  # fraction of the largest compliance that replaces zero, where derivatives are needed
 
 
-class Volume(NamedTuple):
+class Compressibility(NamedTuple):
     """The held parameter of the volumetric response: name "nu" or "bulk_modulus", and its value, () [Pa]."""
 
     name: str
     value: Any
 
     @classmethod
-    def of(cls, nu: float | None, bulk_modulus: float | None) -> Volume:
+    def of(cls, nu: float | None, bulk_modulus: float | None) -> Compressibility:
         """Return the held parameter; ValueError unless exactly one of the two is given, within its range."""
         if (nu is None) == (bulk_modulus is None):
             raise ValueError(
@@ -53,7 +53,7 @@ class Volume(NamedTuple):
         return {"nu": None, "bulk_modulus": None, self.name: self.value}
 
     @property
-    def share(self) -> Any:
+    def one_minus_nu(self) -> Any:
         """1 - nu; with a bulk modulus that of an incompressible solid."""
         return 1.0 - self.value if self.name == "nu" else 0.5
 
@@ -133,7 +133,7 @@ class Structure:
         own = (lambda c: c) if self.tau is not None else reciprocal
         return {name: own(compliances[place]) for name, place in self.where.items()}
 
-    def material(self, values: dict[str, Any], volume: Volume) -> Any:
+    def material(self, values: dict[str, Any], volume: Compressibility) -> Any:
         """Return the material with these parameters; parameters of a series that are not given are zero."""
         if self.tau is None:
             return self.model(**values, **volume.keyword)
@@ -293,7 +293,7 @@ class Sought(NamedTuple):
     """The material or law that a fit estimates.
 
     structure: its parameters; table: {parameter: (low, high)}, equal where it is held; volume: the held parameter of
-    its volumetric response, a ``Volume``, None for a law without one.
+    its volumetric response, a ``Compressibility``, None for a law without one.
     """
 
     structure: Structure
@@ -306,7 +306,7 @@ class Sought(NamedTuple):
         nu: float | None, bulk_modulus: float | None = None,
     ) -> Sought:  # fmt: skip
         """Return the sought material from the keywords of a fit; ValueError on bad input."""
-        return cls(structure, limits(structure, fixed, bounds), Volume.of(nu, bulk_modulus))
+        return cls(structure, limits(structure, fixed, bounds), Compressibility.of(nu, bulk_modulus))
 
 
 def _known(structure: Structure, name: str, what: str) -> None:

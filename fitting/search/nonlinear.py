@@ -146,7 +146,6 @@ class Objective:
     close: float = 2e-3
     residual_runs: int = 0
     jacobian_runs: int = 0
-    unfinished: int = 0  # local searches that did not converge
 
     @classmethod
     def of(
@@ -303,7 +302,6 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
             small = reduced(jacobian[:, own], residual)
         else:
             damping = max(10.0 * damping, 1e-3)
-    objective.unfinished += not converged
     return Best(theta, residual, jacobian, float(residual @ residual), converged=converged)
 
 

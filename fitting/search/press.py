@@ -146,7 +146,7 @@ class IndentationProblem(NamedTuple):
     @property
     def _per_unit(self) -> float:
         """The compliance of a surface [1/Pa] that adds one to the scaled J."""
-        return self.sought.volume.share * self.units.compliance
+        return self.sought.volume.one_minus_nu * self.units.compliance
 
     @property
     def bulk(self) -> float | None:
@@ -203,7 +203,7 @@ def prepare(
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
     layer, stiffer = _layer(sought, pressing, d, instrument)
     # compliance [1/Pa] that a scaled compliance of one stands for
-    units = Units(T, P, d, probe.size * d**probe.power * stiffer / (sought.volume.share * P))
+    units = Units(T, P, d, probe.size * d**probe.power * stiffer / (sought.volume.one_minus_nu * P))
     space = _space(sought, instrument, units, LEAST if pressing.film else 0.0)
     if probe.power > 1.0:
         _check_growth(data, pressing)
@@ -343,26 +343,26 @@ def _space(sought: Sought, instrument: Instrument, units: Units, least: float) -
 
 
 def start(
-    press: IndentationProblem, y: np.ndarray, weights: np.ndarray, basis: Any, least: float
+    press: IndentationProblem, y: np.ndarray, weights: np.ndarray, history: Any, least: float
 ) -> np.ndarray:
-    """Return coordinates (m,) near the weighted least-squares fit of y (n,) by the columns of ``basis`` at the samples.
+    """Return coordinates (m,) near the weighted least-squares fit of y (n,) by the columns of ``history`` at the samples.
 
     Logarithmic coordinates start at log(least) or above.
     """
     space = press.space
     box = _linear_box(space)
     if space.structure.tau is None:
-        _, x, tau, _ = varpro.solve(_search(press, y, weights, basis))
+        _, x, tau, _ = varpro.solve(_search(press, y, weights, history))
         found = np.append(x, x[1] / tau)[varpro.PLACES[len(box)]]
     else:
-        A = weights[:, None] * np.asarray(columns(basis, press.rates))
+        A = weights[:, None] * np.asarray(columns(history, press.rates))
         low, high = box.T
         found = scipy.optimize.lsq_linear(A, weights * y, (low, np.maximum(high, low + 1e-300))).x
     return space.near(found, least)
 
 
 def spread_starts(
-    press: IndentationProblem, y: np.ndarray, weights: np.ndarray, basis: Any
+    press: IndentationProblem, y: np.ndarray, weights: np.ndarray, history: Any
 ) -> list[np.ndarray]:
     """Return further starting coordinates if a retardation time is sought.
 
@@ -372,14 +372,14 @@ def spread_starts(
     space = press.space
     if space.structure.tau is not None or space.structure.branches == 0:
         return []
-    x = np.asarray(varpro.solve_each(_search(press, y, weights, basis), TIMES))
+    x = np.asarray(varpro.solve_each(_search(press, y, weights, history), TIMES))
     even = np.outer(x.sum(1), SHARED)
     x, times = np.concatenate([x, even]), np.tile(TIMES, 2)
     return [space.near(np.append(row, row[1] / tau), VISIBLE) for row, tau in zip(x, times, strict=True)]
 
 
-def _search(press: IndentationProblem, y: np.ndarray, weights: np.ndarray, basis: Any) -> varpro.TauSearch:
-    return varpro.search(y, weights, basis, press.t, _linear_box(press.space))
+def _search(press: IndentationProblem, y: np.ndarray, weights: np.ndarray, history: Any) -> varpro.TauProblem:
+    return varpro.tau_problem(y, weights, history, press.t, _linear_box(press.space))
 
 
 def _linear_box(space: Parameters) -> np.ndarray:

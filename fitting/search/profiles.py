@@ -16,30 +16,33 @@ import numpy as np
 
 from fitting.search.nonlinear import Best, Objective, minimise_some
 
-STEPS, MOST = 30, 4.0
+STEPS = 30  # trial values at most, on the way of one branch to the level
+MOST = 4.0  # longest first step, over the best value of the coordinate or 1, whichever is larger
 NEGLIGIBLE = 1e-4  # excess of a profile over its minimum, as a fraction of the allowed rise
 START = 1e-3  # smallest first step, in units of the coordinate
 STRAIGHT = 0.1  # relative deviation of an end from that of the straight line on a single branch
-BRANCHES, LOWER = 8, 0.02  # largest number of changes of branch, and how far below the level another must be
+BRANCHES = 8  # changes to another branch of minima at most
+LOWER = 0.02  # a branch is changed to where its height is below 1 by more than this
 
 
 def profile(
     objective: Objective, best: Best, levels: np.ndarray, traced: np.ndarray | None = None
-) -> np.ndarray:
-    """Return the interval ends (m, 2): the values at which the profile of each free coordinate reaches its level of
-    RSS.
+) -> tuple[np.ndarray, int]:
+    """Return the interval ends (m, 2), the values at which the profile of each free coordinate reaches its level of
+    RSS, and the number of fits along the profiles that did not converge.
 
     levels (k,): one for each free coordinate. An end is the bound where the level is not reached. Fixed coordinates
     keep their value. traced (m,) bool: coordinates whose profiles are followed, by default all; the ends of the others
     are those of the linearised model.
     """
-    ends = np.stack([best.theta, best.theta], -1)
+    ends, unfinished = np.stack([best.theta, best.theta], -1), 0
     heights = [float(np.sum(objective.at(theta) ** 2)) for theta in best.others]
     for i, level in zip(objective.free, levels.tolist(), strict=True):
         rivals = [theta for theta, rss in zip(best.others, heights, strict=True) if rss < level]
         sides = [_Side(objective, best, rivals, level, int(i), sign) for sign in (-1.0, 1.0)]
         ends[i] = [side.end() if traced is None or traced[i] else side.straight_end() for side in sides]
-    return ends
+        unfinished += sum(side.unfinished for side in sides)
+    return ends, unfinished
 
 
 class Point(NamedTuple):
@@ -54,10 +57,10 @@ class Point(NamedTuple):
     fit: Best
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass
 class _Side:
     """One side of the profile of coordinate i, below (sign -1) or above (1) its best value; rivals: other minima below
-    the level."""
+    the level; unfinished: fits on this side that did not converge."""
 
     objective: Objective
     best: Best
@@ -65,6 +68,7 @@ class _Side:
     level: float
     i: int
     sign: float
+    unfinished: int = 0
 
     @property
     def bound(self) -> float:
@@ -111,6 +115,7 @@ class _Side:
         start[self.i] = value
         others = np.setdiff1d(self.objective.free, self.i)
         fit = minimise_some(self.objective, start, others, max(NEGLIGIBLE * allowed, self.objective.floor))
+        self.unfinished += not fit.converged
         # a height of 3 shortens the step where the model is not finite
         rise = fit.rss - self.best.rss
         return Point(value, math.sqrt(max(rise, 0.0) / allowed) if math.isfinite(rise) else 3.0, fit)

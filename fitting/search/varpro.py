@@ -25,6 +25,7 @@ from jax import Array
 
 from fitting.data.curves import CreepData
 from fitting.models.history import History, Step, columns, merge
+from fitting.models.parameters import Parameters
 from fitting.models.structure import Structure
 from fitting.search import nonlinear
 from jaxcontact._compile.programs import Program
@@ -32,9 +33,13 @@ from jaxcontact._compile.programs import Program
 # places of the two or four compliances of a material with no or one retardation time in (j0, j2, f, j2/tau)
 PLACES = {2: [0, 2], 4: [0, 1, 2, 3]}
 ROUNDING = 1e-14  # rounding error of RSS, as a fraction of the data's sum of squares
-COARSE, ZOOM, ROUNDS, CLOSER, FINE = 97, 9, 4, 8, 33
-PAIRS = np.triu_indices(3)
-PLACE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+COARSE = 97  # values of log tau on the first grid, over the whole range of the search
+ZOOM = 9  # values on each finer grid, over one step of the grid before on either side of the best value
+ROUNDS = 4  # finer grids
+CLOSER = 8  # steps of the search for each end of the range of tau that a level of RSS allows
+FINE = 33  # values of log tau over that range, among which the extremes are found
+PAIRS = np.triu_indices(3)  # pairs of columns whose products make the normal matrix
+PLACE = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])  # place of each element of the normal matrix in that list
 
 
 @jax.tree_util.register_static
@@ -49,17 +54,18 @@ class Sides:
         return np.array(list(itertools.product(*self.choices)))
 
 
-class TauSearch(NamedTuple):
+class TauProblem(NamedTuple):
     """A weighted fit with one retardation time.
 
-    data, weights (n,); basis: see ``history``; lower, upper (3,) of (j0, j2, f); ratio (2,): bounds of j2/tau = 1/eta2;
+    data, weights (n,); history: the stress, a ``Step`` or a
+    ``History``; lower, upper (3,) of (j0, j2, f); ratio (2,): bounds of j2/tau = 1/eta2;
     tau (2,): the range of the search; sides: of the box; origin (3,): point about which the sums are formed, because
     near the optimum RSS would lose its digits in the data's sum of squares if the sums were formed about zero.
     """
 
     data: Array
     weights: Array
-    basis: Any
+    history: Any
     lower: Array
     upper: Array
     ratio: Array
@@ -79,7 +85,9 @@ class TauSearch(NamedTuple):
         return jnp.append(self.lower, self.ratio[0]), jnp.append(self.upper, self.ratio[1])
 
 
-def search(y: np.ndarray, weights: np.ndarray, basis: Any, t: np.ndarray, box: np.ndarray) -> TauSearch:
+def tau_problem(
+    y: np.ndarray, weights: np.ndarray, history: Step | History, t: np.ndarray, box: np.ndarray
+) -> TauProblem:
     """Return the problem for scaled data y (n,) at t (n,), with the bounds of a material's compliances in ``box`` (m,
     2)."""
     whole = np.zeros((4, 2))
@@ -104,8 +112,8 @@ def search(y: np.ndarray, weights: np.ndarray, basis: Any, t: np.ndarray, box: n
         first = last = 1.0  # without a retarded part tau is arbitrary
     elif first > last:
         first, last = least or most, most if np.isfinite(most) else least
-    return TauSearch(
-        y, weights, basis, low[:3], high[:3], whole[3], np.array([first, last]), sides, origin=np.zeros(3)
+    return TauProblem(
+        y, weights, history, low[:3], high[:3], whole[3], np.array([first, last]), sides, origin=np.zeros(3)
     )
 
 
@@ -119,7 +127,7 @@ class Faces(NamedTuple):
     inside: Array
 
 
-def box(problem: TauSearch, tau: Array) -> tuple[Array, Array]:
+def box(problem: TauProblem, tau: Array) -> tuple[Array, Array]:
     """Return the bounds of (j0, j2, f) at this tau: those of 1/eta2 become bounds of j2."""
     lower = jnp.asarray(problem.lower).at[1].max(problem.ratio[0] * tau)
     upper = jnp.asarray(problem.upper).at[1].min(problem.ratio[1] * tau)
@@ -140,12 +148,12 @@ def _inverse3(A: Array) -> Array:
     return jnp.sum(L[..., :, :, None] * L[..., :, None, :] / jnp.stack([d0, d1, d2], -1)[..., None, None], -3)
 
 
-def faces(problem: TauSearch, tau: Array) -> Faces:
+def faces(problem: TauProblem, tau: Array) -> Faces:
     """Return the least-squares solution on each face of the box at this tau."""
     # The normal matrix (3, 3), right-hand side and weighted sum of squares of the data minus the model at the origin.
     # The squared weights are separate from the products of columns: for many curves on one time grid the products are
     # formed once and the sums are one matrix product.
-    C, square = columns(problem.basis, jnp.reshape(1.0 / tau, 1)), problem.weights**2
+    C, square = columns(problem.history, jnp.reshape(1.0 / tau, 1)), problem.weights**2
     A = (square @ (C[:, PAIRS[0]] * C[:, PAIRS[1]]))[PLACE]
     left = problem.data - C @ problem.origin
     pull = square * left
@@ -177,7 +185,7 @@ def _within(x: Array, low: Array, high: Array, free: Array) -> Array:
     return jnp.all(ok | ~free, -1) & jnp.all(low <= high + slack)
 
 
-def best_at_each(problem: TauSearch, log_tau: Array) -> tuple[Array, Array]:
+def best_at_each(problem: TauProblem, log_tau: Array) -> tuple[Array, Array]:
     """Return the lowest rss (k,) at each tau and its x (k, 3); inf where the box is empty."""
 
     def best(z: Array) -> tuple[Array, Array]:
@@ -190,7 +198,7 @@ def best_at_each(problem: TauSearch, log_tau: Array) -> tuple[Array, Array]:
 
 
 @jax.jit
-def solve(problem: TauSearch) -> tuple[Array, Array, Array, Array]:
+def solve(problem: TauProblem) -> tuple[Array, Array, Array, Array]:
     """Return (rss, x, tau, rss on the first grid of tau (COARSE,)), from a grid in log tau that is then refined."""
     lo, hi = jnp.log(problem.tau[0]), jnp.log(problem.tau[1])
     grid = jnp.linspace(lo, hi, COARSE)
@@ -210,12 +218,12 @@ def solve(problem: TauSearch) -> tuple[Array, Array, Array, Array]:
 
 
 @jax.jit
-def solve_each(problem: TauSearch, tau: Array) -> Array:
+def solve_each(problem: TauProblem, tau: Array) -> Array:
     """Return the least-squares solutions (k, 3) at each of tau (k,)."""
     return best_at_each(problem, jnp.log(tau))[1]
 
 
-def extent_at(problem: TauSearch, tau: Array, level: Array, d: Array) -> Array:
+def extent_at(problem: TauProblem, tau: Array, level: Array, d: Array) -> Array:
     """Return the extremes of d . x over {x in the box: rss <= level} at this tau; d (m, 3) -> (m, 2).
 
     On a face with minimiser x and inverse V of its block of the normal matrix the extremes are d.x -+ sqrt((level -
@@ -240,7 +248,7 @@ def extent_at(problem: TauSearch, tau: Array, level: Array, d: Array) -> Array:
 
 
 def extents(
-    problem: TauSearch, tau: Array, cost: Array, level: Array, functional: Callable[[Array], Array]
+    problem: TauProblem, tau: Array, cost: Array, level: Array, functional: Callable[[Array], Array]
 ) -> tuple[Array, Array]:
     """Return the extremes (m, 2) of functional(tau) . x over rss <= level, and the range (2,) of log tau.
 
@@ -312,22 +320,31 @@ STEPS = 3  # number of Gauss-Newton steps
 class Scaled(NamedTuple):
     """A dimensionless problem with the units that undo its scaling: ``compliance`` [1/Pa] and ``time`` [s]."""
 
-    problem: TauSearch
+    tau_problem: TauProblem
     compliance: float
     time: float
+
+    def space(self, structure: Structure) -> Parameters:
+        """Return the coordinates (j0, j2, f, j2/tau) with units and bounds; a material has two of them or all."""
+        low, high = (np.asarray(side) for side in self.tau_problem.limits)
+        rate = self.compliance / self.time
+        return Parameters.of(
+            structure, np.stack([low, high], -1), unit=np.array([self.compliance, self.compliance, rate, rate]),
+            material=np.isin(np.arange(4), PLACES[structure.size]), open=np.stack([low == 0.0, np.isinf(high)], -1),
+        )  # fmt: skip
 
 
 def scale(data: CreepData, weight: np.ndarray, structure: Structure, table: dict) -> Scaled:
     """Return the dimensionless problem, padded."""
     y, size = data.response, float(np.max(np.abs(data.response)))
-    span, (stressed, stress) = float(data.t[-1]), basis(data)
+    span, (history, stress) = float(data.t[-1]), stress_history(data)
     unit = size / stress
     box = structure.box(table) / structure.units(unit, span)[:, None]
     y, weight = nonlinear.repeated(y / size), nonlinear.without_weight(weight * size)
-    return Scaled(search(y, weight, stressed, data.t / span, box), unit, span)
+    return Scaled(tau_problem(y, weight, history, data.t / span, box), unit, span)
 
 
-def basis(data: CreepData) -> tuple[Step | History, float]:
+def stress_history(data: CreepData) -> tuple[Step | History, float]:
     """Return the padded stress, scaled by its largest value and the duration, and that value [Pa]; a unit step for J
     data."""
     span = float(data.t[-1])
@@ -349,7 +366,7 @@ class Optimum(NamedTuple):
 
 
 @Program
-def minimise(problem: TauSearch) -> Optimum:
+def minimise(problem: TauProblem) -> Optimum:
     """Return the least-squares solution: variable projection, then Gauss-Newton in log parameters.
 
     Variable projection leaves an error of 1e-4 in tau, which converges quadratically in ``STEPS`` steps. Their number
@@ -392,37 +409,40 @@ def _tau(parts: Array, tau: Array) -> Array:
     return jnp.where(some, parts[1] / jnp.where(some, parts[3], 1.0), tau)
 
 
-def _residual(problem: TauSearch, parts: Array, tau: Array) -> Array:
-    C = columns(problem.basis, jnp.reshape(1.0 / _tau(parts, tau), 1)) * jnp.asarray(problem.weights)[:, None]
+def _residual(problem: TauProblem, parts: Array, tau: Array) -> Array:
+    C = (
+        columns(problem.history, jnp.reshape(1.0 / _tau(parts, tau), 1))
+        * jnp.asarray(problem.weights)[:, None]
+    )
     return C @ parts[:3] - problem.weights * problem.data
 
 
 @Program
-def jacobian(problem: TauSearch, optimum: Optimum) -> Array:
+def jacobian(problem: TauProblem, optimum: Optimum) -> Array:
     """Return the exact derivative of the weighted model with respect to parts, (n, 4); at j2 = 0 tau is held."""
     return jax.jacfwd(lambda parts: _residual(problem, parts, optimum.tau))(optimum.parts)
 
 
 @Program
-def residuals(problem: TauSearch, optimum: Optimum) -> Array:
+def residuals(problem: TauProblem, optimum: Optimum) -> Array:
     """Return the weighted residuals (n,) of a problem at the optimum of another."""
     return _residual(problem, optimum.parts, optimum.tau)
 
 
-def residuals_at(problem: TauSearch, values: Array) -> Array:
+def residuals_at(problem: TauProblem, values: Array) -> Array:
     """Return the weighted residuals (n,) at the compliances of a material, (2,) or (4,), all > 0."""
     parts = jnp.zeros(4).at[np.asarray(PLACES[values.size])].set(values)
     return _residual(problem, parts, jnp.ones(()))
 
 
-def inside_jacobian(problem: TauSearch, optimum: Optimum) -> np.ndarray:
+def inside_jacobian(problem: TauProblem, optimum: Optimum) -> np.ndarray:
     """Return the columns (n, k) of ``jacobian`` for the compliances off their bounds."""
     inside = strictly_inside(optimum.parts, *problem.limits)
     return np.asarray(jacobian(problem, optimum))[:, np.asarray(inside)]
 
 
 @Program
-def profile(problem: TauSearch, optimum: Optimum, level: Array, times: Array) -> Array:
+def profile(problem: TauProblem, optimum: Optimum, level: Array, times: Array) -> Array:
     """Return profile-likelihood extents (m, 2) of (j0, j2, f, j2/tau, slope0, J(times)...) over RSS <= level, () or
     (m,).
 

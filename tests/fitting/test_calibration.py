@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from fitting.inference.noise import Calibration, basis, coloured, whitened
-from fitting.inference.sample import Sample, Solved, settled
+from fitting.inference.sample import Sample, Solved, reweighted_until_stable
 from tests.benchmarks import coverage
 
 TIMES = np.linspace(1 / 40, 1.0, 40)
@@ -20,14 +20,14 @@ def linear_fit(columns, measured):
     n, k = columns.shape
 
     def solve(weights):
-        jacobian = columns * weights[0][:, None]
-        found = np.linalg.lstsq(jacobian, weights[0] * measured, rcond=None)[0]
-        residual = jacobian @ found - weights[0] * measured
-        return [Solved(found, residual, jacobian, np.ones(k, bool), np.ones(n, bool), weights[0])]
+        jacobian = columns * weights[:, None]
+        found = np.linalg.lstsq(jacobian, weights * measured, rcond=None)[0]
+        residual = jacobian @ found - weights * measured
+        return Solved(found, residual, jacobian, np.ones(k, bool), np.ones(n, bool), weights)
 
     spread = np.hypot(0.05 * np.max(np.abs(measured)), measured)
     sample = Sample.of(("J", "1/Pa", np.arange(n), measured), 1.0 / spread, "estimated")
-    (found,) = settled([sample], solve([sample.weights]), solve, k)
+    found = reweighted_until_stable(sample, solve(sample.weights), solve, k)
     rises = sample._replace(weights=found.weights).noise(found, k).rises(np.eye(k), 0.95)
     return found.theta, np.sqrt(rises * np.diag(np.linalg.inv(found.jacobian.T @ found.jacobian)))
 

@@ -11,7 +11,7 @@ import scipy
 import fitting
 import jaxcontact as jc
 from fitting.cli.command import main
-from fitting.fits.master import Shifting, basis, initial_shifts, sweeps_of
+from fitting.fits.master import Shifting, initial_shifts, spline_basis, sweeps_of
 from tests.benchmarks import master_coverage
 from tests.benchmarks.master_coverage import REFERENCE, TAU, TEMPERATURES, TRUTH, G, shift
 
@@ -41,7 +41,7 @@ def curves(law="WLF", kind="oscillation", noise=0.0, seed=0, lift=lambda T: 1.0,
 def test_the_basis_is_that_of_scipy():
     u, knots = np.linspace(0.0, 7.0, 57), np.arange(-3.0, 11.0)
     expected = scipy.interpolate.BSpline.design_matrix(np.minimum(u, 7.0 - 1e-12), knots, 3).toarray()
-    values, slope = basis(u, 7)
+    values, slope = spline_basis(u, 7)
     assert values == pytest.approx(expected, abs=1e-11)
     spline = scipy.interpolate.BSpline(knots, np.eye(10), 3)
     assert slope == pytest.approx(spline(u, 1), abs=1e-11)
