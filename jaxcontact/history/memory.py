@@ -768,11 +768,16 @@ class Shift(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """One step: dt [s], the shift in it [cells along x], and the unit vector of the velocity at its end, (2,)."""
+    """One step: dt [s], the shift in it [cells along x], and the unit vector of the velocity at its end, (2,).
+
+    aside: how far in the middle of the step the indenter is off the way of its mean velocity, as a shift; None where the
+    velocity does not change.
+    """
 
     dt: Array
     shift: Shift
     direction: Array
+    aside: Shift | None = None
 
 
 def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
