@@ -210,7 +210,8 @@ def begun(stepper: Stepper, carry: Carry, steps: Any) -> March:
 #   q follows from that of p, which is linear in time, and the path is run as fast as its own sum becomes Q.
 # - Inside a contact q^2 is linear along the path as it is for a ball, (a^2 - r^2) with a^2 linear in the approach. A cell
 #   that enters has the change of q^2 that brings the first of these cells into contact at the start of the step.
-# - On a film that responds locally, under a punch and in a constant contact q itself is linear. The contacts are told apart
+# - On a film that responds locally, under a punch and in a constant contact q itself is linear. A contact that is new as a
+#   whole is that of a punch if q is larger at its edge than inside: all cells enter at once. Others are told apart
 #   by the change of q^2 inside, over the largest q^2 of cells that enter or leave: 1 for a ball on a half-space, many times
 #   more for the others (between ``EVEN`` and ``EVEN + 2`` the two are mixed). Tractions, and an attraction, are linear.
 #
@@ -234,11 +235,14 @@ def begun(stepper: Stepper, carry: Carry, steps: Any) -> March:
 #     0.44, 0.86, 1.0, 1.5, 2.7     in 181 contacts solved by a dense matrix (half-spaces, films, beds of springs; balls,
 #                                   cones, punches, waves; solids of E0/Einf 1.5 to 30, Burgers, Maxwell, Prony; all kinds
 #                                   of loads and approaches in 9 times, errors of 0.1 to 100 %),
-#     0.62, 0.94, 1.0, 1.2, 1.8     in 35 like them, by ``indent`` and ``slide`` (``tests.benchmarks.time_steps --random``).
+#     0.62, 0.94, 1.0, 1.2, 1.8     in 35 like them, by ``indent`` and ``slide`` (``tests.benchmarks.time_steps --random``),
+#
+# and with it 0.53, 0.86, 1.0, 1.4, 1.8 in 40 slides whose velocity changes, errors of 1 to 100 % (``--sway``), where CAUTION
+# counts for the way as well.
 #
 # With it these were 0.56 to 3.5 and 0.8 to 2.3 at 5 and 95 %. Too small by more than two are contacts that shrink to a few
 # cells, and punches on films whose pressure spreads under a load. Too large, up to twenty times an error of 0.3 to 1 %, are
-# punches pressed from zero, whose q is linear, and contacts about to part, of which the sum counts.
+# contacts about to part, of which the sum counts.
 
 
 FINER = 8  # short steps in a step
@@ -452,14 +456,20 @@ def _path(p0: Array, p1: Array, q0: Array, q1: Array, left_over: Array) -> Calla
     entered, both = (p0 == 0.0) & (p1 > 0.0), (p0 > 0.0) & (p1 > 0.0)
     base = jnp.where(entered, jnp.minimum(left_over, q1), 0.0)  # of a cell that was in contact before
     from_, to = jnp.where(entered, 0.0, q0), q1 - base
-    first = jnp.max(jnp.where(entered, to, 0.0))
-    at_edge = jnp.maximum(first, jnp.max(jnp.where((p0 > 0.0) & (p1 == 0.0), q0, 0.0)))
-    begin, end = jnp.where(entered, jnp.minimum(to**2 - first**2, 0.0), from_**2), to**2
     count = jnp.sum(both)
+    # a contact that is new as a whole: below a punch, whose edge carries more than its middle, all cells enter at once
+    inner = entered & jnp.all(
+        jnp.stack([jnp.roll(entered, by, axis) for axis in (0, 1) for by in (1, -1)]), 0
+    )
+    mean = lambda cells: jnp.sum(jnp.where(cells, to, 0.0)) / jnp.maximum(jnp.sum(cells), 1)
+    punch = (count == 0) & jnp.any(inner) & (mean(entered & ~inner) > mean(inner))
+    first = jnp.where(punch, to, jnp.max(jnp.where(entered, to, 0.0)))
+    at_edge = jnp.maximum(jnp.max(first), jnp.max(jnp.where((p0 > 0.0) & (p1 == 0.0), q0, 0.0)))
+    begin, end = jnp.where(entered, jnp.minimum(to**2 - first**2, 0.0), from_**2), to**2
     inside = jnp.sum(jnp.where(both, jnp.abs(end - begin), 0.0)) / jnp.maximum(count, 1)
     even = (inside - EVEN * at_edge**2) / jnp.where(at_edge > 0.0, 2.0 * at_edge**2, 1.0)
     even = jnp.where(at_edge > 0.0, jnp.clip(even, 0.0, 1.0), 1.0)
-    even = jnp.where(count > 0, even, 0.0)
+    even = jnp.where(count > 0, even, jnp.where(punch, 1.0, 0.0))
     low = jnp.where(entered, to - first, from_)
     attracted = jnp.minimum(from_, to) < 0.0
 

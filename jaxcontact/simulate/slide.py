@@ -118,8 +118,8 @@ def slide(
     Args:
         velocity: velocity of the indenter over the body [m/s]: a number (along x), (2,) for (vx, vy), or (nt, 2) over
             the times, linear between them. With a velocity along +x, the leading edge and the higher pressure are on the
-            +x side. The motion starts with the load at times[0]. An inner step has the mean of the velocities at its ends,
-            an error that ``time_step_error`` leaves out: where the velocity reverses use more ``times`` or ``substeps``.
+            +x side. The motion starts with the load at times[0]. An inner step has the mean of the velocities at its ends;
+            ``time_step_error`` includes the error that this causes.
         friction: as in ``slide_steady``, along the velocity at the end of each inner step; None with an indenter that creeps
             or is coated.
         thermal: None, or ``Thermal`` with a diffusivity; friction is then > 0, the velocity constant, and the grid not
