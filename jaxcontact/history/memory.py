@@ -773,12 +773,17 @@ class Shift(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """One step: dt [s], the shift in it [cells along x], and the unit vector of the velocity at its end, (2,); sheared: for
-    ``update``, the traction at its end where it does not follow from the pressure, (nx, ny), else None."""
+    """One step: dt [s], the shift in it [cells along x], and the unit vector of the velocity at its end, (2,).
+
+    aside: how far in the middle of the step the indenter is off the way of its mean velocity, as a shift; None where the
+    velocity does not change. sheared: for ``update``, the traction at its end where it does not follow from the pressure,
+    (nx, ny), else None.
+    """
 
     dt: Array
     shift: Shift
     direction: Array
+    aside: Shift | None = None
     sheared: Array | None = None
 
 

@@ -97,6 +97,19 @@ def shifts(velocity: Array, times: Array, substeps: int) -> Shift:
     return Shift(move[..., 0], None if velocity.ndim == 0 else move[..., 1])
 
 
+def departures(velocity: Array, times: Array, substeps: int) -> Shift | None:
+    """How far in the middle of each inner step the indenter is off the way of its mean velocity, -dv dt/8, as ``shifts``.
+
+    None for a velocity that does not change.
+    """
+    if velocity.ndim < 2:
+        return None
+    start, end = at_fine_times(velocity, substeps)
+    before = jnp.append(times[:1], times[:-1])
+    aside = (start - end) / 8.0 * ((times - before) / substeps)[:, None, None]
+    return Shift(aside[..., 0], aside[..., 1])
+
+
 def carried_past(field: Array, shift: Shift, ratio: Array, periodic: tuple[bool, bool], beyond: str) -> Array:
     """Return a field of the body (nx, ny) in the frame of an indenter after its move: f(x + shift), along x and then y.
 

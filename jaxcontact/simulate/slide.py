@@ -35,13 +35,14 @@ from jaxcontact.history.motion import (
     carried_past,
     check_rubbing,
     checked_track,
+    departures,
     directions,
     over_times,
     shifts,
     speed_of,
 )
 from jaxcontact.history.normal_step import Adhering, PressCarry, PressStepper, plane_strain
-from jaxcontact.history.time_loop import Lapse, Outcome, Steps, in_radii
+from jaxcontact.history.time_loop import Bent, Lapse, Outcome, Steps, in_radii
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import Solid, rise_coefficients
@@ -125,8 +126,8 @@ def slide(
     Args:
         velocity: velocity of the indenter over the body [m/s]: a number (along x), (2,) for (vx, vy), or (nt, 2) over
             the times, linear between them. With a velocity along +x, the leading edge and the higher pressure are on the
-            +x side. The motion starts with the load at times[0]. An inner step has the mean of the velocities at its ends,
-            an error that ``time_step_error`` leaves out: where the velocity reverses use more ``times`` or ``substeps``.
+            +x side. The motion starts with the load at times[0]. An inner step has the mean of the velocities at its ends;
+            ``time_step_error`` includes the error that this causes.
         friction: as in ``slide_steady``, along the velocity at the end of each inner step; None with an indenter that creeps
             or is coated.
         thermal: None, or ``Thermal`` with a diffusivity; friction is then > 0, the velocity constant, and the grid not
@@ -256,7 +257,10 @@ class Sliding(Experiment):
         # the motion; on a periodic grid a step may have any length
         shift = shifts(self.velocity / scale.length, self.times, substeps)
         motion = Motion(
-            fine_steps(self.times, substeps), shift, directions(self.velocity, self.times, substeps)
+            fine_steps(self.times, substeps),
+            shift,
+            directions(self.velocity, self.times, substeps),
+            departures(self.velocity / scale.length, self.times, substeps),
         )
         farthest = jnp.full(2, jnp.inf)
         if not all(grid.periodic):
@@ -396,13 +400,18 @@ class SlideStepper(PressStepper):
         return self.memory.memories[0] if isinstance(self.memory, BothSurfaces) else self.memory
 
     def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
-        shift = step.more.shift
+        shift, aside, body = step.more.shift, step.more.aside, self._of_body
         way = jnp.abs(shift.x) if shift.y is None else jnp.hypot(shift.x, shift.y)
         drift = in_radii(way, contact_area, plane_strain(self.profile))
+        count = body.delayed_rates.size
         if isinstance(self.memory, BothSurfaces):  # what the indenter remembers stays in the contact
-            body, indenter = (memory.delayed_rates.size for memory in self.memory.memories)
-            drift = jnp.concatenate([jnp.broadcast_to(drift, (body,)), jnp.zeros(indenter)])
-        return Lapse(step.dt, drift=drift)
+            indenter = self.memory.memories[1].delayed_rates.size
+            drift = jnp.concatenate([jnp.broadcast_to(drift, (count,)), jnp.zeros(indenter)])
+        bent = None
+        if aside is not None:
+            in_cells = lambda moved: jnp.stack([moved.x, moved.y / body.ratio])
+            bent = Bent(in_cells(shift), in_cells(aside), count, body.kernels.family.periodic)
+        return Lapse(step.dt, drift=drift, bent=bent)
 
     def _energies(self, adhering: Adhering, fields: Any, pressure: Array) -> dict[str, Array]:
         """Return nothing: what a moving body dissipates is in the observables of its memory."""

@@ -248,7 +248,7 @@ def series_indented(*, body: Any, **given: Any) -> Any:
 RISING = jc.Load(np.array([0.6, 1.0, 0.9]) * 0.12)
 FALL = jc.Approach(np.array([0.9, 1.2, 1.1]) * 0.6e-6)
 ARCHARD = jc.Archard(5e-14)
-GROWTH = jc.StressActivated(rate=1.0, activation_energy=1.0e-19, activation_volume=2e-28, temperature=373.0)
+GROWTH = jc.StressActivated(rate=0.001, activation_energy=1.0e-19, activation_volume=2e-28, temperature=373.0)
 
 SCENARIOS: dict[str, Scenario] = {
     # ---- indent
@@ -256,7 +256,7 @@ SCENARIOS: dict[str, Scenario] = {
         jc.indent, pressed(BODY([LAYER(SLS, 6e-6)], SOFT), RISING), ACCURATE
     ),
     "indent, approach, elastic film on a Maxwell half-space": Scenario(
-        jc.indent, pressed(BODY([LAYER(jc.Elastic(3e9, 0.3), 20e-6)], jc.Maxwell(2e9, 40e9, 0.4)), FALL), ACCURATE,
+        jc.indent, pressed(BODY([LAYER(jc.Elastic(3e9, 0.3), 20e-6)], jc.Maxwell(2e9, 400e9, 0.4)), FALL), ACCURATE,
         # loads after the first have a noise of 5e-7, also where the spacing alone changes (the first: 1e-14): it is that of
         # the operators of the delayed response, and central differences end at it
         bound=1e-2, modes=1e-3,
@@ -314,14 +314,14 @@ SCENARIOS: dict[str, Scenario] = {
     "indent, exponential adhesion": Scenario(
         jc.indent,
         pressed(BODY([], RUBBER), jc.Load(np.array([1e-4, 2e-4, 1.5e-4])), jc.Sphere(2e-3),
-                jc.Grid((17, 15), (19e-6, 21e-6)), np.array([0.0, 0.5, 2.0]),
-                adhesion=jc.ExponentialAdhesion(20e-3, 1e-6)),
+                jc.Grid((17, 15), (19e-6, 21e-6)), np.array([0.0, 0.3, 0.7]),
+                adhesion=jc.ExponentialAdhesion(20e-3, 0.5e-6)),
         ACCURATE,
     ),
     "indent, Dugdale adhesion": Scenario(
         jc.indent,
         pressed(BODY([], RUBBER), jc.Load(np.array([1e-4, 2e-4, 1.5e-4])), jc.Sphere(2e-3),
-                jc.Grid((17, 15), (19e-6, 21e-6)), np.array([0.0, 0.5, 2.0]),
+                jc.Grid((17, 15), (19e-6, 21e-6)), np.array([0.0, 0.3, 0.7]),
                 adhesion=jc.DugdaleAdhesion(20e-3, 2e4)),
         ACCURATE,
     ),
@@ -330,8 +330,8 @@ SCENARIOS: dict[str, Scenario] = {
     ),
     "indent, cone on two films": Scenario(
         jc.indent,
-        pressed(BODY([LAYER(SLS, 5e-6), LAYER(BURGERS, 9e-6)], STEEL), jc.Load(np.array([0.12, 0.2, 0.17])),
-                jc.Cone(1.54, STEEL)),
+        pressed(BODY([LAYER(SLS, 5e-6), LAYER(BURGERS, 9e-6)], STEEL), jc.Load(np.array([0.4, 0.5, 0.45])),
+                jc.Cone(1.54, STEEL), times=np.array([0.0, 4.0, 10.0])),
         ACCURATE,
     ),
     "indent, punch on a Kelvin-Voigt solid": Scenario(
@@ -359,8 +359,8 @@ SCENARIOS: dict[str, Scenario] = {
     "slide, adhesive": Scenario(
         jc.slide,
         pressed(BODY([], RUBBER), jc.Load(np.array([1e-4, 2e-4, 1.5e-4])), jc.Sphere(2e-3),
-                jc.Grid((17, 15), (19e-6, 21e-6)), np.array([0.0, 0.5, 2.0]), velocity=2e-5,
-                adhesion=jc.ExponentialAdhesion(20e-3, 1e-6)),
+                jc.Grid((17, 15), (19e-6, 21e-6)), np.array([0.0, 0.3, 0.7]), velocity=2e-5,
+                adhesion=jc.ExponentialAdhesion(20e-3, 0.5e-6)),
         ACCURATE,
     ),
     "slide, plane strain": Scenario(
@@ -456,7 +456,7 @@ SCENARIOS: dict[str, Scenario] = {
     "rub, growth and removal, heated": Scenario(
         jc.rub,
         pressed(BODY([LAYER(jc.Elastic(1e9, 0.4), uneven_film(GRID, 8e-6))], STEEL), RISING, velocity=1e-3, friction=0.2,
-                law=jc.StressActivated(1.0, 9e-20, 1e-27, None, stress="shear") + jc.ProportionalRemoval(1e-3),
+                law=jc.StressActivated(0.2, 9e-20, 3e-28, None, stress="shear") + jc.ProportionalRemoval(1e-3),
                 thermal=jc.Thermal(330.0, 1e-2, 0.7), thickest=20e-6),
         ACCURATE,
     ),

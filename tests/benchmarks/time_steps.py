@@ -2,6 +2,7 @@
 
     python -m tests.benchmarks.time_steps
     python -m tests.benchmarks.time_steps --random 60     # contacts drawn at random, half an hour
+    python -m tests.benchmarks.time_steps --sway 40       # slides whose velocity changes, three minutes
 
 A row has the true error of approach, load and the pressure of any cell, the largest estimate, their ratio, whether a time
 has status 12, and what ``jaxcontact check`` foretells from the rates of the top material and the times. The reference
@@ -17,7 +18,7 @@ import numpy as np
 import jaxcontact as jc
 from jaxcontact.response.stack import surface_creep
 from jaxcontact.shell.advice import foretold_step_error
-from tests.support.time_steps import cases, largest_error, random_case, reference, true_error
+from tests.support.time_steps import cases, largest_error, random_case, reference, swaying_case, true_error
 
 FINER_RANDOM = 16
 SMALL = 1e-3  # a true error below this has no ratio
@@ -33,11 +34,11 @@ def foretold(case):
     return foretold_step_error(surface_creep(material), times, values, loaded)
 
 
-def drawn(count):
+def drawn(draw, count):
     """Print the errors of contacts drawn at random, and quantiles of the ratio of the estimate to the true error."""
     ratios = []
     for seed in range(count):
-        case = random_case(seed)
+        case = draw(seed)
         coarse, fine = case.run(), case.run(substeps=FINER_RANDOM)
         true, found = largest_error(coarse, fine), float(np.max(coarse.time_step_error))
         others = np.setdiff1d(np.unique(np.concatenate([coarse.status, fine.status])), [0, 3, 12])
@@ -57,8 +58,11 @@ def main():
     parser.add_argument(
         "--random", type=int, metavar="N", help="N contacts drawn at random in the place of the list"
     )
-    if (count := parser.parse_args().random) is not None:
-        return drawn(count)
+    parser.add_argument("--sway", type=int, metavar="N", help="N slides whose velocity changes, likewise")
+    options = parser.parse_args()
+    for draw, count in ((random_case, options.random), (swaying_case, options.sway)):
+        if count is not None:
+            return drawn(draw, count)
     print(f"{'case':42s} {'true':>8s} {'estimate':>8s} {'ratio':>6s} {'status':>6s} {'foretold':>8s}")
     for case in cases():
         coarse, fine = case.run(), reference(case)

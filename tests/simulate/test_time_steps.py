@@ -6,7 +6,16 @@ import pytest
 import jaxcontact as jc
 from jaxcontact.response.stack import surface_creep
 from jaxcontact.shell.advice import foretold_step_error
-from tests.support.time_steps import BALL, cases, half_space, reference, solid, true_error
+from tests.support.time_steps import (
+    BALL,
+    cases,
+    half_space,
+    largest_error,
+    reference,
+    solid,
+    swaying_case,
+    true_error,
+)
 
 TEN = half_space(solid(10.0))
 SMALL = jc.Grid.square(n=16, width=200e-6)
@@ -189,3 +198,49 @@ def test_automatic_substeps_of_a_film_that_friction_warms():
     off = lambda history: float(np.max(np.abs(history.peak_pressure / fine.peak_pressure - 1.0)))
     assert off(once) > 0.05 and np.max(once.time_step_error) > 0.03
     assert found.diagnostics.refined >= 4 and off(found) < 0.015
+
+
+@pytest.mark.slow
+@QUIET
+@pytest.mark.parametrize("seed", [5, 16, 21])
+def test_the_estimate_includes_a_velocity_that_changes_within_a_step(seed):
+    """A sine, a random course and a start, with 3 to 22 % of error; the reference has 16 steps in the place of each."""
+    case = swaying_case(seed)
+    run = case.run()
+    error = largest_error(run, case.run(substeps=16))
+    assert 0.5 * error < np.max(run.time_step_error) < 2.0 * error
+    assert np.any(run.status == 12) == (seed == 16)
+
+
+@QUIET
+def test_a_velocity_that_reverses_within_a_step():
+    """Half a radius of contact forth and back within a step: what the march takes for rest is named."""
+    velocity = np.array([[60e-6, 0.0], [60e-6, 0.0], [-60e-6, 0.0]])
+    grid = jc.Grid.square(n=24, width=300e-6)
+    slid = lambda substeps: jc.slide(
+        half_space(solid(10.0)),
+        BALL,
+        jc.Load(0.2),
+        [0.0, 1.0, 3.0],
+        velocity=velocity,
+        grid=grid,
+        substeps=substeps,
+    )
+    run = slid(1)
+    error = largest_error(run, slid(32))
+    assert error > 0.2 and run.status[-1] == 12 and np.max(run.time_step_error) > 0.7 * error
+
+
+@pytest.mark.filterwarnings("ignore:the length or radius of the indenter")
+def test_a_punch_pressed_from_zero_on_a_solid_that_is_rigid_at_first():
+    """All its pressures are in proportion to the load, which is linear in time: the march is exact in one step. Of the
+    approaches, (1 - nu)/(4 a) J * dP for both solids, the ratio is free of the grid.
+    """
+    solid, steel = jc.KelvinVoigt(1e9, 10e9, 0.4), jc.Elastic(80e9, 0.3)
+    times, load = np.array([0.0, 8.0, 20.0]), np.array([0.0, 0.2, 0.25])
+    run = jc.indent(half_space(solid), jc.FlatPunch(60e-6, steel), jc.Load(load), times, grid=SMALL)
+    ramp = lambda t: np.maximum(t, 0.0) + 10.0 * np.expm1(-np.maximum(t, 0.0) / 10.0)
+    crept = 0.6 / 1e9 * (0.2 / 8.0 * ramp(times) + (0.05 / 12.0 - 0.2 / 8.0) * ramp(times - 8.0))
+    exact = crept + 0.7 / 80e9 * load
+    assert run.approach[2] / run.approach[1] == pytest.approx(exact[2] / exact[1], rel=1e-9)
+    assert np.all(run.converged) and np.max(run.time_step_error) < 1e-6

@@ -27,13 +27,13 @@ class Case:
     load: Any = None
     approach: Any = None
     indenter: Any = BALL
-    velocity: float = 0.0
+    velocity: Any = 0.0
 
     def run(self, **more):
         """Return its history."""
         control = jc.Load(self.load) if self.approach is None else jc.Approach(self.approach)
         given = self.body, self.indenter, control, self.times
-        if self.velocity:
+        if np.any(self.velocity):
             return jc.slide(*given, velocity=self.velocity, grid=GRID, **more)
         return jc.indent(*given, grid=GRID, **more)
 
@@ -174,6 +174,34 @@ def random_case(seed):
         grown = (wanted / max(radius, 10e-6)) ** (3 if loaded else 2)
         case = case.by(float(np.clip(grown, 0.05, 20.0)))
     return case
+
+
+def swaying_case(seed):
+    """Return a slide whose velocity changes, in nine times, drawn with a seed."""
+    draw = np.random.default_rng(seed)
+    ratio, loaded = float(10.0 ** draw.uniform(np.log10(1.5), 1.0)), bool(draw.random() < 0.55)
+    where = half_space if draw.random() < 0.7 else film
+    last = float(10.0 ** draw.uniform(-0.5, 1.0))
+    times, s = np.linspace(0.0, last, 9), np.linspace(0.0, 1.0, 9)
+    way = 90e-6 * 10.0 ** draw.uniform(-1.0, 0.3)  # in a step; the contacts have radii of about 70 um
+    speed = way * 8 / last
+    course = draw.choice(["reverse", "oscillate", "random", "speed up", "turn"])
+    along = {
+        "reverse": np.where(s < draw.uniform(0.2, 0.8), 1.0, -1.0),
+        "oscillate": np.sin(draw.uniform(3.0, 15.0) * s + draw.uniform(0.0, 6.0)),
+        "random": draw.uniform(-1.0, 1.0, 9),
+        "speed up": s**2,
+        "turn": np.cos(draw.uniform(2.0, 9.0) * s),
+    }[course]
+    across = {"turn": np.sin(draw.uniform(2.0, 9.0) * s), "random": draw.uniform(-1.0, 1.0, 9)}.get(
+        course, 0.0 * s
+    )
+    velocity = speed * np.stack([along, across], 1)
+    place = np.concatenate([[[0.0, 0.0]], np.cumsum((velocity[1:] + velocity[:-1]) / 2.0, 0) * last / 8])
+    velocity = velocity * min(1.0, 100e-6 / np.max(np.abs(place)))  # what has been passed stays on the grid
+    control = {"load": 0.15 * np.ones(9)} if loaded else {"approach": 0.7e-6 * np.ones(9)}
+    name = f"{seed}: solid {ratio:.1f}, {where.__name__}, {course}, {'load' if loaded else 'approach'}, {last:.2g} s"
+    return Case(name, where(solid(ratio)), times, velocity=velocity, **control)
 
 
 def largest_error(coarse, fine):
