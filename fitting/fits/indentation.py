@@ -236,6 +236,7 @@ CELLS, MOST_CELLS, START_CELLS = 32, 128, 32
 FINER, STEPS_FINER = 4, 3  # factors on cells and steps of the run that corrects an automatic grid
 LEFT = 8.0  # second order: of the change, an eighth remains for the steps, a fifteenth for the cells
 FINER_GIVEN, LEFT_GIVEN = 2, 3.0  # the same for a given grid
+MOST_STEPS = 8  # between samples
 MARGIN = 1.2  # width of the grid over that of the contact
 WIDER = 1.3
 WEIGHTS = 1e-3  # relative change of the weights above which a film is fitted again
@@ -284,7 +285,9 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
 
         # the change of the response at the optimum with more cells and steps, as a correction of the model
         film = layered.scene(press, coating, mesh)
-        fine = layered.scene(press, coating, mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER))
+        fine = layered.scene(
+            press, coating, mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER * mesh.fine)
+        )
         bare = {"weights": np.ones(press.t.size), "response": np.zeros(press.t.size)}
         changed, plain = (layered.evaluate(coarse.theta, one._replace(**bare))[0] for one in (fine, film))
         film = film._replace(correction=changed - plain)
@@ -360,8 +363,8 @@ def _resolved(
 ) -> tuple[IndentationProblem, Best, Objective, Mesh]:
     """Return the optimum on a mesh.
 
-    An automatic mesh is widened while the contact reaches its edge; samples at which the contact is only a few cells
-    across get zero weight.
+    An automatic mesh is widened while the contact reaches its edge, and steps that are too long are halved; samples at which
+    the contact is only a few cells across get zero weight.
     """
     press = _coarse_left_out(press, layered.scene(press, coating, mesh), theta, mesh)
     while True:
@@ -373,6 +376,8 @@ def _resolved(
         if status == jc.Status.AT_EDGE and chosen:
             mesh = mesh._replace(width=WIDER * mesh.width)
             press = _coarse_left_out(press, layered.scene(press, coating, mesh), best.theta, mesh)
+        elif status == jc.Status.STEP_TOO_LONG and mesh.fine < MOST_STEPS:
+            mesh = mesh._replace(fine=2 * mesh.fine)
         elif status:
             n, what = mesh.cells, jc.Status(status).message
             raise ValueError(f"grid: the contact of the best fit on {n} x {n} cells: {what}")

@@ -111,11 +111,11 @@ def draw_material(fit: Any, path: Any) -> Any:
         line = _times(t, t[0], t[-1])
         if direct:
             _band(top, fit, line)
-        top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
+        top.plot(t, measured, ".", markersize=_dots(t), color="0.4", label="data")
         label = fit.model.__name__ + ("" if math.isnan(fit.r2) else f", R² = {fit.r2:.5f}")
         top.plot(*((line, fit.predict(line)) if direct else _broken(t, fit.fitted)), label=label)
         axis_label(top.yaxis, name, unit, measured)
-        bottom.plot(t, deviations(fit), ".", markersize=3, color="0.4")
+        bottom.plot(t, deviations(fit), ".", markersize=_dots(t), color="0.4")
         bottom.set(xlabel="{} [{}]".format(*fit.abscissa), ylabel=RESIDUAL)
         scale_axes(top, t, measured, direct)
 
@@ -133,7 +133,7 @@ def draw_models(fits: Sequence[Any], path: Any) -> Any:
     moduli = name not in ("J", "depth", "load")
     figure = Figure(figsize=(7.5, 4.0 + 0.9 * len(fits)), layout="constrained")
     top, *below = figure.subplots(1 + len(fits), 1, sharex=True, height_ratios=[4.0] + [1.0] * len(fits))
-    top.plot(t, measured, ".", markersize=3, color="0.4", label="data")
+    top.plot(t, measured, ".", markersize=_dots(t), color="0.4", label="data")
     axis_label(top.yaxis, name, unit, measured)
     colours = colormaps["viridis"](np.linspace(0.0, 0.85, len(fits)))
     for k, (fit, axes, colour) in enumerate(zip(fits, below, colours, strict=True)):
@@ -141,7 +141,7 @@ def draw_models(fits: Sequence[Any], path: Any) -> Any:
         dashes = ("-", "--", ":", "-.")[k % 4]
         line, label = _broken(fit.curve[2], fit.fitted), f"{known}, BIC {of}, {fit.verdict}"
         top.plot(*line, color=colour, linestyle=dashes, label=label)
-        axes.plot(fit.curve[2], deviations(fit, best), ".", markersize=3, color=colour)
+        axes.plot(fit.curve[2], deviations(fit, best), ".", markersize=_dots(t), color=colour)
         axes.axhline(0.0, color="0.4", linewidth=0.8)
         axes.set_title(known, fontsize="small", loc="left", pad=2.0)
     # not the best place, which takes long to find among many points
@@ -165,7 +165,7 @@ def draw_tests(fit: Any, path: Any) -> Any:
     places = figure.add_gridspec(2, len(tests), height_ratios=(4, 1))
     for k, (name, unit, x, values, fitted) in enumerate(tests):
         axes = figure.add_subplot(places[0, k])
-        axes.plot(x, values, ".", markersize=3, color="0.4", label="data")
+        axes.plot(x, values, ".", markersize=_dots(x), color="0.4", label="data")
         axes.plot(*_broken(x, fitted), label=fit.model.__name__)
         positive = np.all(values > 0) and np.all(fitted > 0)
         over = "angular frequency [rad/s]" if name.startswith("G'") else "t [s]"
@@ -200,6 +200,11 @@ def parameters(axes: Any, fit: Any) -> None:
 def _scale(t: np.ndarray) -> str:
     """Return "log" where most samples are early, otherwise "linear"."""
     return "log" if np.median(t) - t[0] < EARLY * (t[-1] - t[0]) else "linear"
+
+
+def _dots(samples: Any) -> float:
+    """Return the size of the marks of samples, which a few have to be to be seen."""
+    return 3.0 if len(samples) > 60 else 7.0
 
 
 def scale_axes(axes: Any, t: np.ndarray, values: np.ndarray, of_material: bool) -> None:

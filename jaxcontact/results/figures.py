@@ -181,8 +181,8 @@ def contact_section(ax: Axes, result: Any, body: LayeredHalfSpace | None = None,
 
     Lengths along x are to scale, heights are enlarged, and layers, named where ``body`` is given, are not to scale. The
     displacement of both surfaces is drawn on the body, so that the indenter keeps its shape; a dashed line is the dent that
-    would be left without load. single: the contact is one
-    patch around x = 0, whose approach and width are drawn as arrows.
+    would be left without load. The film of a body that is rubbed is drawn as it has grown, in the scale of the heights.
+    single: the contact is one patch around x = 0, whose approach and width are drawn as arrows.
     """
     x, outline, surface = _lines(result)
     low = float(np.min(surface))
@@ -190,7 +190,16 @@ def contact_section(ax: Axes, result: Any, body: LayeredHalfSpace | None = None,
     span = max(high - low, np.finfo(float).tiny)
     bottom, top = low - DEPTH * span, high + 0.6 * span
     ax.fill_between(x, outline, top, color=INDENTER, lw=0.0)
+    film = _film(result, body)
+    if film is not None and body is not None:
+        body = LayeredHalfSpace([], body.substrate)
     _draw_body(ax, x, surface, (bottom, low - 0.42 * span), body)
+    if film is not None:
+        here = np.isin(np.asarray(result.grid.axes()[0]), x)
+        ax.fill_between(x, surface - film[here], surface, color=LAYER, lw=0.0)
+        ax.plot(x, surface - film[here], color="black", ls="-", lw=0.6)
+        thickest = f"film up to {_short(float(film.max()), 'm')}"
+        ax.text(0.0, low - 0.32 * span, thickest, ha="center", va="top", **SMALL)
     ax.plot(x, outline, color="black", ls="-", lw=1.0)
     ax.plot(x, surface, color="black", ls="-", lw=1.0)
     ax.plot(x[[0, -1]], [0.0, 0.0], color="black", ls=":", lw=0.8)
@@ -206,6 +215,18 @@ def contact_section(ax: Axes, result: Any, body: LayeredHalfSpace | None = None,
     ax.set(xlim=(x[0], x[-1]), ylim=(bottom, top), title=_title(result))
     ax.set_axis_off()
     return ax
+
+
+def _film(result: Any, body: LayeredHalfSpace | None) -> np.ndarray | None:
+    """Return the thickness (nx,) of the one layer of a body that is rubbed, at y = 0 and the last time.
+
+    None elsewhere, and where material is worn off the indenter, whose thickness is negative.
+    """
+    thickness = getattr(result, "thickness", None)
+    if thickness is None or not (body is None or len(body.layers) == 1):
+        return None
+    film = last_map(thickness)[:, result.grid.shape[1] // 2]
+    return film if np.min(film) >= 0.0 < np.max(film) else None
 
 
 def _lines(result: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -80,7 +80,7 @@ def test_the_wheel_runs_a_case_where_there_is_no_source(built, tmp_path):
         "py.typed",
         "style.mplstyle",
         "cases/tribofilm_creep.toml",
-        "shell/playground/page/play.html",
+        "shell/playground/page/explorer.html",
     )
     wanted = ["fitting/py.typed", *(f"jaxcontact/{name}" for name in ours)]
     assert names.issuperset(wanted) and not any(name.startswith("tests/") for name in names)

@@ -11,14 +11,17 @@ import sys
 import threading
 from contextlib import closing, contextmanager
 
+import jax
 import numpy as np
 import pytest
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
+from jaxcontact.shell.case_file import read_case
 from jaxcontact.shell.playground.contacts import PRESETS, TIMES, contact, solve
-from jaxcontact.shell.playground.server import PageServer
+from jaxcontact.shell.playground.server import PAGE, PageServer
 
+NODE = shutil.which("node")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 STEEL, GLASS = jc.Elastic.from_young(210e9, nu=0.3), jc.Elastic.from_young(70e9, nu=0.22)
 ZDDP, GEL, ROLLER = PRESETS
@@ -189,6 +192,40 @@ def test_the_ends_of_the_sliders_have_a_result_that_carries_the_load(name):
             assert found["approach"][-1] > 1.25 * found["approach"][0] and not found["notes"]
 
 
+@pytest.mark.skipif(NODE is None, reason="node is not installed")
+def test_the_case_file_of_the_page_is_its_contact(tmp_path):
+    """A run of the file that the page copies is a run of what the page shows."""
+    source, page = ((PAGE / name).read_text().removesuffix("begin();\n") for name in ("solver.js", "page.js"))
+    presets = {
+        name: {"indenter": one.indenter, "nu": one.nu, "substrate": one.substrate}
+        for name, one in PRESETS.items()
+    }
+    asked = {name: PRESETS[name].values | {"stiffness": 1.5e3} for name in PRESETS}
+    answer = {"times": TIMES.tolist(), "x": np.linspace(-0.02, 0.02, 96).tolist()}
+    script = f"""
+        presets = {json.dumps(presets)};
+        const texts = Object.entries({json.dumps(asked)}).map((one) => caseFile(...one, {json.dumps(answer)}));
+        console.log(JSON.stringify(texts));
+    """
+    (tmp_path / "page.js").write_text("\n".join([source, page, script]))
+    done = subprocess.run([NODE, tmp_path / "page.js"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    for name, text in zip(asked, json.loads(done.stdout), strict=True):
+        (tmp_path / "mine.toml").write_text(text)
+        case = read_case(tmp_path / "mine.toml")
+        body, indenter, load = contact(name, **asked[name])
+        found = jax.tree.leaves((case.body, case.indenter, case.control, case.times))
+        np.testing.assert_allclose(
+            np.concatenate([np.ravel(leaf) for leaf in found]),
+            np.concatenate(
+                [np.ravel(leaf) for leaf in jax.tree.leaves((body, indenter, jc.Load(load), TIMES))]
+            ),
+            rtol=1e-5,
+        )
+        if name == ROLLER:
+            assert case.grid.shape == (96, 1) and case.grid.periodic == (False, True)
+
+
 PROBE = """
 const wait = (found) => new Promise((go) => {
   const look = () => (found() ? go() : setTimeout(look, 20));
@@ -204,10 +241,21 @@ const points = (kind) => document.querySelector(kind)?.getAttribute("points");
   parent.postMessage(JSON.stringify({
     moved: points(".curve") !== first, ghost: points(".ghost") === first,
     labels: document.querySelectorAll("label").length, state: document.getElementById("state").textContent,
+    charts: [...document.querySelectorAll("#charts svg")].filter((each) => each.getBoundingClientRect().height).length,
+    above: document.getElementById("charts").getBoundingClientRect().bottom <= slider.getBoundingClientRect().top,
+    stays: getComputedStyle(document.getElementById("results")).position === "sticky",
     wide: document.documentElement.scrollWidth - innerWidth, inner: innerWidth,
   }), "*");
 })();
 """
+
+
+def shown_at(width):
+    """On a wide screen three charts beside the sliders, on a phone one above them that stays."""
+    narrow = width < 800
+    return {"charts": 1 if narrow else 3, "above": narrow, "stays": narrow}
+
+
 HOST = """<!doctype html><body><script src="host.js"></script><iframe src="/" width="{width}" height="900" frameborder="0">
 </iframe></body>"""
 RECEIVE = 'addEventListener("message", (event) => { document.body.dataset.found = event.data; });'
@@ -224,8 +272,8 @@ def test_the_page_works_in_a_browser(width, tmp_path):
         kind, page = server.files["/"]
         server.files["/"] = kind, page.replace(b"</body>", b'<script src="probe.js"></script></body>')
         server.files["/host"] = kind, HOST.format(width=width).encode()
-        server.files["/probe.js"] = server.files["/play.js"][0], PROBE.encode()
-        server.files["/host.js"] = server.files["/play.js"][0], RECEIVE.encode()
+        server.files["/probe.js"] = server.files["/page.js"][0], PROBE.encode()
+        server.files["/host.js"] = server.files["/page.js"][0], RECEIVE.encode()
         server.runs.answer(ZDDP, PRESETS[ZDDP].values)
         address = f"http://127.0.0.1:{server.server_port}/host"  # a window of Chromium is not narrower than 500 pixels
         done = subprocess.run(
@@ -236,7 +284,7 @@ def test_the_page_works_in_a_browser(width, tmp_path):
     assert found.pop("inner") == width
     assert found.pop("wide") <= 0
     assert re.fullmatch(r"The film is compressed by \d+ % of its thickness at most", found.pop("state"))
-    assert found == {"moved": True, "ghost": True, "labels": 8}
+    assert found == {"moved": True, "ghost": True, "labels": 8} | shown_at(width)
 
 
 @pytest.mark.slow  # compiles the solver for a ball

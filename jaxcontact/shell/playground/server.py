@@ -18,10 +18,15 @@ from jaxcontact.shell.playground.contacts import PRESETS, SPAN, checked
 
 PAGE = Path(__file__).parent / "page"
 FILES = {
-    "/": ("text/html; charset=utf-8", "play.html"),
-    "/play.css": ("text/css; charset=utf-8", "play.css"),
-    "/play.js": ("text/javascript; charset=utf-8", "play.js"),
+    "/": ("text/html; charset=utf-8", "explorer.html"),
+    "/page.css": ("text/css; charset=utf-8", "page.css"),
+    "/page.js": ("text/javascript; charset=utf-8", "page.js"),
+    "/solver.js": ("text/javascript; charset=utf-8", "solver.js"),
 }
+TABLE = b'<script src="numbers.js"></script>\n<script src="table.js"></script>'
+SOLVER = b'<script src="solver.js"></script>'
+"""The sources of the page's numbers: that of explorer.html, opened as a file, and that of this server."""
+
 LOCAL = ("127.0.0.1", "localhost", "::1")
 LARGEST = 10_000
 """Bytes of a request."""
@@ -60,7 +65,8 @@ class PageServer(ThreadingHTTPServer):
 
     def __init__(self, port: int, solver: Solver):
         self.runs = Runs(solver)
-        self.files = {path: (kind, (PAGE / name).read_bytes()) for path, (kind, name) in FILES.items()}
+        read = {path: (kind, (PAGE / name).read_bytes()) for path, (kind, name) in FILES.items()}
+        self.files = {path: (kind, content.replace(TABLE, SOLVER)) for path, (kind, content) in read.items()}
         super().__init__(("127.0.0.1", port), _Handler)
 
     def handle_error(self, request: Any, client_address: Any) -> None:

@@ -1,4 +1,5 @@
-// Sliders, the sketch and the curves of play.html; the numbers are those of the server's solver.
+// Sliders, the sketch and the curves of the page. Its numbers are those of SOURCE: of the solver (solver.js), which
+// `jaxcontact play` serves, or of a table (table.js), which needs no server.
 "use strict";
 
 const LABELS = {
@@ -11,21 +12,21 @@ const LABELS = {
   flow: () => "Time of flow",
 };
 const UNITS = { radius: "m", thickness: "m", stiffness: "Pa", softening: "×", delay: "s", flow: "s" };
-const STAGES = {
-  compiling: "Compiling the solver for this contact: some seconds, once",
-  computing: "Computing",
-};
 const TICKS = { 1: "1 s", 10: "10", 100: "100", 1000: "1,000", 10000: "10⁴ s" }; // short enough for a narrow screen
+const CHARTS = { pressure: "Pressure", approach: "Approach", contact_radius: "Contact radius" };
 const STEPS = 100; // of the keyboard, from one end of a slider to the other
 const SECONDS = 4; // of the animation
 let WIDTH = 620; // narrower on narrow screens, so that the text keeps its size
-const HEIGHT = 200, LEFT = 68, RIGHT = 16, TOP = 8, BOTTOM = 24;
+const HEIGHT = 180, LEFT = 68, RIGHT = 16, TOP = 8, BOTTOM = 24;
+const ELASTIC = { steel: ["210e9", 0.3], glass: ["70e9", 0.22] }; // Young's modulus [Pa] and Poisson's ratio
 const PREFIXES = { "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G" };
 
-let presets, span, preset, values; // all examples, the reach of the sliders, the name of the example and its values
-let shown = null, ghost = null; // the last answer of the solver and the one before the last change
-let limits = {}; // of the axes
-let position = 9; // of the time in the answer's times; between two of them while it plays
+let presets, preset, values; // all examples, the name of the one that is shown and its values
+let shown = null, ghost = null; // the last answer of the source and the one before the last change
+let axes = {}; // low, high and step of each chart
+let chosen = "pressure"; // the chart of a narrow screen
+let position = null; // of the time in the answer's times; between two of them while it plays
+let waited = 0; // seconds on the clock
 let wanted = null, busy = false, moving = false, frame = 0;
 
 const byId = (id) => document.getElementById(id);
@@ -58,13 +59,11 @@ function row(name, attributes) {
 
 function slider(name) {
   const input = row(name, 'step="any"');
-  const reach = Math.log10(span);
-  Object.assign(input, { min: -reach, max: reach });
   input.addEventListener("keydown", (event) => {
     const moves = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
     if (!(event.key in moves)) return;
     event.preventDefault();
-    input.value = Number(input.value) + (moves[event.key] * 2 * reach) / STEPS;
+    input.value = Number(input.value) + (moves[event.key] * (input.max - input.min)) / STEPS;
     change(name, Number(input.value), false);
   });
   input.addEventListener("input", () => {
@@ -74,22 +73,24 @@ function slider(name) {
   input.addEventListener("change", () => (moving = false));
 }
 
-// A slider's position is the logarithm of its value over the default; the solver gets the digits that are shown.
+// A slider's position is the logarithm of its value; the source gets the digits that are shown.
 function change(name, place, keepGhost) {
-  const middle = presets[preset].values[name];
-  const value = Number((middle * 10 ** place).toPrecision(3));
-  values = { ...values, [name]: Math.min(Math.max(value, middle / span), middle * span) };
+  const [low, high] = presets[preset].limits[name];
+  values = { ...values, [name]: Math.min(Math.max(Number((10 ** place).toPrecision(3)), low), high) };
   drawInputs(name);
   ask(keepGhost);
 }
 
 function choose(name) {
   [preset, values] = [name, { ...presets[name].values }];
-  [shown, ghost, limits] = [null, null, {}];
+  [shown, ghost, axes] = [null, null, {}];
   stop();
-  position = Math.round(position);
+  if (position) position = Math.round(position);
+  for (const [each, [low, high]] of Object.entries(presets[name].limits)) {
+    Object.assign(byId(each), { min: Math.log10(low), max: Math.log10(high) });
+  }
   for (const each of ["charts", "sketch", "caption"]) byId(each).replaceChildren();
-  byId("play").disabled = true;
+  byId("play").disabled = byId("copy").disabled = true;
   for (const button of byId("presets").children) button.setAttribute("aria-pressed", button.textContent === name);
   drawInputs();
   ask(false);
@@ -107,35 +108,37 @@ async function run() {
   while (wanted) {
     const asked = wanted;
     wanted = null;
-    const watch = setInterval(watchStage, 200);
+    const since = performance.now();
+    waited = 0;
+    const watch = setInterval(() => waitSince(since), 200);
     try {
-      const response = await fetch("run", { method: "POST", body: JSON.stringify({ preset: asked.preset, values: asked.values }) });
-      if (!response.ok) say(await response.text(), "beyond");
-      else if (asked.preset === preset) answered(await response.json(), asked.keepGhost);
-    } catch {
-      say("The command jaxcontact play has ended; start it again and reload this page", "beyond");
-    } finally {
+      const answer = await SOURCE.answer(asked.preset, asked.values);
       clearInterval(watch);
+      if (asked.preset === preset) answered(answer, asked);
+    } catch (error) {
+      clearInterval(watch);
+      say(error.message, "beyond");
     }
   }
   busy = false;
 }
 
-async function watchStage() {
-  const answer = await fetch("stage").catch(() => null); // the run itself reports that there is no server
-  if (!answer) return;
-  const { stage } = await answer.json();
-  if (busy) say(STAGES[stage], "waits");
+// What is waited for, with the seconds since it was asked for.
+async function waitSince(start) {
+  const stage = await SOURCE.stage().catch(() => null); // the answer itself reports that there is no server
+  const seconds = Math.floor((performance.now() - start) / 1000);
+  if (busy && stage && seconds >= waited) say(`${stage} (${(waited = seconds)} s)`, "waits");
 }
 
-function answered(answer, keepGhost) {
-  if (answer.failure) return say(`No result: ${answer.failure}`, "beyond");
-  if (!keepGhost) ghost = shown;
+function answered(answer, asked) {
+  if (!asked.keepGhost) ghost = shown;
   shown = answer;
-  byId("play").disabled = false;
+  position ??= answer.times.findIndex((time) => time >= 100);
+  Object.assign(byId("time"), { max: answer.times.length - 1 });
+  byId("play").disabled = byId("copy").disabled = false;
   draw();
-  const strain = `The ${presets[preset].film} is compressed by ${quantity(100 * answer.strain, "×", 2).replace(" ×", " %")} of its thickness at most`;
-  say([strain, ...answer.notes].join("; "), answer.notes.length ? "beyond" : "");
+  byId("text").textContent = caseFile(asked.preset, asked.values, answer);
+  say([answer.remark, ...answer.notes].join("; "), answer.notes.length ? "beyond" : "");
 }
 
 function say(text, kind) {
@@ -151,22 +154,26 @@ function at(series) {
   return Array.isArray(a) ? a.map((each, i) => between(each, b[i])) : between(a, b);
 }
 
-// The next of 1, 2, 5, 10, ... above a value. It stays while the curves need between a tenth and all of it.
-function limit(name, value) {
-  const power = 10 ** Math.floor(Math.log10(value));
-  const next = power * [1, 2, 5, 10].find((step) => step * power >= value * (1 - 1e-9));
-  if (!(limits[name] >= next && limits[name] <= 10 * next)) limits[name] = next;
-  return limits[name];
+// Low end, high end and step of an axis for values from low to high, with ends at multiples of the step, 1, 2 or 5 times a
+// power of ten. It starts at zero if the values come near it, and stays while they fill 40 % of it, lest it jumps with each move.
+function axis(name, low, high) {
+  const from = low < 0.4 * high ? 0 : low, kept = axes[name];
+  if (kept && kept.low <= from && high <= kept.high && high - from >= 0.4 * (kept.high - kept.low)) return kept;
+  const least = Math.max(high - from, 0.02 * high) / 4, power = 10 ** Math.floor(Math.log10(least));
+  const step = power * [1, 2, 5, 10].find((each) => each * power >= least * (1 - 1e-9));
+  axes[name] = { low: Math.floor(from / step + 1e-9) * step, high: Math.ceil(high / step - 1e-9) * step, step };
+  return axes[name];
 }
 
-function chart(title, seen, across, up, ticks, curves) {
+function chart(name, title, seen, across, up, ticks, curves) {
   const bottom = HEIGHT - BOTTOM;
-  const y = (value) => bottom - ((bottom - TOP) * value) / up.high;
+  const { low, high, step } = up;
+  const y = (value) => bottom - ((bottom - TOP) * (value - low)) / (high - low);
   const x = (value) => LEFT + (WIDTH - LEFT - RIGHT) * across(value);
-  const power = powerOf(up.high);
-  const rows = [0, 1, 2, 3, 4, 5].map((i) => {
-    const value = (up.high * i) / 5;
-    const text = i ? `${Number((value / 10 ** power).toPrecision(3))} ${PREFIXES[power]}${up.unit}` : "0";
+  const power = powerOf(high);
+  const rows = Array.from({ length: Math.round((high - low) / step) + 1 }, (_, i) => {
+    const value = low + i * step;
+    const text = value ? `${Number((value / 10 ** power).toPrecision(4))} ${PREFIXES[power]}${up.unit}` : "0";
     return `<line class="grid" x1="${LEFT}" x2="${WIDTH - RIGHT}" y1="${y(value)}" y2="${y(value)}"/>
       <text class="tick" x="${LEFT - 6}" y="${y(value) + 4}" text-anchor="end">${text}</text>`;
   });
@@ -180,17 +187,17 @@ function chart(title, seen, across, up, ticks, curves) {
       `<polyline class="${kind}" points="${points.map(([a, b]) => `${x(a).toFixed(1)},${y(b).toFixed(1)}`).join(" ")}"/>`,
   );
   const dot = up.now ? `<circle class="now" cx="${x(up.now[0])}" cy="${y(up.now[1])}" r="5"/>` : "";
-  return `<div><h2><span>${title}</span><span>${seen}</span></h2>
+  return `<div${name === chosen ? ' class="chosen"' : ""}><h2><span>${title}</span><span>${seen}</span></h2>
     <svg viewBox="0 0 ${WIDTH} ${HEIGHT}" role="img" aria-label="${title}: ${seen}">
     ${rows.join("")}${columns.join("")}${lines.join("")}${dot}</svg></div>`;
 }
 
 const both = () => [["ghost", ghost], ["curve", shown]].filter(([, answer]) => answer);
-const largest = (lists) => Math.max(...lists.flat(2));
+const largest = (lists) => lists.flat(2).reduce((most, each) => Math.max(most, each), 0);
 
 function pressureChart(after) {
-  const wide = limit("wide", 1.2 * largest(both().map(([, answer]) => answer.contact_radius)));
-  const high = limit("pressure", largest(both().map(([, { pressure }]) => pressure)));
+  const wide = axis("wide", 0, 1.15 * largest(both().map(([, answer]) => answer.contact_radius))).high;
+  const up = axis("pressure", 0, largest(both().map(([, { pressure }]) => pressure)));
   const power = powerOf(wide);
   const ticks = [-1, -0.5, 0, 0.5, 1].map((part) => {
     const text = `${Number(((part * wide) / 10 ** power).toPrecision(3))}`.replace("-", "−");
@@ -200,18 +207,18 @@ function pressureChart(after) {
     const pressure = at(answer.pressure);
     return [kind, answer.x.map((x, i) => [x, pressure[i]]).filter(([x]) => Math.abs(x) <= wide)];
   });
-  const seen = `${quantity(Math.max(...at(shown.pressure)), "Pa")} in the middle after ${after}`;
+  const seen = `up to ${quantity(Math.max(...at(shown.pressure)), "Pa")} after ${after}`;
   const across = (x) => (x + wide) / (2 * wide);
-  return chart("Pressure across the contact", seen, across, { high, unit: "Pa" }, ticks, curves);
+  return chart("pressure", "Pressure", seen, across, { ...up, unit: "Pa" }, ticks, curves);
 }
 
-function approachChart(after, time) {
-  const high = limit("approach", largest(both().map(([, { approach }]) => approach)));
-  const curves = both().map(([kind, answer]) => [kind, answer.times.map((t, i) => [t, answer.approach[i]]).slice(1)]);
-  const up = { high, unit: "m", now: [Math.max(time, 1), at(shown.approach)] };
+function courseChart(name, after, time) {
+  const course = both().map(([kind, answer]) => [kind, answer.times.map((t, i) => [t, answer[name][i]]).slice(1)]);
+  const seen = course.flatMap(([, points]) => points.map(([, value]) => value));
+  const up = { ...axis(name, Math.min(...seen), largest(seen)), unit: "m", now: [Math.max(time, 1), at(shown[name])] };
+  if (time < 1) up.now[1] = shown[name][1];
   const ticks = Object.entries(TICKS).map(([t, text]) => [Number(t), text]);
-  const across = (t) => Math.log10(t) / 4;
-  return chart("Approach", `${quantity(at(shown.approach), "m")} after ${after}`, across, up, ticks, curves);
+  return chart(name, CHARTS[name], `${quantity(at(shown[name]), "m")} after ${after}`, (t) => Math.log10(t) / 4, up, ticks, course);
 }
 
 // The time of a position: between two of the answer's times as on the logarithmic axis, but for the first, which is 0.
@@ -256,7 +263,7 @@ function label(name, text, value) {
 // The slider that moves keeps its place: it is between the digits that are shown.
 function drawInputs(moved) {
   for (const name of Object.keys(LABELS)) {
-    if (name !== moved) byId(name).value = Math.log10(values[name] / presets[preset].values[name]);
+    if (name !== moved) byId(name).value = Math.log10(values[name]);
     label(name, LABELS[name](presets[preset]), quantity(values[name], unitOf(name)));
   }
 }
@@ -267,14 +274,15 @@ function draw() {
   const time = timeNow(), after = inSeconds(time);
   byId("time").value = position;
   label("time", "Time under load", after);
-  byId("charts").innerHTML = pressureChart(after) + approachChart(after, time);
+  const courses = ["approach", "contact_radius"].map((name) => courseChart(name, after, time));
+  byId("charts").innerHTML = [pressureChart(after), ...courses].join("");
   sketch(after);
 }
 
 function stop() {
   cancelAnimationFrame(frame);
   frame = 0;
-  byId("play").textContent = "Play over time";
+  byId("play").textContent = "Play";
 }
 
 function play() {
@@ -295,24 +303,91 @@ function play() {
   frame = requestAnimationFrame(next);
 }
 
+// The contact as a case file of `jaxcontact run`, with the times of the answer.
+function caseFile(name, { load, radius, thickness, stiffness, softening, delay, flow }, { times, x }) {
+  const { indenter, nu, substrate } = presets[name];
+  const number = (value) => Number(value.toPrecision(6)).toExponential().replace("e+", "e");
+  const [E, nuBelow] = ELASTIC[substrate], [steel, nuSteel] = ELASTIC.steel;
+  const shape = indenter === "roller" ? `shape = "cylinder"\nlength = 1.0 # [m]` : `shape = "sphere"`;
+  return `# ${name}: from the page with sliders
+[layer]
+material = "burgers"
+G1 = ${number(stiffness)} # [Pa]
+G2 = ${number(stiffness / softening)} # [Pa]
+eta1 = ${number(stiffness * flow)} # [Pa s]
+eta2 = ${number((stiffness / softening) * delay)} # [Pa s]
+nu = ${nu}
+thickness = ${number(thickness)} # [m]
+
+[substrate]
+material = "elastic"
+E = ${E} # [Pa]
+nu = ${nuBelow}
+
+[indenter]
+${shape}
+radius = ${number(radius)} # [m]
+
+[indenter.material]
+E = ${steel} # [Pa]
+nu = ${nuSteel}
+
+[control]
+load = ${number(load)} # [N]
+
+[times]
+values = [${times.filter((time) => !time || Math.abs(time - Number(time.toPrecision(1))) < 1e-9 * time).join(", ")}] # [s]
+
+[grid]
+${SOURCE.grid(presets[name], { x })}
+[solver]
+substeps = 2
+`;
+}
+
+// The clipboard is not there for every page: then the text is marked, to be copied by hand.
+async function copy() {
+  try {
+    await navigator.clipboard.writeText(byId("text").textContent);
+    byId("copied").textContent = "Copied";
+  } catch {
+    byId("case").open = true;
+    getSelection().selectAllChildren(byId("text"));
+    byId("copied").textContent = "Marked: copy it with Ctrl-C";
+  }
+  setTimeout(() => byId("copied").replaceChildren(), 3000);
+}
+
+function button(text, place, action) {
+  const made = Object.assign(document.createElement("button"), { type: "button", textContent: text });
+  made.addEventListener("click", action);
+  byId(place).append(made);
+  return made;
+}
+
+function show(name) {
+  chosen = name;
+  for (const [i, each] of Object.keys(CHARTS).entries()) byId("tabs").children[i].setAttribute("aria-pressed", each === name);
+  draw();
+}
+
 async function begin() {
-  ({ presets, span } = await (await fetch("presets.json")).json());
+  for (const text of ["intro", "accuracy"]) byId(text).textContent = SOURCE[text];
+  byId("home").hidden = !(SOURCE.documented && location.protocol.startsWith("http"));
+  presets = await SOURCE.presets();
   Object.keys(LABELS).forEach(slider);
-  row("time", 'min="0" max="17" step="1"').addEventListener("input", (event) => {
+  row("time", 'min="0" step="1"').addEventListener("input", (event) => {
     stop();
     position = Number(event.target.value);
     draw();
   });
   label("time", "Time under load", "");
-  for (const name of Object.keys(presets)) {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.textContent = name;
-    button.addEventListener("click", () => choose(name));
-    byId("presets").append(button);
-  }
+  for (const [name, text] of Object.entries(CHARTS)) button(text, "tabs", () => show(name));
+  for (const name of Object.keys(presets)) button(name, "presets", () => choose(name));
   byId("play").addEventListener("click", play);
+  byId("copy").addEventListener("click", copy);
   addEventListener("resize", draw);
+  show(chosen);
   choose(Object.keys(presets)[0]);
 }
 begin();
