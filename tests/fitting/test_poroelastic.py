@@ -11,7 +11,7 @@ import jaxcontact as jc
 from jaxcontact.__main__ import main
 from tests.support.poroelastic_contact import BALL, CONE, Drained, Sealed, hu
 
-BEAD = jc.Sphere(50e-6)
+BEAD, AHEAD = jc.Sphere(50e-6), 0.18  # the latter as stated in the documentation
 G, NU, D = 8e3, 0.25, 2e-10
 
 
@@ -22,10 +22,10 @@ def force(t, depth, indenter=BEAD, nu=NU, ramp=0.0, G=G, D=D, parts=4000):
     else:
         a, size, curve, power = 2 / np.pi * depth * np.tan(indenter.half_angle), 4.0, CONE, 2.0
     late = size * G * a * depth / (2 * (1 - nu))
-    step = lambda lag: late + (size * G * a * depth - late) * hu(D * lag / a**2, curve)
-    if ramp == 0:
-        return step(t)
-    share = (np.arange(parts) + 0.5) / parts
+    step = lambda lag: np.where(
+        lag >= 0, late + (size * G * a * depth - late) * hu(D * np.maximum(lag + AHEAD * ramp, 0) / a**2, curve), 0.0
+    )
+    share = (np.arange(parts if ramp else 1) + 0.5) / parts
     return np.mean([step(t - ramp * one ** (1 / power)) for one in share], axis=0)
 
 
@@ -34,7 +34,7 @@ def curve(depth, indenter=BEAD, ramp=0.5, noise=0.0, seed=0, end=300.0, n=120, *
     up = np.linspace(0.0, ramp, 25)[:-1] if ramp else np.zeros(0)
     t = np.append(up, ramp + np.geomspace(0.02, end, n))
     depths = np.minimum(t / ramp, 1.0) * depth if ramp else np.full(n, depth)
-    load = np.append(np.full(up.size, 1e-9), force(t[up.size :], depth, indenter, ramp=ramp, **given))
+    load = force(t, depth, indenter, ramp=ramp, **given)
     errors = np.random.default_rng(seed).standard_normal(t.size) * noise * load.max()
     return fitting.IndentationData(t=t, load=load + errors, depth=depths)
 
