@@ -113,7 +113,9 @@ def add_parser(commands: Any) -> None:
             what = "CSV, TSV or an export with columns that name their units"
             if name == "force":
                 what = "a file of JPK, Asylum, Bruker or AFM Workshop, or text"
-            flags.add_file(parser, name in ("batch", "together", "master", "growth", "cause"), name != "force", what)
+            flags.add_file(
+                parser, name in ("batch", "together", "master", "growth", "cause"), name != "force", what
+            )
             if name in KINDS:
                 flags.add(parser, KINDS[name], flags.options_of(KINDS[name]))
             else:
@@ -222,8 +224,7 @@ def _growth(options: argparse.Namespace) -> int:
 
 
 def _cause(options: argparse.Namespace) -> int:
-    """Read a hold of each file, print what makes the gel relax, and write it; for a single hold also which second depth would
-    tell."""
+    """Read a hold of each file, print what makes the gel relax, and for a single hold which second depth would tell."""
     output.check_directory(options, CAUSE)
     kind = KINDS["cause"]
     data = [kinds.read(kind, options, file)[0] for file in options.file]

@@ -27,7 +27,9 @@ from fitting.read.sweeps import read_sweeps
 SERIES = "a generalised Maxwell model with these relaxation times [s], or auto, in place of --model"
 EACH = "one for each file, separated by commas, or one for all"
 EACH_FILE = {"required": True, "type": str, "metavar": "X,X,..."}
-RAMP = "duration [s] of a ramp at constant speed from t = 0 on, in place of the measured depths before the hold"
+RAMP = (
+    "duration [s] of a ramp at constant speed from t = 0 on, in place of the measured depths before the hold"
+)
 CONVENTION = 'convention of the compliance, "J" (gamma/tau) or "1/(2G)"; --tension is that of D'
 KINDS = {
     "creep": Kind(read_creep, fit_creep, more=("exclude", "resample", "tension"), words={"convention": CONVENTION}),

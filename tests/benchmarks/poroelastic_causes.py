@@ -9,7 +9,7 @@ et al. in ``tests/support/poroelastic_contact.py``, and a network with one or tw
 of 3, ramps take 1 to 10 % of a^2/D at the smaller depth (of the shortest time of a network), and the noise has 2 % of the
 force, at 500 points of a hold. Where both causes act, each has at least a fifth of the relaxation (of the logarithm of
 F0/Finf), and their times are within a factor of ten. For the coverage the forces after a ramp are those of a contact that
-grows under a sealed ball (``ramp_error``).
+grows under a sealed ball (``ramp_error``, with a random error of 15 % of it).
 """
 
 import argparse
@@ -72,7 +72,7 @@ def holds_of(properties, rng, depths=(3e-6, 9e-6), noise=0.02, points=500, seale
         ])  # fmt: skip
         if sealed:
             rho, R = (1 - 2 * nu) / (2 * (1 - nu)), D * ramp / a**2
-            error = ramp_error(R, np.maximum(D * t / a**2 - R, 0.0))
+            error = (1 + 0.15 * rng.standard_normal()) * ramp_error(R, np.maximum(D * t / a**2 - R, 0.0))
             force -= rho * error * np.minimum(t / ramp, 1.0) ** 2.5
         force = 16 / 3 * G * a * depth * force
         force = force * (1 + noise * rng.standard_normal(t.size))

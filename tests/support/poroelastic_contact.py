@@ -33,7 +33,7 @@ def hu(x, curve=BALL):
 def ramp_error(ramp, since):
     """By how much the superposition over the final contact is above the force under a sealed ball after a ramp, over
     F0 - Finf: a fit to ``Sealed`` for ramps of 0.01 to 0.1, times in a^2/D after the ramp."""
-    return 0.27 * ramp * np.exp(-since / 0.45)
+    return 0.27 * np.minimum(ramp, 1) * np.exp(-since / 0.45)
 
 
 def remaining(T, nu):
