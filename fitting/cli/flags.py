@@ -35,8 +35,8 @@ class Kind(NamedTuple):
     """A kind of fit as a command: its reader and its fit.
 
     more: flags of FORMS that are added; without: parameters and options that have no flag; words: help, or keywords of
-    argparse, by the names of options; weights: the default ones; nu: Poisson's ratio that is assumed, with a note, where none
-    is given; either: options that exclude each other, and whether one of them is needed.
+    argparse, by the names of options; weights: the default ones; nu: Poisson's ratio that is assumed, with a note, where
+    none is given; either: options that exclude each other, and whether one of them is needed.
     """
 
     reader: Callable[..., Any]

@@ -512,8 +512,8 @@ def fit_poroelastic(
             (against if stiffer > THIN else notes).append(words)
     if np.max(slow) > WIDEST:
         notes.append(
-            f"a ramp takes {np.max(slow):.2g} of a^2/D: its effect was computed up to {WIDEST:g}, and is extrapolated beyond;"
-            " a faster ramp or a deeper hold is better"
+            f"a ramp takes {np.max(slow):.2g} of a^2/D: its effect was computed up to {WIDEST:g}, and is extrapolated"
+            " beyond; a faster ramp or a deeper hold is better"
         )
     if space.lower[1] < space.upper[1] and nu <= 1e-6:
         notes.append(

@@ -103,7 +103,7 @@ def test_both_causes_are_in_doubt_where_ramps_are_not_known():
 
 
 def test_the_command_names_the_cause_of_two_files_and_the_second_depth_for_one(tmp_path, capsys):
-    _, curves = holds("poroelastic", points=60)
+    _, curves = holds("poroelastic", points=250)
     files = [str(tmp_path / f"{k}.csv") for k in range(2)]
     for file, one in zip(files, curves, strict=True):
         rows = np.column_stack([one.t, one.load, one.depth])
