@@ -1,5 +1,5 @@
 """The commands ``jaxcontact fit ...``: creep, prony, indentation, force, map, stiffness, poroelastic, relaxation,
-oscillation, master, growth, compare, batch, together, posterior, propagate and design.
+oscillation, master, growth, cause, compare, batch, together, posterior, propagate and design.
 
 Each prints a summary and writes summary.json, curve.csv and fit.png in DIR. Bad input is a ValueError of one line,
 which the command line prints; options in the message are replaced by the corresponding flags. A kind of fit is an entry of
@@ -11,6 +11,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
+from fitting.after.planning import design
 from fitting.cli import after, flags, kinds, maps
 from fitting.cli.kinds import KINDS
 from fitting.fits.compare import compare
@@ -21,6 +22,7 @@ from fitting.views.text import in_flags
 from jaxcontact._support.usage import Parser
 
 MODELS = "Maxwell,StandardLinearSolid,Burgers"
+CAUSE = ("summary.json",)
 TOGETHER = ("creep", "relaxation", "oscillation")  # kinds that one material is fitted to
 
 EXAMPLES = {
@@ -50,6 +52,10 @@ EXAMPLES = {
         "hold.csv -o gel --radius 50e-6 --viscosity 0.9e-3",
         "hold.csv -o gel --cone 70 --network",
     ),
+    "cause": (
+        "shallow.csv deep.csv -o gel --radius 50e-6 --in-contact",
+        "shallow.csv deep.csv -o gel --cone 70 --ramp 0.1,0.3",
+    ),
     "relaxation": ("gel.csv -o gel --model StandardLinearSolid", "gel.csv -o gel --tau auto"),
     "oscillation": ("sweep.csv -o melt --tau auto", "sweep.csv -o melt --spectrum"),
     "master": ("sweeps.csv -o melt --reference 400", "a.csv b.csv c.csv -o melt --temperature 350,370,390"),
@@ -76,6 +82,7 @@ def add_parser(commands: Any) -> None:
         ("map", "Young's modulus from the force curves of a map or a folder: one table and one figure", maps.run_map),
         ("stiffness", "modulus over depth from a continuous stiffness measurement: depth, stiffness and load", _fit),
         ("poroelastic", "a gel: the force at a constant depth, with the ramp to it: time, load and depth", _fit),
+        ("cause", "what makes a gel relax, its network or its solvent, from holds at several constant depths", _cause),
         ("relaxation", "a relaxation modulus over time", _fit),
         ("oscillation", "storage and loss modulus over frequency", _fit),
         ("master", "time-temperature superposition: curves at several temperatures", _master),
@@ -106,7 +113,9 @@ def add_parser(commands: Any) -> None:
             what = "CSV, TSV or an export with columns that name their units"
             if name == "force":
                 what = "a file of JPK, Asylum, Bruker or AFM Workshop, or text"
-            flags.add_file(parser, name in ("batch", "together", "master", "growth"), name != "force", what)
+            flags.add_file(
+                parser, name in ("batch", "together", "master", "growth", "cause"), name != "force", what
+            )
             if name in KINDS:
                 flags.add(parser, KINDS[name], flags.options_of(KINDS[name]))
             else:
@@ -212,6 +221,24 @@ def _growth(options: argparse.Namespace) -> int:
         found = kind.fit(data, **given)
     print(in_flags(found.summary()))
     return _leave(options, found)
+
+
+def _cause(options: argparse.Namespace) -> int:
+    """Read a hold of each file, print what makes the gel relax, and for a single hold which second depth would tell."""
+    output.check_directory(options, CAUSE)
+    kind = KINDS["cause"]
+    data = [kinds.read(kind, options, file)[0] for file in options.file]
+    given = flags.arguments(kind.fit, kind, options)
+    with flags.about(", ".join(options.file)):
+        found = kind.fit(data, **given)
+    print(found.summary())
+    if len(data) == 1:
+        print(design(found))
+    options.directory.mkdir(parents=True, exist_ok=True)
+    files = {"files": [Path(file).name for file in options.file]}
+    output.write_json(options.directory / CAUSE[0], found.to_dict() | files)
+    print(f"in {options.directory}: {CAUSE[0]}")
+    return 0
 
 
 def _master(options: argparse.Namespace) -> int:

@@ -34,9 +34,9 @@ FACE = 35.0  # half-angle of the pyramid that is assumed unless a tip is given [
 class Kind(NamedTuple):
     """A kind of fit as a command: its reader and its fit.
 
-    more: flags of FORMS that are added; without: parameters that have no flag; words: help, or keywords of argparse, by the
-    names of options; weights: the default ones; nu: Poisson's ratio that is assumed, with a note, where none is given;
-    either: options that exclude each other, and whether one of them is needed.
+    more: flags of FORMS that are added; without: parameters and options that have no flag; words: help, or keywords of
+    argparse, by the names of options; weights: the default ones; nu: Poisson's ratio that is assumed, with a note, where
+    none is given; either: options that exclude each other, and whether one of them is needed.
     """
 
     reader: Callable[..., Any]
@@ -107,7 +107,7 @@ def elastic(options: argparse.Namespace, name: str) -> jc.Elastic | None:
 def indenter_of(options: argparse.Namespace) -> Any:
     """Return the ball, punch, cone or pyramid of the flags."""
     solid = elastic(options, "ball") or elastic(options, "tip")
-    punch, cone, assumes_pyramid = options.punch, options.cone, hasattr(options, "pyramid")
+    punch, cone, assumes_pyramid = getattr(options, "punch", None), options.cone, hasattr(options, "pyramid")
     if cone is None and options.radius is not None:
         return (jc.FlatPunch if punch else jc.Sphere)(options.radius, solid)
     if isinstance(punch, float):
@@ -193,6 +193,7 @@ FORMS = {
         {"adhesion": {"default": "0", "metavar": "W"}},
         lambda o: _number_or("--adhesion", o.adhesion, "fit", "jkr", "auto"),
     ),
+    "ramp": Form({"ramp": {"metavar": "T"}}, lambda o: _one_or_each("--ramp", o.ramp)),
     "errors": Form(
         {
             f"{name}_error": _float("E", f"relative standard deviation of the {name.replace('_', ' ')}, which enters the"
@@ -243,6 +244,12 @@ def _number_or(flag: str, text: Any, *words: str) -> Any:
     return text if text is None or text.lower() in words else number(flag, text)
 
 
+def _one_or_each(flag: str, text: str | None) -> float | list[float] | None:
+    """Return the number of "1", the numbers of "1,2,3", or None."""
+    values = None if text is None else numbers(flag, text)
+    return values[0] if values and len(values) == 1 else values
+
+
 # 3. flags of a kind, from its signatures and docstrings
 
 
@@ -265,6 +272,7 @@ def options_of(kind: Kind) -> dict[str, dict[str, Any]]:
             found |= {one: given for one, given in own.items() if one not in found}
     for name in kind.more:
         found |= {one: dict(given) for one, given in FORMS[name].flags.items()}
+    found = {one: given for one, given in found.items() if one not in kind.without}
     if "nu" in found and kind.nu is not None:
         found["nu"] |= {"default": None, "help": f"Poisson's ratio of the sample ({kind.nu:g}, with a note)"}
     if "weights" in found:
@@ -364,7 +372,7 @@ def arguments(function: Callable[..., Any], kind: Kind, options: argparse.Namesp
         form = FORMS.get(name)
         if name in kind.without or (form and not form.value):
             continue
-        if form and form.value and all(hasattr(options, one) for one in form.flags):
+        if form and form.value and all(hasattr(options, one) for one in {*form.flags} - {*kind.without}):
             found[name] = form.value(options)
         elif not form and _is_plain(parameter.annotation) and hasattr(options, name):
             value = getattr(options, name)
@@ -410,7 +418,10 @@ def averaged(kind: Kind, file: str, options: argparse.Namespace, data: Any) -> A
 
 
 def weighting(kind: Kind, options: argparse.Namespace, data: Any) -> dict[str, Any]:
-    """Return weights or sigma; standard deviations in the data take precedence over the default weights."""
+    """Return weights or sigma, none without such a flag; standard deviations in the data take precedence over the default
+    weights."""
+    if not hasattr(options, "weights"):
+        return {}
     ends = ("",) if not hasattr(data, "sigma_load") else ()
     if not ends and getattr(options, "control", None):  # of the quantity that is not prescribed
         ends = ("_load" if options.control.lower() == "depth" else "_depth",)

@@ -5,6 +5,7 @@ from typing import Any
 
 from fitting.cli import flags
 from fitting.cli.flags import FACE, Kind
+from fitting.fits.cause import relaxation_cause
 from fitting.fits.creep import fit_creep
 from fitting.fits.force import fit_force
 from fitting.fits.force_history import MODELS
@@ -26,6 +27,9 @@ from fitting.read.sweeps import read_sweeps
 SERIES = "a generalised Maxwell model with these relaxation times [s], or auto, in place of --model"
 EACH = "one for each file, separated by commas, or one for all"
 EACH_FILE = {"required": True, "type": str, "metavar": "X,X,..."}
+RAMP = (
+    "duration [s] of a ramp at constant speed from t = 0 on, in place of the measured depths before the hold"
+)
 CONVENTION = 'convention of the compliance, "J" (gamma/tau) or "1/(2G)"; --tension is that of D'
 KINDS = {
     "creep": Kind(read_creep, fit_creep, more=("exclude", "resample", "tension"), words={"convention": CONVENTION}),
@@ -86,12 +90,23 @@ KINDS = {
         },
     ),
     "poroelastic": Kind(
-        read_indentation, fit_poroelastic, more=("in_contact",), without=("ramp", "rise"),
+        read_indentation, fit_poroelastic, more=("in_contact",), without=("rise", "punch"),
         either=((("radius", "cone"), True),),
         words={
             "radius": "radius of a ball [m]",
             "cone": "half-angle of a cone [degrees], or berkovich",
             "segment": "approach, hold or retract; repeat to select several",
+            "ramp": f"{RAMP}; 0: a step",
+        },
+    ),
+    "cause": Kind(
+        read_indentation, relaxation_cause, more=("in_contact",), without=("rise", "punch"),
+        either=((("radius", "cone"), True),),
+        words={
+            "radius": "radius of a ball [m]",
+            "cone": "half-angle of a cone [degrees], or berkovich",
+            "segment": "approach, hold or retract; repeat to select several",
+            "ramp": {"metavar": "T,T,...", "help": f"{RAMP}, {EACH}; 0: a step"},
         },
     ),
     "master": Kind(
@@ -214,7 +229,7 @@ def read(kind: Kind, options: argparse.Namespace, file: str, **reading: Any) -> 
     else:  # segments and window refer to the points that remain
         data = flags.read(kind, file, options, segment=None, window=None)
         depth = None if options.in_contact == "seen" else flags.number("--in-contact", options.in_contact)
-        stiffened = getattr(options, "layer", None) is not None or options.thickness is not None
+        stiffened = any(getattr(options, name, None) is not None for name in ("layer", "thickness"))
         with flags.about(file):
             data = data.in_contact(depth, flags.indenter_of(options), stiffened).only(
                 *(options.segment or ())

@@ -21,8 +21,8 @@ are correlated. The share of the solvent in the relaxation, for every (rho, D),
 is 0 for rho = 0 (a network alone) and 1 for constant v (solvent alone). Its interval is that of all (rho, D) whose chi2 is
 within ``WITHIN`` of the least one, and the cause is
 
-    viscoelastic    where it ends below ``SMALL``
-    poroelastic     where it begins above 1 - ``SMALL``
+    viscoelastic    where it ends below ``SMALL``, and a network alone is within ``RISE`` of the least chi2
+    poroelastic     where it begins above 1 - ``SMALL``, and solvent alone is within ``RISE``
     both            where chi2 of either alone exceeds the least one by more than ``RISE``
     cannot tell     else, or where the contact radii are alike, no model describes the holds, or nothing relaxes
 """
@@ -245,12 +245,19 @@ def named(found: Evidence, means: list[Means]) -> tuple[str, str]:
         )
     by_time = "times that do not depend on the contact radius"
     by_area = "times in proportion to its square"
-    if high < SMALL:
+    excluded = [one.chi2 > least + RISE for one in (found.viscoelastic, found.poroelastic)]
+    if high < SMALL and not excluded[0]:
         return "viscoelastic", f"{by_time} describe the holds, {by_area} do not"
-    if low > 1.0 - SMALL:
+    if low > 1.0 - SMALL and not excluded[1]:
         return (
             "poroelastic",
             f"times in proportion to the square of the contact radius describe the holds, {by_time} do not",
+        )
+    if high < SMALL or low > 1.0 - SMALL:
+        part, alone = ("solvent", by_time) if high < SMALL else ("network", by_area)
+        return "cannot tell", (
+            f"{alone} alone do not describe the holds, but the part of the {part} in the relaxation is below {SMALL:g}:"
+            " a small second cause, or an error of the model or of the ramp"
         )
     if min(found.viscoelastic.chi2, found.poroelastic.chi2) > least + RISE:
         return "both", f"neither {by_time} nor {by_area} alone describe the holds"

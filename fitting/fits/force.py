@@ -404,13 +404,31 @@ def spikes(deviations: np.ndarray, pushed: float) -> np.ndarray:
     )
 
 
+BESIDE = 3  # points on either side of a jump
+
+
+def jump(deviations: np.ndarray, pushed: float) -> float:
+    """Return the largest jump of the deviations between two points, 0 without one: a change by more than a tenth of the
+    largest force and eight robust standard deviations of such changes, of which more than half remains in the means of the
+    ``BESIDE`` points on either side. The noise of a sample is not as abrupt, and correlated noise hides it from other tests.
+    """
+    steps = np.diff(deviations)
+    sigma = float(np.sort(np.abs(steps))[steps.size // 2]) / 0.6745
+    means = np.convolve(deviations, np.full(BESIDE, 1.0 / BESIDE), "valid")
+    remains = np.zeros(steps.size)
+    remains[BESIDE - 1 : steps.size + 1 - BESIDE] = means[BESIDE:] - means[:-BESIDE]
+    size = np.where(remains * np.sign(steps) > verdict.ISOLATED * np.abs(steps), np.abs(steps), 0.0)
+    highest = float(np.max(size, initial=0.0))
+    return highest if highest > max(SPIKE * pushed, SPIKE_SEEN * sigma) else 0.0
+
+
 def unusable(
-    before: int, n: int, spiky: int, highest: float, pushed: float, scatter: float, unit: float
+    before: int, n: int, spiky: int, highest: float, jumped: float, pushed: float, scatter: float, unit: float
 ) -> str:  # fmt: skip
     """Return why a curve determines no modulus, "" if it does.
 
-    before: of its n points those before the contact; spiky: isolated spikes, the largest of them ``highest``; pushed,
-    scatter: largest force, and standard deviation of the baseline, over ``unit`` [N].
+    before: of its n points those before the contact; spiky: isolated spikes, the largest of them ``highest``; jumped,
+    pushed, scatter: largest jump, largest force, and standard deviation of the baseline, over ``unit`` [N].
     """
     if before < max(5, SHORT * n):
         return (
@@ -423,6 +441,11 @@ def unusable(
         return (
             f"spikes: {spiky} isolated points deviate from the curve by up to {100 * highest / max(pushed, 1e-300):.3g} % of"
             " the largest force: leave them out, or measure again"
+        )
+    if jumped:
+        return (
+            f"a jump by {100 * jumped / max(pushed, 1e-300):.3g} % of the largest force between two points: a contact that"
+            " slips or breaks through, or a fault of the instrument; fit the part before it"
         )
     if pushed < SEEN * scatter:
         return (
@@ -476,7 +499,9 @@ def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Devia
     pushed = float(indentation_force(theta, curve.depth[-1] - theta[2], curve))
     points = spikes(deviations, pushed)
     highest = float(np.max(np.abs(deviations[points]), initial=0.0))
-    why = unusable(before, outside.size, points.size, highest, pushed, scatter, unit)
+    why = unusable(
+        before, outside.size, points.size, highest, jump(deviations, pushed), pushed, scatter, unit
+    )
     if why:
         return Deviation(nothing, (why,))
 

@@ -120,6 +120,20 @@ def spikes_of(deviations: Array, pushed: Array, n: Array) -> tuple[Array, Array]
     return jnp.sum(high), jnp.max(jnp.where(high, size, 0.0)) / jnp.maximum(pushed, 1e-300)
 
 
+def jump_of(deviations: Array, pushed: Array, n: Array) -> Array:
+    """Return the largest jump over the force, as ``force.jump``."""
+    steps, beside, at = jnp.diff(deviations), force.BESIDE, jnp.arange(deviations.size - 1)
+    size = jnp.abs(steps)
+    sigma = jnp.sort(jnp.where(at < n - 1, size, jnp.inf))[(n - 1) // 2] / 0.6745
+    means = jnp.convolve(deviations, jnp.full(beside, 1.0 / beside), "valid")
+    remains = jnp.pad(means[beside:] - means[:-beside], beside - 1)
+    inside = (at >= beside - 1) & (at < n - beside)
+    jumps = inside & (remains * jnp.sign(steps) > verdict.ISOLATED * size)
+    highest = jnp.max(jnp.where(jumps, size, 0.0))
+    seen = highest > jnp.maximum(force.SPIKE * pushed, force.SPIKE_SEEN * sigma)
+    return jnp.where(seen, highest, 0.0) / jnp.maximum(pushed, 1e-300)
+
+
 def line(curve: Scaled, weights: Array) -> tuple[Array, Array, Array]:
     """Return rows q (2, N) that span the weighted 1 and t, R of them, and the weighted load outside of them (N,)."""
     q, R = orthonormal(jnp.stack([weights, weights * curve.t]))
@@ -322,7 +336,8 @@ def fit_one(
     return {
         "log_G": logs, "p": p, "contact": jnp.concatenate([p[None], ends]), "baseline": one.b, "tilt": one.k,
         "amplitude": one.c, "r2": r2, "floor": found.floor, "lag1": found.lag1, "before": before,
-        "scatter": scatter, "pushed": pushed, "spikes": count, "highest": highest, "doubted": doubted, "few": few,
+        "scatter": scatter, "pushed": pushed, "spikes": count, "highest": highest,
+        "jumped": jump_of(deviations, pushed, n), "doubted": doubted, "few": few,
         "softer": softer, "shift": half - p, "trend": trend, "varied": found.varied, "found": contact,
         "poor": real & ((r2 <= 0.0) | (total >= about * (1.0 - FLAT))), "faint": real & (spread > signal),
         "excess": spread / jnp.maximum(signal, 1e-300), "finite": jnp.all(jnp.isfinite(logs)),
@@ -1227,7 +1242,14 @@ def fill(
         of = lambda name: found[name][i].item()  # noqa: B023
         pushed, high = of("pushed"), of("highest")
         bad = force.unusable(
-            of("before"), int(rows.n[i]), of("spikes"), high * pushed, pushed, of("scatter"), float(load[i])
+            of("before"),
+            int(rows.n[i]),
+            of("spikes"),
+            high * pushed,
+            of("jumped") * pushed,
+            pushed,
+            of("scatter"),
+            float(load[i]),
         )
         if bad:
             why, out["stage"][k] = [bad], "unusable"

@@ -107,12 +107,13 @@ def slide(
     moves over the body with the indenter. Its mean over the contact changes the times of the body, if ``thermal`` has a
     shift: one factor for the whole body.
 
-    With adhesion, as in ``indent``, Coulomb's friction is mu times the pressure that contact carries, the net pressure plus
-    the attraction (``contact_pressure`` of the result), beside a shear strength of the contact.
-    Attraction at the rear edge, where the surfaces part, is resisted by a body that has had time to relax, and the edge
-    dissipates energy: the hysteresis force is then that of the whole pressure, contact less attraction. Steps should move
-    the indenter by a part of the zone of attraction. Each step solves contacts of the symmetric part of its response in turn (``contact.adhesive``), which converges
-    for an E0/Einf of up to 10 whatever the step; beyond, the status of a long step may be 1, and more ``substeps`` help.
+    With adhesion, as in ``indent``, Coulomb's friction is mu times the pressure that contact carries, the net pressure
+    plus the attraction (``contact_pressure`` of the result), beside a shear strength of the contact. Attraction at the
+    rear edge, where the surfaces part, is resisted by a body that has had time to relax, and the edge dissipates
+    energy: the hysteresis force is then that of the whole pressure, contact less attraction. Steps should move the
+    indenter by a part of the zone of attraction. Each step solves contacts of the symmetric part of its response in
+    turn (``contact.adhesive``), which converges for an E0/Einf of up to 10 whatever the step; beyond, the status of a
+    long step may be 1, and more ``substeps`` help.
 
     With ``hardness``, as in ``indent``, the dent stays behind in the track: it moves through the frame of the indenter with
     the body, and the part that leaves the grid is lost. It is interpolated between cells (``history.motion.carried_past``),

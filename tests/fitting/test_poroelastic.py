@@ -9,7 +9,8 @@ import pytest
 import fitting
 import jaxcontact as jc
 from jaxcontact.__main__ import main
-from tests.support.poroelastic_contact import BALL, CONE, Drained, Sealed, hu
+from tests.support.poroelastic_contact import BALL, CONE, Drained, Sealed, hu, ramp_error
+from tests.support.poroelastic_elements import relaxation
 
 BEAD = jc.Sphere(50e-6)
 G, NU, D = 8e3, 0.25, 2e-10
@@ -22,11 +23,11 @@ def force(t, depth, indenter=BEAD, nu=NU, ramp=0.0, G=G, D=D, parts=4000):
     else:
         a, size, curve, power = 2 / np.pi * depth * np.tan(indenter.half_angle), 4.0, CONE, 2.0
     late = size * G * a * depth / (2 * (1 - nu))
-    step = lambda lag: late + (size * G * a * depth - late) * hu(D * lag / a**2, curve)
-    if ramp == 0:
-        return step(t)
-    share = (np.arange(parts) + 0.5) / parts
-    return np.mean([step(t - ramp * one ** (1 / power)) for one in share], axis=0)
+    part = size * G * a * depth - late
+    step = lambda lag: np.where(lag >= 0, late + part * hu(D * np.maximum(lag, 0) / a**2, curve), 0.0)
+    error = ramp_error(D * ramp / a**2, D * np.maximum(t - ramp, 0) / a**2) * (t >= ramp)
+    share = (np.arange(parts if ramp else 1) + 0.5) / parts
+    return np.mean([step(t - ramp * one ** (1 / power)) for one in share], axis=0) - part * error
 
 
 def curve(depth, indenter=BEAD, ramp=0.5, noise=0.0, seed=0, end=300.0, n=120, **given):
@@ -34,7 +35,7 @@ def curve(depth, indenter=BEAD, ramp=0.5, noise=0.0, seed=0, end=300.0, n=120, *
     up = np.linspace(0.0, ramp, 25)[:-1] if ramp else np.zeros(0)
     t = np.append(up, ramp + np.geomspace(0.02, end, n))
     depths = np.minimum(t / ramp, 1.0) * depth if ramp else np.full(n, depth)
-    load = np.append(np.full(up.size, 1e-9), force(t[up.size :], depth, indenter, ramp=ramp, **given))
+    load = force(t, depth, indenter, ramp=ramp, **given)
     errors = np.random.default_rng(seed).standard_normal(t.size) * noise * load.max()
     return fitting.IndentationData(t=t, load=load + errors, depth=depths)
 
@@ -155,22 +156,90 @@ def test_the_ramp_is_a_superposition_over_the_final_contact(ramp):
     assert np.max(np.abs(by_radius - (F - Finf) / (F0 - Finf))) > 0.05
 
 
+def extrapolated(few, many):
+    """The limit of a method of first order in the time step, from two numbers of steps."""
+    return 2 * many - few
+
+
+@pytest.mark.slow
+def test_two_solutions_of_the_sealed_contact_agree_and_differ_from_the_published_curve():
+    """An integral equation and finite elements, both with the radius of the contact fixed."""
+    at = np.array([0.03, 0.1, 0.32, 1.0])
+    t, g = relaxation(0.2, sealed=True)
+    elements = np.interp(np.sqrt(at), np.sqrt(t), g)
+    sealed, found = Sealed(0.2), []
+    for n in (40, 80):
+        t = np.append(0.0, np.geomspace(1e-4, 1.5, n))
+        F = sealed.force(t, np.ones(n + 1), sealed.x**2, step=True, fixed=True) / (8 / 3)
+        found.append(np.interp(np.sqrt(at), np.sqrt(t), (F - 1 / 1.6) / (1 - 1 / 1.6)))
+    np.testing.assert_allclose(extrapolated(*found), elements, atol=0.01)
+    assert np.all(np.abs(elements - hu(at))[1:] > 0.04)  # docs/limits.md
+
+
 @pytest.mark.long
-def test_the_ramp_under_a_sealed_indenter_is_within_what_the_intervals_include():
+def test_the_effect_of_the_growing_contact_in_a_ramp():
+    """The superposition over the final contact, and the force under a sealed ball."""
     sealed = Sealed(0.2)
     F0, Finf = 8 / 3, 8 / 3 / 1.6
-    t = np.append(0.0, np.geomspace(1e-4, 5.0, 45))
-    g = (sealed.force(t, np.ones(t.size), sealed.x**2, step=True) - Finf) / (F0 - Finf)
-    share = (np.arange(400) + 0.5) / 400
+    share, after = (np.arange(400) + 0.5) / 400, np.geomspace(0.05, 10.0, 12)
+    at = np.append(0.0, np.geomspace(1e-5, 6.0, 60))
+
+    def stepped(n):
+        t = np.append(0.0, np.geomspace(1e-5, 6.0, n))
+        F = sealed.force(t, np.ones(t.size), sealed.x**2, step=True)
+        return np.interp(np.sqrt(at), np.sqrt(t), (F - Finf) / (F0 - Finf))
+
+    def ramped(ramp, n):
+        t = np.append(
+            np.linspace(0.0, ramp, n + 1), ramp * (1 + np.geomspace(0.05, 10.0, 11 * (n // 16) + 1))
+        )
+        F = sealed.force(t, np.minimum(t / ramp, 1.0), sealed.x**2)
+        return ((F - Finf) / (F0 - Finf))[n + 1 :: n // 16]
+
+    g = extrapolated(stepped(60), stepped(120))
     for ramp in (0.03, 0.1):
-        times = np.append(np.linspace(0.0, ramp, 16), ramp + np.geomspace(0.05 * ramp, 2.0, 18))
-        F = sealed.force(times, np.minimum(times / ramp, 1.0), sealed.x**2)[15:]
-        roots = lambda s: np.interp(np.sqrt(s), np.sqrt(t), g)
-        rule = np.array([np.mean(roots(one - ramp * share ** (2 / 3))) for one in times[15:]])
-        after = (times[15:] - ramp) / ramp
-        stated = 0.007 * np.exp(-3 * np.sqrt(after)) + 0.35 * ramp * np.exp(-after / 5)
-        error = np.abs(rule - (F - Finf) / (F0 - Finf))
-        assert np.all(error < stated + 5e-3) and np.max(error) > 0.3 * np.max(stated)
+        F = extrapolated(ramped(ramp, 32), ramped(ramp, 64))
+        lags = ramp * (1 + after[:, None]) - ramp * share ** (2 / 3)
+        rule = np.mean(np.interp(np.sqrt(lags), np.sqrt(at), g), 1)
+        np.testing.assert_allclose(rule - F, ramp_error(ramp, ramp * after), atol=0.004)
+        assert np.max(rule - F) > 0.008
+
+
+@pytest.mark.parametrize("ramp", [0.02, 0.1])
+def test_zeros_that_are_not_those_of_the_contact_are_rejected(ramp):
+    data = curve(5e-6, ramp=ramp, noise=0.01)
+    assert fitting.fit_poroelastic(data, indenter=BEAD).verdict == "accepted"
+    top = data.load.max()
+    for wrong in (
+        dataclasses.replace(data, load=data.load + 0.05 * top),
+        dataclasses.replace(data, load=data.load - 0.05 * top),
+        dataclasses.replace(data, depth=data.depth + 1e-6),
+        dataclasses.replace(data, depth=data.depth - 0.5e-6),
+    ):
+        fit = fitting.fit_poroelastic(wrong, indenter=BEAD)
+        assert fit.verdict == "rejected" and "not at zero" in fit.refused[0]
+    # with points before contact, at any zeros: in_contact() finds them
+    n = 30
+    free = fitting.IndentationData(
+        t=np.append(np.arange(n) * ramp / 25, data.t + n * ramp / 25),
+        load=np.append(data.load[:1] + 0.01 * top * np.random.default_rng(1).standard_normal(n), data.load)
+        + 0.05 * top,
+        depth=np.append(np.linspace(-n / 25, 0, n, endpoint=False) * 5e-6, data.depth) + 3e-6,
+    )
+    assert fitting.fit_poroelastic(free, indenter=BEAD).verdict == "rejected"
+    fit = fitting.fit_poroelastic(free.in_contact(indenter=BEAD), indenter=BEAD)
+    np.testing.assert_allclose([fit.values["G"] / G, fit.values["D"] / D], 1.0, atol=0.12)
+
+
+def test_what_wrong_zeros_would_change_is_stated_without_a_ramp():
+    hold = curve(5e-6, ramp=0.0, noise=0.003)
+    fit = fitting.fit_poroelastic(hold, indenter=BEAD)
+    (note,) = [one for one in fit.notes if "zeros of force and depth" in one]
+    moved = fitting.fit_poroelastic(
+        dataclasses.replace(hold, load=hold.load + 0.01 * hold.load.max()), indenter=BEAD
+    )
+    stated = float(note.split("nu by ")[1].split(",")[0])
+    np.testing.assert_allclose(stated, moved.values["nu"] - fit.values["nu"], rtol=0.25)
 
 
 def test_thin_samples_and_strong_relaxation_are_named():

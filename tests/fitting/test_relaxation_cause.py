@@ -1,12 +1,14 @@
 """Gels of known causes of their relaxation, from the generator of ``tests.benchmarks.poroelastic_causes``."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
 
 import fitting
 import jaxcontact as jc
+from jaxcontact.__main__ import main
 from tests.benchmarks.poroelastic_causes import BEAD, KINDS, gel, holds_of
 
 
@@ -98,3 +100,21 @@ def test_both_causes_are_in_doubt_where_ramps_are_not_known():
     later = [dataclasses.replace(one, t=one.t - one.t[0] + 1e-3) for one in holds]
     found = fitting.relaxation_cause(later, indenter=jc.Sphere(50e-6))
     assert found.cause == "both" and "step at t = 0 is assumed" in found.reason
+
+
+def test_the_command_names_the_cause_of_two_files_and_the_second_depth_for_one(tmp_path, capsys):
+    _, curves = holds("poroelastic", points=250)
+    files = [str(tmp_path / f"{k}.csv") for k in range(2)]
+    for file, one in zip(files, curves, strict=True):
+        rows = np.column_stack([one.t, one.load, one.depth])
+        np.savetxt(file, rows, delimiter=",", header="t [s],load [N],depth [m]", comments="")
+    words = ["fit", "cause", *files, "-o", str(tmp_path / "out"), "--radius", "50e-6"]
+    assert main(words) == 0
+    expected = fitting.relaxation_cause(curves, indenter=BEAD)
+    assert expected.summary() in capsys.readouterr().out
+    found = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert found["cause"] == expected.cause == "poroelastic" and found["files"] == ["0.csv", "1.csv"]
+    assert main([*words, "--ramp", "0.1,0.2,0.3", "--force"]) == 2
+    assert "expected one, or one for each of 2 curves, got 3" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main([*words, "--punch"])

@@ -30,6 +30,12 @@ def hu(x, curve=BALL):
     return curve[0] * np.exp(-curve[1] * np.sqrt(x)) + (1 - curve[0]) * np.exp(-curve[2] * x)
 
 
+def ramp_error(ramp, since):
+    """By how much the superposition over the final contact is above the force under a sealed ball after a ramp, over
+    F0 - Finf: a fit to ``Sealed`` for ramps of 0.01 to 0.1, times in a^2/D after the ramp."""
+    return 0.27 * np.minimum(ramp, 1) * np.exp(-since / 0.45)
+
+
 def remaining(T, nu):
     """Return H(inf) - H(T), the part of the compliance that is still to come."""
     b, eta, root = nu / (1 - nu), (1 - nu) / (1 - 2 * nu), np.sqrt(T)
@@ -162,8 +168,9 @@ class Sealed:
         minus, plus = self._matrices(*self._at(self.C, lag, 0.0))
         return 0.5 * np.sqrt(lag) * self.h * (plus - minus)
 
-    def force(self, times, depth, shape, step=False):
-        """Return the force (m,) at increasing times, from no contact, or from a step of a ball to depth 1."""
+    def force(self, times, depth, shape, step=False, fixed=False):
+        """Return the force (m,) at increasing times, from no contact, or from a step of a ball to depth 1, also with the
+        radius of the contact ``fixed`` at that of the step."""
         n, eye = self.n, np.eye(self.n)
         by_pressure, by_pore = self.by_pressure, lambda lag: self._edges(self.H, lag, -1.0)
         out, out_pore = lambda lag: self._edges(self.S, lag, 1.0), self.volume_by_pore
@@ -198,10 +205,10 @@ class Sealed:
                 return np.r_[v[:k], np.zeros(n - k)], np.r_[v[k:], np.zeros(n - k)]
 
             new = inside(edge)
-            while edge > 1 and new[0][edge - 1] < 0:
+            while not fixed and edge > 1 and new[0][edge - 1] < 0:
                 edge -= 1
                 new = inside(edge)
-            while edge < n and (wider := inside(edge + 1))[0][edge] > 0:
+            while not fixed and edge < n and (wider := inside(edge + 1))[0][edge] > 0:
                 edge, new = edge + 1, wider
             increments.append((new[0] - phi, new[1] - psi))
             at.append(t - lag)
