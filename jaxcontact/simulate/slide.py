@@ -110,8 +110,9 @@ def slide(
     the attraction (``contact_pressure`` of the result), beside a shear strength of the contact.
     Attraction at the rear edge, where the surfaces part, is resisted by a body that has had time to relax, and the edge
     dissipates energy: the hysteresis force is then that of the whole pressure, contact less attraction. Steps should move
-    the indenter by a part of the zone of attraction. Each step solves contacts of the symmetric part of its response in turn (``contact.adhesive``), which converges
-    for an E0/Einf of up to 10 whatever the step; beyond, the status of a long step may be 1, and more ``substeps`` help.
+    the indenter by a part of the zone of attraction. Each step solves contacts of the symmetric part of its response in turn
+    (``contact.adhesive``), which converges for an E0/Einf of up to 10 whatever the step; beyond, the status of a long step
+    may be 1, and more ``substeps`` help.
 
     With ``hardness``, as in ``indent``, the dent stays behind in the track: it moves through the frame of the indenter with
     the body, and the part that leaves the grid is lost. It is interpolated between cells (``history.motion.carried_past``),
