@@ -52,8 +52,7 @@ from jaxcontact.contact import normal
 from jaxcontact.contact.krylov import conjugate_gradients
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution, masked_mean
-from jaxcontact.operators import spectral
-from jaxcontact.operators.operator import Linear
+from jaxcontact.operators.operator import Linear, Operator
 
 # Attraction between the surfaces on the grid: tractions and energy of a field of gaps.
 #
@@ -611,23 +610,18 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
 @pytree
 class Drag:
     """The traction of a sliding contact with adhesion, coefficient p_c + strength where the surfaces touch, and the normal
-    displacement that it causes, by the spectrum of its kernel along the motion; all scaled.
+    displacement that it causes, by the operator of a traction along the motion; all scaled.
 
     coefficient, strength: () or (nx, ny).
     """
 
-    spectrum: Array
+    displacement: Operator
     coefficient: Array
     strength: Array
-    periodic: tuple[bool, bool] = static()
 
     def traction(self, carried: Array) -> Array:
         """Return the traction under a contact pressure, (nx, ny)."""
         return self.coefficient * carried + jnp.where(carried > 0.0, self.strength, 0.0)
-
-    def displacement(self, traction: Array) -> Array:
-        """Return the normal displacement under a traction, (nx, ny); linear."""
-        return spectral.convolve(self.spectrum, traction, self.periodic)
 
     def __call__(self, carried: Array) -> Array:
         """Return the normal displacement under a contact pressure, (nx, ny)."""

@@ -20,7 +20,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.exponential import ramps
-from jaxcontact._support.pytree import pytree, static
+from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.contact.adhesive import Drag
@@ -909,7 +909,7 @@ class MovingMemory(Memory):
             if self.shear is None:
                 operator = self.rubbing.added_to(operator, kernel)
             else:
-                drag = Drag(kernel, *self.shear, self._periodic)
+                drag = Drag(replace(operator, spectra=kernel[None]), *self.shear)
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
         fields = fields._replace(eta=eta, lost=lost, trail=moved_on(fields.trail, motion.shift))
         return Prediction(operator, earlier, fields, drag=drag)

@@ -675,7 +675,7 @@ def _run(
         else:
             strength = jnp.zeros(()) if shear_strength is None else shear_strength
             strength = scale.from_si("pressure", strength)
-            drag = Drag(rubbed.spectrum(), mu, strength, grid.periodic)
+            drag = Drag(replace(operator, spectra=rubbed.spectrum()[None]), mu, strength)
 
     # an indenter that creeps is at rest in its own frame: under a steady pressure it has relaxed
     of_its_own = None if kernels.indenter is None else RecursiveMemory(kernels.indenter)
