@@ -37,6 +37,24 @@ def test_the_mark_of_the_contact_is_where_the_contact_is(first, last, words):
     np.testing.assert_allclose(span, [first, last], atol=1e-9)
 
 
+def test_the_film_of_a_rubbed_body_is_below_its_surface_in_the_scale_of_the_heights():
+    """And material that an indenter has lost is none."""
+    pressed = (np.abs(X) < 20e-6).astype(float)[:, None]
+    result = SimpleNamespace(
+        grid=GRID, pressure=pressed, profile=1e2 * X[:, None] ** 2, displacement=1e-7 * pressed, load=1.0,
+        approach=1e-7, contact_radius=20e-6, diagnostics=SimpleNamespace(), thickness=5e-8 * pressed,
+    )  # fmt: skip
+    ax = Figure().subplots()
+    figures.contact_section(ax, result)
+    assert any(text.get_text() == "film up to 50 nm" for text in ax.texts)
+    lines = [np.asarray(line.get_ydata()) for line in ax.lines]
+    assert any(len(y) > 2 and np.isclose(y.min(), -1.5e-7) and np.isclose(y.max(), 0.0) for y in lines)
+    result.thickness = -result.thickness
+    ax = Figure().subplots()
+    figures.contact_section(ax, result)
+    assert not any(text.get_text().startswith("film") for text in ax.texts)
+
+
 @pytest.mark.parametrize(
     ("times", "decades"),
     [
