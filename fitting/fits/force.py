@@ -3,7 +3,6 @@
 import dataclasses
 import functools
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -93,9 +92,19 @@ def without_drag(
 
 
 PARTS = ("contact_point", "baseline", "tilt")  # coordinates after the two compliances
+LOG_J, FLUIDITY, POINT, BASELINE, TILT = range(5)  # places of the coordinates; the fluidity is held at 0
 
 
-class ForceCurve(NamedTuple):
+class ForceUnits(NamedTuple):
+    """Units of a scaled curve: load [N], depth [m], time [s] and compliance [1/Pa]."""
+
+    load: float
+    depth: float
+    time: float
+    compliance: float
+
+
+class ScaledApproach(NamedTuple):
     """Scaled samples (n,) of an approach: t, depth, load and weights; power of the depth; layer in scaled depths;
     extra: compliance of the indenter over 1 - nu, scaled; rise: derivative of the layer's series with respect to log G on
     an elastic base, 0 on a rigid one; at: log J at which the series holds."""
@@ -111,22 +120,24 @@ class ForceCurve(NamedTuple):
     at: Array | float = 0.0
 
 
-def indentation_force(theta: Array, depth: Array, curve: ForceCurve) -> Array:
+def indentation_force(theta: Array, depth: Array, curve: ScaledApproach) -> Array:
     """Return the scaled force without the baseline at scaled depths from contact on, of any shape."""
     inside = depth > 0.0
     safe = jnp.where(inside, depth, 1.0)
-    layer = curve.layer._replace(series=curve.layer.series + curve.rise * (curve.at - theta[0]))
-    force = safe**curve.power * layer.factor(safe) / (jnp.exp(theta[0]) + curve.extra)
+    layer = curve.layer._replace(series=curve.layer.series + curve.rise * (curve.at - theta[LOG_J]))
+    force = safe**curve.power * layer.factor(safe) / (jnp.exp(theta[LOG_J]) + curve.extra)
     return jnp.where(inside, force, 0.0)
 
 
-def force_with_baseline(theta: Array, curve: ForceCurve) -> Array:
-    """Return the scaled force (n,) at the samples; theta = (log J, 0, *``PARTS``)."""
-    return indentation_force(theta, curve.depth - theta[2], curve) + theta[3] + theta[4] * curve.t
+def force_with_baseline(theta: Array, curve: ScaledApproach) -> Array:
+    """Return the scaled force (n,) at the samples; theta = (log J, fluidity 0, *``PARTS``)."""
+    return (
+        indentation_force(theta, curve.depth - theta[POINT], curve) + theta[BASELINE] + theta[TILT] * curve.t
+    )
 
 
 @jax.jit
-def unit_forces(points: Array, curve: ForceCurve) -> Array:
+def unit_forces(points: Array, curve: ScaledApproach) -> Array:
     """Return the scaled indentation forces (k, n) at J = 1 for trial contact points (k,)."""
     return jax.vmap(lambda point: indentation_force(jnp.zeros(1), curve.depth - point, curve))(points)
 
@@ -208,12 +219,11 @@ class ApproachCurve(NamedTuple):
         return moved._replace(zero=self.zero + float(depth[0]))
 
 
-class ForceProblem(NamedTuple):
+class ForceModel(NamedTuple):
     """A scaled force curve with its search space.
 
     indenter; sought: the elastic solid; thickness [m] of a layer, None for a half-space; substrate: its elastic base,
-    None for a rigid one; unbonded: whether it slides on its base; units (load [N], depth [m], duration [s], compliance
-    [1/Pa]); sample: load over depth [m].
+    None for a rigid one; unbonded: whether it slides on its base; sample: load over depth [m].
     """
 
     approach: ApproachCurve
@@ -222,8 +232,8 @@ class ForceProblem(NamedTuple):
     thickness: float | None
     substrate: jc.Elastic | None
     unbonded: bool
-    curve: ForceCurve
-    units: tuple[float, float, float, float]
+    curve: ScaledApproach
+    units: ForceUnits
     space: Parameters
     sample: Sample
 
@@ -231,7 +241,7 @@ class ForceProblem(NamedTuple):
     def of(
         cls, approach: ApproachCurve, indenter: Any, sought: Sought, thickness: float | None,
         substrate: jc.Elastic | None, unbonded: bool, guess: float, weights: str | None, sigma: Any,
-    ) -> "ForceProblem":  # fmt: skip
+    ) -> "ForceModel":  # fmt: skip
         """Return the scaled problem of an approach; ValueError where nothing changes in it.
 
         guess: shear modulus [Pa] of the layer at which the factor of an elastic base is linearised.
@@ -258,7 +268,7 @@ class ForceProblem(NamedTuple):
                 at = -np.log(guess * compliance)
         weight, label = choose_weights(approach.t, above, weights, sigma)
         extra = float(indenter.compliance()) / share / compliance
-        curve = ForceCurve(
+        curve = ScaledApproach(
             approach.t / T,
             approach.depth / depth,
             above / load,
@@ -282,15 +292,15 @@ class ForceProblem(NamedTuple):
             unit=np.array([compliance, compliance / T, depth, load, load / T]), logarithmic=np.arange(5) == 0,
             material=np.arange(5) < 2, nuisances=PARTS, open=open_sides,
         )  # fmt: skip
-        units = load, depth, T, compliance
+        units = ForceUnits(load, depth, T, compliance)
         return cls(approach, indenter, sought, thickness, substrate, unbonded, curve, units, space, sample)
 
     def modulus(self, theta: np.ndarray) -> float:
         """Return the shear modulus [Pa]."""
-        return float(1.0 / (self.space.values(theta)[0] * self.units[3]))
+        return float(1.0 / (self.space.values(theta)[LOG_J] * self.units.compliance))
 
     @property
-    def padded(self) -> ForceCurve:
+    def padded(self) -> ScaledApproach:
         """The curve, padded to a common length."""
         arrays = {
             name: nonlinear.repeated(np.asarray(getattr(self.curve, name))) for name in ("t", "depth", "load")
@@ -299,7 +309,7 @@ class ForceProblem(NamedTuple):
 
     def objective(self, weights: np.ndarray) -> Objective:
         """Return the least-squares objective for weights (n,) [1/N]."""
-        curve, own = self.padded, nonlinear.without_weight(weights * self.units[0])
+        curve, own = self.padded, nonlinear.without_weight(weights * self.units.load)
         points = slice(weights.size)
         return Objective.of(force_with_baseline, curve, curve.load, own, self.space, points=points)
 
@@ -312,7 +322,7 @@ class ForceProblem(NamedTuple):
         inside = np.isfinite(forces).all(1)
         chi = f"expected a sample with chi (sqrt(R depth)/thickness of a ball) up to {thin_layer.LARGEST:g}, got more"
         if not np.any(inside):
-            raise ValueError(f"thickness: {chi} for every contact point on a way of {self.units[1]:.3g} m")
+            raise ValueError(f"thickness: {chi} for every contact point on a way of {self.units.depth:.3g} m")
         # weighted RSS and coordinates (5,) for each contact point; inf where the sample would pull
         w, rss, found = np.asarray(self.curve.weights), np.full(TRIALS, np.inf), np.zeros((TRIALS, 5))
         for i, (force, point) in enumerate(zip(forces, points, strict=True)):
@@ -379,7 +389,7 @@ def widened(fit: Fit, problem: FitProblem, total: float, cause: str) -> Fit:
 # The modulus is fitted again to the shallower half of the indentation (``inference/verdict.py``).
 
 
-CHANGE = 0.4  # of the logarithm of the modulus between half the depth and the whole, beyond which a fit is rejected
+CHANGE = 0.4  # of ln G between half the depth and the whole, beyond which a fit is rejected: exp(0.4) - 1 = 49 % of G
 TREND = 0.05  # likewise, trend of the residuals over the largest force
 SEEN = 5.0  # least indentation force in standard deviations of the baseline
 SHORT = 0.02  # least baseline, as a fraction of the depth of the curve
@@ -487,16 +497,16 @@ def trend_words(trend: float, softer: float, rejected: bool, unit: float, thin: 
     )
 
 
-def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Deviation:
+def deviation(problem: FitProblem, force: ForceModel, solved: Solved) -> Deviation:
     """Return the systematic deviation of a solved force curve."""
-    curve, theta, unit = force.curve, solved.theta, force.units[0]
+    curve, theta, unit = force.curve, solved.theta, force.units.load
     depth, deviations = np.asarray(curve.depth), solved.residual / solved.weights / unit
-    nothing, outside = np.zeros(theta.size), depth < theta[2]
+    nothing, outside = np.zeros(theta.size), depth < theta[POINT]
 
     # A curve without indentation or baseline determines nothing.
     before = int(outside.sum())
     scatter = float(np.std(deviations[outside])) if before else 0.0
-    pushed = float(indentation_force(theta, curve.depth[-1] - theta[2], curve))
+    pushed = float(indentation_force(theta, curve.depth[-1] - theta[POINT], curve))
     points = spikes(deviations, pushed)
     highest = float(np.max(np.abs(deviations[points]), initial=0.0))
     why = unusable(
@@ -507,8 +517,8 @@ def deviation(problem: FitProblem, force: ForceProblem, solved: Solved) -> Devia
 
     def refits() -> list[np.ndarray | None]:
         """Return the fit up to half the largest depth."""
-        some = depth - theta[2] <= HALF * (depth[-1] - theta[2])
-        if np.sum(some & (depth > theta[2])) < 5:
+        some = depth - theta[POINT] <= HALF * (depth[-1] - theta[POINT])
+        if np.sum(some & (depth > theta[POINT])) < 5:
             return [None]
         objective = force.objective(np.where(some, solved.weights, 0.0))
         return [nonlinear.minimise(objective, theta).theta]
@@ -739,15 +749,24 @@ def fit_force(
 
         force = G size d^p f(d)/(1 - nu) + baseline + tilt t,     d = max(depth - contact point, 0)
 
-    with size and p of the indenter (Hertz; Sneddon) and, on a thin layer, the exact factor f of ``thin_layer_factor``. The
+    with the shape of the indenter (Hertz; I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47)
+
+        ball of radius R:            size = 8/3 R^(1/2),        p = 3/2
+        cone of half-angle alpha:    size = 4/pi tan(alpha),    p = 2
+        flat punch of radius R:      size = 4 R,                p = 1
+
+    and, on a thin layer, the exact factor f of ``thin_layer_factor``, 1 on a half-space. The
     baseline changes linearly in time, which at a constant speed of approach includes a tilt in height. All four parameters
     are fitted together and profiled, so that the uncertainty of the contact point is part of the interval of the modulus.
     The standard deviation of a point is estimated as (a^2 + (b force)^2)^(1/2), and its correlation is allowed for. A curve
     of more than 1000 points is replaced by means of neighbouring points.
 
-    Where the residuals have a trend, the intervals include the change of the modulus from half the depth to the whole; the
-    fit is rejected where that exceeds 49 %, or the trend 5 % of the largest force. Of a rejected elastic fit,
-    ``modulus_over_depth`` is a table of the modulus over the depth.
+    The interval of the modulus is that of the profile likelihood, enlarged in this order: (1) where the residuals have a
+    trend, by the change of the modulus from half the depth to the whole; (2) with ``errors``, by the standard deviation of
+    the calibration; (3) with a drag, by that of the drag, (2) and (3) as errors of ln G that are independent of the noise.
+
+    A fit is rejected where the modulus changes by more than 49 % from half the depth to the whole, or the trend of the
+    residuals exceeds 5 % of the largest force; ``modulus_over_depth`` is then a table of the modulus over the depth.
 
     With a ``model`` the force follows from the whole history of the depth, in approach, dwell and retraction, with a
     contact that shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966) 845; derived in ``fitting/fits/force_history.py``):
@@ -806,12 +825,40 @@ def fit_force(
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     if adhesion is not None:
-        return _with_adhesion(data, adhesion, indenter, nu, weights, sigma, bounds, level, {
+        if not (isinstance(adhesion, str) and adhesion.lower() == "auto"):
+            raise ValueError(
+                f'adhesion: expected "auto" or None in a fit of a force curve, got {adhesion!r}: fit_indentation takes a'
+                ' work of adhesion, "fit" and "JKR"'
+            )
+        beside = {
             "model": model, "thickness": thickness, "unbonded": unbonded, "fixed": fixed, "errors": errors,
-            "polynomials": polynomials or None,
-        }, lambda: fit_force(
-            data, indenter=indenter, nu=nu, weights=weights, sigma=sigma, bounds=bounds, drag=drag, level=level
-        ))  # fmt: skip
+            "polynomials": polynomials,
+        }  # fmt: skip
+        given = [name for name, value in beside.items() if value]
+        if given:
+            raise ValueError(f"adhesion: expected no {', '.join(given)} beside it, got some")
+        # without a tension that can be seen the contact model is this fit without adhesion
+        elastic = functools.partial(
+            fit_force,
+            data,
+            indenter=indenter,
+            nu=nu,
+            weights=weights,
+            sigma=sigma,
+            bounds=bounds,
+            drag=drag,
+            level=level,
+        )
+        return choose_contact_model(
+            data,
+            indenter=indenter,
+            nu=nu,
+            weights=weights,
+            sigma=sigma,
+            bounds=bounds,
+            level=level,
+            elastic=elastic,
+        )
     weights = "estimated" if weights is None and sigma is None else weights
     check_options(indenter, nu, thickness, substrate, errors, spring_constant)
     thin_layer.check_unbonded(unbonded, thickness)
@@ -843,19 +890,19 @@ def fit_force(
     def taken(curve: IndentationData) -> ApproachCurve:
         """Return the approach with at most ``BASE`` largest depths of baseline before the contact, with a note."""
         approach = ApproachCurve.of(curve)
-        coarse = ForceProblem.of(approach.thinned(200), *given, 0.0, "absolute", None)
-        point = coarse.starts()[0][2] * coarse.units[1]
+        coarse = ForceModel.of(approach.thinned(200), *given, 0.0, "absolute", None)
+        point = coarse.starts()[0][POINT] * coarse.units.depth
         first = int(np.argmax(approach.depth >= point - BASE * (approach.depth[-1] - point)))
         if first:
             note = f"baseline: {first} points further than {BASE:g} largest depths from the contact left out"
             approach = approach.since(first)._replace(notes=(*approach.notes, note))
         return approach.thinned()
 
-    def searched(curve: ApproachCurve) -> tuple[ForceProblem, FitProblem, Solved]:
+    def searched(curve: ApproachCurve) -> tuple[ForceModel, FitProblem, Solved]:
         """Return the solution; on an elastic base the search is repeated until the modulus stays."""
         guess = 0.0
         for _ in range(TURNS + 1):
-            force = ForceProblem.of(curve, *given, guess, weights, sigma)
+            force = ForceModel.of(curve, *given, guess, weights, sigma)
             problem = FitProblem(bare, sought, force.space, force.sample, float(curve.t[-1]), level)
             solved = least_squares(problem, force.objective, force.starts())
             before, guess = guess, force.modulus(solved.theta)
@@ -869,10 +916,11 @@ def fit_force(
 
     approach = taken(bare)
     force, problem, solved = searched(approach)
-    off, theta, (unit, deepest, *_) = deviation(problem, force, solved), solved.theta, force.units
+    off, theta = deviation(problem, force, solved), solved.theta
+    unit, deepest = force.units.load, force.units.depth
 
     # Notes on the curve, and on the strain of a thin layer.
-    said, depth = list(approach.notes), float((1.0 - theta[2]) * deepest)
+    said, depth = list(approach.notes), float((1.0 - theta[POINT]) * deepest)
     if approach.each > 1:
         said.append(f"{approach.t.size} points are means of {approach.each} samples each")
     said += paraboloid_note(indenter, depth, thickness=thickness)
@@ -880,7 +928,7 @@ def fit_force(
         said.append(
             f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"
         )
-    said += hysteresis_note(bare, approach, float(theta[2] * deepest))
+    said += hysteresis_note(bare, approach, float(theta[POINT] * deepest))
     solved = solved._replace(left=off.left, against=off.against, notes=(*said, *notes, *off.notes))
     found = conclude(problem, solved)
 
@@ -910,39 +958,14 @@ def fit_force(
         rows[0] = rows[0, [0, 2, 1]]
     nuisances = {name: tuple(row.tolist()) for name, row in zip(PARTS, rows, strict=True)} | nuisances
     E = tuple(2.0 * (1.0 + nu) * value for value in (common.values["G"], *common.intervals["G"]))
-    below = np.asarray(force.curve.depth) - theta[2]
-    baseline_load = theta[3] + theta[4] * np.asarray(force.curve.t)
+    below = np.asarray(force.curve.depth) - theta[POINT]
+    baseline_load = theta[BASELINE] + theta[TILT] * np.asarray(force.curve.t)
     return found._replace(common=common).fit(
         ForceFit, indenter=indenter, nu=nu, thickness=thickness, substrate=substrate, unbonded=unbonded,
         youngs_modulus=E, nuisances=nuisances, polynomials=_polynomials(force, solved, E[0]) if polynomials else {},
         depth=below * deepest, force=(np.asarray(force.curve.load) - baseline_load) * unit,
         model_force=np.asarray(indentation_force(theta, below, force.curve)) * unit, trended=off.trended,
     )  # fmt: skip
-
-
-def _with_adhesion(
-    data: IndentationData, adhesion: Any, indenter: Any, nu: float, weights: str | None, sigma: Any,
-    bounds: dict[str, tuple] | None, level: float, others: dict[str, Any], elastic: Callable[[], Any],
-) -> ForceFit | AdhesiveFit:  # fmt: skip
-    """Return the fit of the contact model that the data need; ValueError for another choice, or what goes not with it."""
-    if not (isinstance(adhesion, str) and adhesion.lower() == "auto"):
-        raise ValueError(
-            f'adhesion: expected "auto" or None in a fit of a force curve, got {adhesion!r}: fit_indentation takes a work of'
-            ' adhesion, "fit" and "JKR"'
-        )
-    given = [name for name, value in others.items() if value]
-    if given:
-        raise ValueError(f"adhesion: expected no {', '.join(given)} beside it, got some")
-    return choose_contact_model(
-        data,
-        indenter=indenter,
-        nu=nu,
-        weights=weights,
-        sigma=sigma,
-        bounds=bounds,
-        level=level,
-        elastic=elastic,
-    )
 
 
 def check_options(
@@ -976,14 +999,14 @@ def check_options(
         )
 
 
-def _polynomials(force: ForceProblem, solved: Any, E: float) -> dict[str, tuple[float, float]]:
+def _polynomials(force: ForceModel, solved: Any, E: float) -> dict[str, tuple[float, float]]:
     """Return {name: (E [Pa], relative deviation)} with the approximations for this indenter and nu."""
-    found, depth = {}, force.units[1]
+    found, depth = {}, force.units.depth
     layers = thin_layer.approximations(force.indenter, force.thickness, force.sought.volume.value)
     for name, layer in layers.items():
         scaled = layer._replace(scale=layer.scale * depth**layer.power)
         other = force._replace(curve=force.curve._replace(layer=scaled, rise=0.0))
         theta = nonlinear.minimise(other.objective(solved.weights), solved.theta).theta
-        off = float(np.expm1(solved.theta[0] - theta[0]))
+        off = float(np.expm1(solved.theta[LOG_J] - theta[LOG_J]))
         found[name] = (E * (1.0 + off), off)
     return found
