@@ -197,7 +197,7 @@ def _formula(self: Any, node: nodes.Element) -> None:
 
 COURSE = {  # parts of the tutorials, and the numbers of their notebooks
     "First steps": (1, 2, 4),
-    "Materials from measurements": (3, 10, 18, 13),
+    "Materials from measurements": (3, 10, 19, 18, 20, 13),
     "Rough surfaces, sliding, friction and rolling": (12, 5, 7, 8),
     "Adhesion": (16,),
     "Tribofilms": (6, 9, 14, 15),

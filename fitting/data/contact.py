@@ -20,6 +20,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
+from fitting.data.nonnegative import nonnegative
+
 # Segments of an indentation curve (approach, hold, retract), as marked in the file or inferred from the curve.
 
 
@@ -301,7 +303,7 @@ class Rise(NamedTuple):
             square = np.sum(A * A)
             c = np.maximum(A.T @ b / square, 0.0) if square > 0 else np.zeros(1)
         else:
-            c = scipy.optimize.nnls(A, b)[0]
+            c = nonnegative(A, b)
         return Rising(b - A @ c, float(mid - means @ c) * self._range)
 
 

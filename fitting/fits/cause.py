@@ -34,6 +34,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
+from fitting.data.nonnegative import nonnegative
 from fitting.fits.poroelastic import Hold, holds_of, master_curve
 from fitting.inference.noise import lag_one
 from fitting.inference.result import plain
@@ -100,7 +101,7 @@ def _means(hold: Hold, tau: np.ndarray, modulus: float | None = None) -> Means:
     decays = np.concatenate([np.ones((*lags.shape, 1)), decays], -1) * hold.parts[:, None]
     root = np.sqrt(count)
     A = decays.sum(1)
-    x = scipy.optimize.nnls(A * root[:, None], y / unit * root)[0]
+    x = nonnegative(A * root[:, None], y / unit * root)
     residual = (A @ x - y / unit) * root
     spread = math.sqrt(float(residual @ residual) / max(y.size - int(np.count_nonzero(x)), 1))
     blocks = np.zeros(y.size, dtype=int)
@@ -162,7 +163,7 @@ def _search(holds: list[Means], D: np.ndarray, rho: np.ndarray, constant: bool, 
                 M = sum(c * c * one for c, one in zip(factors, grams, strict=True))
                 right = sum(c * one for c, one in zip(factors, rights, strict=True))
                 R = np.linalg.cholesky(M + 1e-11 * np.trace(M) * np.eye(len(M)))
-                x = scipy.optimize.nnls(R.T, scipy.linalg.solve_triangular(R, right, lower=True))[0]
+                x = nonnegative(R.T, scipy.linalg.solve_triangular(R, right, lower=True))
                 ahead = [(x @ b, x @ g @ x) for g, b in zip(grams, rights, strict=True)]
                 if not same:
                     factors = np.array([xb / max(xgx, 1e-300) for xb, xgx in ahead])

@@ -12,13 +12,13 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-import scipy
 from jax import Array
 from jax.tree_util import Partial
 
 import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.data.moduli import OscillationData, RelaxationData
+from fitting.data.nonnegative import nonnegative
 from fitting.fits.creep import creep_sample
 from fitting.fits.modulus import ModulusFit, alike, weighted_sample
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
@@ -68,7 +68,8 @@ def chosen_times(
         tau = first * (last / first) ** ((np.arange(k) + 0.5) / k)
         A = sample.weights[:, None] * columns(tau)
         size = np.linalg.norm(A, axis=0)
-        x, residual = scipy.optimize.nnls(A / size, y)
+        x = nonnegative(A / size, y)
+        residual = float(np.linalg.norm(A / size @ x - y))
         misfit = residual**2 if sample.known else y.size * np.log(max(residual**2, 1e-26 * float(y @ y)))
         found.append((misfit + np.sum(x > 0) * np.log(y.size), tau))
     return min(found, key=lambda one: one[0])[1]

@@ -6,10 +6,11 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares, nnls
+from scipy.optimize import least_squares
 
 import jaxcontact as jc
 from fitting.data.moduli import OscillationData, RelaxationData
+from fitting.data.nonnegative import nonnegative
 from fitting.fits.modulus import weighted_sample
 from fitting.fits.prony import MaxwellSeries
 from fitting.inference import noise
@@ -89,7 +90,8 @@ def search(problem: LinearSpectrum, last: SpectrumOptimum | None = None) -> Spec
 def _noise(problem: LinearSpectrum) -> float:
     """Return the mean square of the residuals of an unregularised spectrum >= 0."""
     A = np.column_stack([problem.A, problem.e])
-    rss = nnls(A, problem.y, maxiter=50 * A.shape[1])[1] ** 2
+    off = A @ nonnegative(A, problem.y) - problem.y
+    rss = float(off @ off)
     return float(max(rss / problem.y.size, EXACT * np.mean(problem.y**2)))
 
 

@@ -274,3 +274,18 @@ def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys
     with pytest.raises(SystemExit) as ended:
         raise SystemExit(main([*command, "--nu", "0.3"]))
     assert ended.value.code not in (0, None) and "not of a map with these options" in capsys.readouterr().err
+
+
+def test_short_curves_with_a_jump_are_rejected_alone_and_in_a_map():
+    depth, load, times, *_, kinds = simulated(60, 48, faulty=0.5, seed=3)
+    jumps = np.flatnonzero(kinds == "jump")
+    found = fitting.fit_map(depth, load, times, indenter=BALL)
+    assert np.all(found.accepted[kinds == "good"]) and not np.any(found.accepted[jumps])
+    named = [k for k in jumps if "a jump by" in found.reasons[k]]
+    assert len(named) >= 4
+    on = np.isfinite(depth[named[0]])
+    marks = np.full(on.sum(), "approach")
+    data = fitting.IndentationData(
+        t=times[named[0], on], load=load[named[0], on], depth=depth[named[0], on], marks=marks
+    )
+    assert "a jump by" in fitting.fit_force(data, indenter=BALL).refused[0]
