@@ -884,13 +884,13 @@ def fit_force(
     if fixed:
         raise ValueError(f"fixed: expected none without a viscoelastic model, got {fixed!r}")
     sought = Sought.of(CLASSICAL[jc.Elastic], None, bounds, nu)
-    given, errors = (indenter, sought, thickness, substrate, bool(unbonded)), errors or {}
+    sample, errors = (indenter, sought, thickness, substrate, bool(unbonded)), errors or {}
     bare, dragged, notes = without_drag(data, drag)
 
     def taken(curve: IndentationData) -> ApproachCurve:
         """Return the approach with at most ``BASE`` largest depths of baseline before the contact, with a note."""
         approach = ApproachCurve.of(curve)
-        coarse = ForceModel.of(approach.thinned(200), *given, 0.0, "absolute", None)
+        coarse = ForceModel.of(approach.thinned(200), *sample, 0.0, "absolute", None)
         point = coarse.starts()[0][POINT] * coarse.units.depth
         first = int(np.argmax(approach.depth >= point - BASE * (approach.depth[-1] - point)))
         if first:
@@ -902,7 +902,7 @@ def fit_force(
         """Return the solution; on an elastic base the search is repeated until the modulus stays."""
         guess = 0.0
         for _ in range(TURNS + 1):
-            force = ForceModel.of(curve, *given, guess, weights, sigma)
+            force = ForceModel.of(curve, *sample, guess, weights, sigma)
             problem = FitProblem(bare, sought, force.space, force.sample, float(curve.t[-1]), level)
             solved = least_squares(problem, force.objective, force.starts())
             before, guess = guess, force.modulus(solved.theta)
