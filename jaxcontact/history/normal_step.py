@@ -22,7 +22,6 @@ from jaxcontact.contact.law import UNILATERAL, Hardness
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.time_loop import Lapse, Outcome, StepError, Stepper, Steps, after_step, present
-from jaxcontact.indenters.shapes import OUT_OF_REACH
 
 # A step of the march with adhesion: the branch that it follows, and the jumps where a branch ends.
 #
@@ -158,6 +157,8 @@ def solve_step(
 
 LEAST_ACROSS = 3
 LEAST_CELLS = 0.25 * math.pi * LEAST_ACROSS**2
+# gap over the width of the grid from which the indenter has no surface: half of that beside a punch (``indenters.shapes``)
+BESIDE = 500.0
 LOAD_MET = 1e-6  # largest difference of the sum of pressures from the load, relative to it, in a solution
 
 
@@ -329,8 +330,7 @@ def status_of(
     # surfaces that yield cannot carry any load
     yielded = []
     if isinstance(problem.law, Hardness) and problem.load_controlled:
-        # there is nothing beside a punch
-        reached = problem.gap - problem.lowest < OUT_OF_REACH * p.shape[0] / 2.0
+        reached = problem.gap - problem.lowest < BESIDE * p.shape[0]
         yielded = [(~problem.law.carries(problem.target, reached), Status.LOAD_ABOVE_HARDNESS)]
     return most_serious(
         (~finite, Status.NOT_FINITE),

@@ -223,7 +223,7 @@ def _film(result: Any, body: LayeredHalfSpace | None) -> np.ndarray | None:
     None elsewhere, and where material is worn off the indenter, whose thickness is negative.
     """
     thickness = getattr(result, "thickness", None)
-    if thickness is None or not (body is None or len(body.layers) == 1):
+    if thickness is None or (body is not None and len(body.sublayers()) != 1):
         return None
     film = last_map(thickness)[:, result.grid.shape[1] // 2]
     return film if np.min(film) >= 0.0 < np.max(film) else None

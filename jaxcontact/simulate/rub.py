@@ -124,7 +124,8 @@ def rub(
         hardness: as in ``indent``, in the frame of the body: with ``path`` the dent is that of the track. With
             wears="indenter" it is of the body too. A film that wears keeps its dent, which wear deepens.
         adhesion: as in ``indent``. Growth, wear, friction and its heat depend on the pressure that the contact carries,
-            the net pressure plus the attraction (``contact_pressure`` of the result); a law sees it as ``step.pressure``.
+            the net pressure plus the attraction (``contact_pressure`` of the result), which is the pressure that a
+            law is given.
         indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``. An indenter that
             creeps or is coated is for rubbing in place, unless it is itself what wears.
 

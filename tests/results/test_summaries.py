@@ -197,7 +197,8 @@ def test_labelled_arrays_have_the_gap_and_name_their_directions(history):
     assert alone.gap.dims == ("x", "y")
     np.testing.assert_array_equal(alone.gap, labelled.gap[-1])
     fields = {name: np.asarray(1.5) for name in labels.stored_fields(jc.SteadySliding)}
-    maps = dict.fromkeys(("pressure", "displacement", "profile"), np.ones(GRID.shape))
+    named = ("pressure", "displacement", "profile", "contact_pressure", "shear_strength")
+    maps = dict.fromkeys(named, np.ones(GRID.shape))
     vectors = dict.fromkeys(("velocity", "lateral_force", "pressure_centre"), np.array([1.0, 2.0]))
     sliding = jc.SteadySliding(**fields | maps | vectors | {"grid": GRID, "status": np.asarray(0)})
     assert float(sliding.to_xarray().velocity.sel(direction="y")) == 2.0

@@ -5,6 +5,7 @@ import numpy as np
 from right_calls import (
     BALL,
     BODY,
+    FILM,
     FLOWS,
     GRID,
     LINE,
@@ -77,6 +78,26 @@ MOTION = {
     "a path of an indenter that wears": (
         lambda: rub(velocity=None, path=TRACK, wears="indenter"),
         r'path: expected None with wears="indenter" on a body that creeps or yields, got positions',
+    ),
+    "heat along a path": (
+        lambda: rub(velocity=None, path=TRACK, thermal=HOT),
+        r"path: expected None with thermal=, got positions",
+    ),
+    "an indenter that creeps along a path": (
+        lambda: rub(velocity=None, path=TRACK, indenter=jc.Sphere(1e-3, FILM)),
+        r"indenter material: expected Elastic or None with path= and a film on the body, .* got Burgers",
+    ),
+    "a coated ball that wears on a number": (
+        lambda: rub(body=3.0, indenter=jc.Sphere(1e-3, BODY), wears="indenter"),
+        r"body: expected a LayeredHalfSpace, got float",
+    ),
+    "stresses under a velocity without end": (
+        lambda: moved_inside(np.inf),
+        r"velocity \[m/s\]: expected finite numbers",
+    ),
+    "stresses in no inner steps": (
+        lambda: moved_inside(CELL, substeps=0),
+        r"substeps: expected 1 to 20000, got 0",
     ),
     "a tuple of traced numbers as a tangential load": (
         lambda: jax.jit(lambda q: shear(jc.TangentialLoad((q, 0.0))).approach)(1.0),
