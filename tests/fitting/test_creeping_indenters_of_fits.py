@@ -28,7 +28,6 @@ def test_a_ball_that_creeps_adds_its_known_compliance(control):
     ball = jc.Sphere(2e-3, RUBBER)
     data = hold(ball, t, 2.0)
     fit = fitting.fit_indentation(data, "StandardLinearSolid", indenter=ball, nu=0.4, control=control)
-    print(fit.summary())
     for name in ("G1", "G2", "eta2"):
         assert fit.values[name] == pytest.approx(getattr(SOUGHT, name), rel=0.03)
     rigid = fitting.fit_indentation(
