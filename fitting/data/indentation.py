@@ -507,6 +507,10 @@ def zeroed(data: IndentationData) -> tuple[IndentationData, float]:
     return dataclasses.replace(data, load=data.load - zero, notes=(*data.notes, note)), MEDIAN * spread
 
 
+# of the least load, which a retraction of the right sign does not have at its largest depths
+LEAST_AT_ONCE = 0.75
+
+
 def check_signs(data: IndentationData, radius: float) -> None:
     """Raise ValueError for an adhesive force curve whose load or depth has the wrong sign, or whose depth is larger than
     the radius of the ball [m], as in other units."""
@@ -521,8 +525,11 @@ def check_signs(data: IndentationData, radius: float) -> None:
     if back.size < FEWEST:
         return
     load, depth = data.load[back], data.depth[back]
-    deep = np.argsort(depth)[-max(back.size // TAIL, 2) :]
-    if float(np.mean(load[deep])) < float(np.median(load)):
+    # with the other sign the load is least where it is deepest; that of an adhesive contact, which may be a tension
+    # there too, is least at the pull-off
+    order = np.argsort(depth)
+    deep, deepest = order[-max(back.size // TAIL, 2) :], float(np.mean(load[order[-3:]]))
+    if float(np.mean(load[deep])) < float(np.median(load)) and deepest < LEAST_AT_ONCE * float(np.min(load)):
         raise ValueError(
             f"load: expected the largest loads at the largest depths, got {np.mean(load[deep]):.3g} N there and"
             f" {np.median(load):.3g} N on average over the retraction: give the load with the other sign"

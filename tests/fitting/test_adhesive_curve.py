@@ -222,6 +222,22 @@ def test_a_trend_above_a_twentieth_of_the_largest_force_is_rejected():
     )
 
 
+def test_a_retraction_that_begins_under_tension_is_fitted():
+    """A bead that sticks so much that the load is a third of the pull-off at the largest depth, and zero once it is off."""
+    back = force_curve(None, noise=1e-3, seed=2, n=200).only("retract")
+    lowest, n = int(np.argmin(back.load)), 150
+    some = (back.load < 0.3 * back.load[lowest]) | (np.arange(back.t.size) > lowest)
+    step = np.arange(1, n + 1)
+    t = np.append(back.t[some], back.t[-1] + step * np.diff(back.t[-2:]))
+    depth = np.append(back.depth[some], back.depth[-1] + step * np.diff(back.depth[-2:]))
+    apart = 1e-3 * back.load.max() * np.random.default_rng(3).standard_normal(n)
+    load = np.append(back.load[some], apart)
+    assert 0.2 < load[0] / load.min() < 0.5 and np.median(load) > load[0]
+    fit = fitted(fitting.IndentationData(t=t, load=load, depth=depth, marks=np.full(t.size, "retract")))
+    for name, value in (("G", G), ("work", WORK)):
+        assert fit.values[name] == pytest.approx(value, rel=0.05)
+
+
 @pytest.mark.parametrize(
     ("load", "depth", "message"),
     [
