@@ -533,11 +533,11 @@ def fit_poroelastic(
     if unchecked:
         told = ", ".join(by_zero(0.01 * np.repeat([np.max(hold.load) for hold in holds], count)))
         power, wider = holds[0].tip.power, 1.0 if holds[0].tip.power == 1.5 else 2.0
-        notes.append(
-            "the zeros of force and depth are taken as given, since there are no points of a ramp that could show them: an"
-            f" offset of 1 % of the largest force changes {told}, one of 1 % of the depth G by {power:g} % and D by"
-            f" {wider:g} %"
-        )
+        notes += [
+            "the zeros of force and depth are taken as given, since there are no points of a ramp that could show them",
+            f"an offset of 1 % of the largest force changes {told}, one of 1 % of the depth G by {power:g} % and D by"
+            f" {wider:g} %",
+        ]
     if any(hold.unknown for hold in holds):
         # what a ramp up to the first point of the hold would change in the parameters, to the first order
         def force(hold: Hold) -> np.ndarray:
@@ -638,7 +638,7 @@ def _moved(
     moved[free] = np.linalg.lstsq(solved.jacobian, solved.weights * change, rcond=1e-12)[0]
     sizes = np.where(logs, 100.0 * np.expm1(np.clip(moved, -9.0, 9.0)), moved)
     return [
-        f"{name} by {value:+.2g}{' %' if log else ''}"
+        f"{name} by {value if abs(value) > 1e-9 else 0.0:+.2g}{' %' if log else ''}"
         for name, value, log in zip(names, sizes, logs, strict=True)
     ]
 

@@ -234,7 +234,7 @@ def test_zeros_that_are_not_those_of_the_contact_are_rejected(ramp):
 def test_what_wrong_zeros_would_change_is_stated_without_a_ramp():
     hold = curve(5e-6, ramp=0.0, noise=0.003)
     fit = fitting.fit_poroelastic(hold, indenter=BEAD)
-    (note,) = [one for one in fit.notes if "zeros of force and depth" in one]
+    (note,) = [one for one in fit.notes if "an offset of 1 % of the largest force" in one]
     moved = fitting.fit_poroelastic(
         dataclasses.replace(hold, load=hold.load + 0.01 * hold.load.max()), indenter=BEAD
     )
