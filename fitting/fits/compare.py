@@ -21,7 +21,7 @@ OTHERS: dict[type, tuple[Callable[..., Any], str]] = {
 
 def compare(
     data: CreepData | RelaxationData | OscillationData | IndentationData,
-    models: Sequence[type | str] = ("Maxwell", "StandardLinearSolid", "Burgers"),
+    models: Sequence[Any] = ("Maxwell", "StandardLinearSolid", "Burgers"),
     fixed: dict[str, float] | None = None,
     bounds: dict[str, tuple] | None = None,
     **options: Any,
@@ -35,7 +35,7 @@ def compare(
 
     Args:
         data: the curve.
-        models: material classes or their names.
+        models: material classes or their names, or instances as in ``fit_creep``.
         fixed: as in ``fit_creep``; applied to every model that has the parameter.
         bounds: as ``fixed``.
         options: the other keywords of ``fit_creep``, ``fit_relaxation``, ``fit_oscillation`` or ``fit_indentation``.
@@ -54,7 +54,7 @@ def compare(
         >>> [fit.model.__name__ for fit in table.fits]
         ['Maxwell', 'Elastic']
     """
-    each = restrictions(models, fixed, bounds)
+    each = restrictions(data, models, fixed, bounds)
     if type(data) not in OTHERS:
         return compare_creep(data, each, options)
     # a modulus or an indentation by several models with weights of one kind
@@ -67,5 +67,5 @@ def compare(
             'weights: expected "proportional", "relative", "absolute" or a sigma to compare models of a modulus or an'
             " indentation, got 'estimated'"
         )
-    found = [fit(data, model, **own, **given) for model, own in each.items()]
+    found = [fit(data, model, **own, **given) for model, _, own in each]
     return Comparison(tuple(sorted(found, key=lambda one: one.bic)))

@@ -16,7 +16,7 @@ import jaxcontact as jc
 from fitting.data.curves import CreepData, check_kind, evaluation_times
 from fitting.data.weights import choose_weights
 from fitting.fits.fractional import Law, ScaledCreepCurve, creep_structure
-from fitting.fits.own_material import OwnCreepCurve, OwnLaw
+from fitting.fits.own_material import OwnCreepCurve, OwnLaw, structure_for
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import basis
@@ -177,10 +177,10 @@ class CreepFit(Fit):
         low, high = self.profile(np.atleast_1d(evaluation_times(t)))
         return low, high
 
-    def compare(self, *others: type | str) -> Comparison:
+    def compare(self, *others: type | str | Material) -> Comparison:
         """Fit further models to the same data with the same weights, fixed values and bounds; see ``fitting.compare``."""
-        models = [self.model, *others]
-        each = restrictions(models, self.options["fixed"], self.options["bounds"])
+        models = [getattr(self.structure, "start", self.model), *others]
+        each = restrictions(self.data, models, self.options["fixed"], self.options["bounds"])
         return compare_creep(self.data, each, self.options)
 
     def to_dict(self) -> dict[str, Any]:
@@ -226,9 +226,9 @@ def fit_creep(
         data: the curve, n points.
         model: a material class with at most one retardation time, or a fractional one, or its name; ``fit_prony`` takes
             more. An instance of any material, of one's own too (``jaxcontact.abc.Material``), is the start of a
-            search for all its numbers; it keeps its nu or bulk modulus. For a fractional law the returned material is
-            its Prony approximation (``jc.Springpot.prony``) over the times of the data, and no point is left out of
-            the fit.
+            search for all its numbers; it keeps its nu or bulk modulus whatever ``nu`` is. For a fractional law the
+            returned material is its Prony approximation (``jc.Springpot.prony``) over the times of the data, and no
+            point is left out of the fit.
         weights: "estimated" (the default without a sigma): standard deviation (a^2 + (b J)^2)^(1/2), a and b estimated
             from the data (``data/weights.py``) and then from the residuals (``inference/noise.py``), with isolated outliers
             left out;
@@ -254,7 +254,7 @@ def fit_creep(
         >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
-    structure = OwnLaw.of_material(model) if isinstance(model, Material) else creep_structure(model)
+    structure = structure_for(model, data) or creep_structure(model)
     return _fit(
         data,
         structure,
@@ -366,32 +366,39 @@ def creep_sample(data: CreepData, weights: str | None, sigma: Any) -> Sample:
 
 
 def restrictions(
-    models: Sequence[type | str], fixed: dict[str, float] | None, bounds: dict[str, tuple] | None
-) -> dict[type, dict[str, dict]]:
-    """Return {model: {"fixed": ..., "bounds": ...}} with what applies to each; ValueError for a parameter of no model."""
-    own = {structure.model: structure.where for structure in map(creep_structure, models)}
-    known = set().union(*own.values())
+    data: Any, models: Sequence[Any], fixed: dict[str, float] | None, bounds: dict[str, tuple] | None
+) -> list[tuple[Any, Structure, dict[str, dict]]]:
+    """Return each model, its structure, and {"fixed": ..., "bounds": ...} with what applies to it.
+
+    ValueError for a parameter of no model."""
+    structures = [structure_for(model, data) or creep_structure(model) for model in models]
+    own = {structure.model: (model, structure) for model, structure in zip(models, structures, strict=True)}
+    known = set().union(*(structure.where for structure in structures))
     for name in [*(fixed or {}), *(bounds or {})]:
         if name not in known:
             raise ValueError(f"fixed, bounds: expected parameters among {sorted(known)}, got {name!r}")
     mine = lambda given, where: {name: v for name, v in (given or {}).items() if name in where}
-    return {
-        model: {"fixed": mine(fixed, where), "bounds": mine(bounds, where)} for model, where in own.items()
-    }
+    return [
+        (model, structure, {"fixed": mine(fixed, structure.where), "bounds": mine(bounds, structure.where)})
+        for model, structure in own.values()
+    ]
 
 
-def compare_creep(data: CreepData, each: dict[type, dict[str, dict]], options: dict[str, Any]) -> Comparison:
+def compare_creep(
+    data: CreepData, each: list[tuple[Any, Structure, dict[str, dict]]], options: dict[str, Any]
+) -> Comparison:
     """Fit models to one creep curve with the points and the weights of the one with the most parameters.
 
     each: as of ``restrictions``; options: the other keywords of ``fit_creep``.
     """
-    richest = max(each, key=lambda model: len(creep_structure(model).where))
-    first = fit_creep(data, richest, **options | each[richest])
+    richest = max(range(len(each)), key=lambda i: len(each[i][1].where))
+    model, _, own = each[richest]
+    first = fit_creep(data, model, **options | own)
     data, weights = _points(data, first.kept), first.point_weights[first.kept]
     others = [
-        _fit(data, creep_structure(model), **first.options | each[model], given=weights)
-        for model in each
-        if model != richest
+        _fit(data, structure, **first.options | own, given=weights)
+        for i, (_, structure, own) in enumerate(each)
+        if i != richest
     ]
     return Comparison(tuple(sorted([first, *others], key=lambda fit: fit.bic)))
 

@@ -27,7 +27,7 @@ from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
 from fitting.fits import fractional
 from fitting.fits.fractional import LAWS, Law, Relaxed, creep_structure
-from fitting.fits.own_material import OwnLaw, OwnModulus
+from fitting.fits.own_material import OwnLaw, OwnModulus, structure_for
 from fitting.inference import noise
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit
@@ -199,7 +199,7 @@ def fit_relaxation(
         G = 1e+06 Pa, eta = 3e+06 Pa s
     """
     check_kind(data, RelaxationData)
-    structure = _structure(model, tau)
+    structure = structure_for(model, data) or _structure(model, tau)
     check_relaxes(structure)
     if weights is None and sigma is None and data.scatter is None:
         weights = "estimated"
@@ -242,7 +242,7 @@ def fit_oscillation(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     check_kind(data, OscillationData)
-    structure = _structure(model, tau)
+    structure = structure_for(model, data) or _structure(model, tau)
     if weights not in (None, *SWEPT):
         raise ValueError(f"weights: expected {', '.join(SWEPT)}, or sigma=..., got {weights!r}")
     weighted = weighted_sample(data, None if sigma is not None else weights, sigma)
@@ -375,10 +375,8 @@ def _apart(off: np.ndarray, modulus: np.ndarray, product: float) -> bool:
     return bool(not alike and np.prod(variances) * math.exp(2.0 * volume) < product)
 
 
-def _structure(model: type | str | Material, tau: Any) -> Structure:
-    """Return the structure of a classical or fractional material, of one's own, or of a series with given times."""
-    if isinstance(model, Material) and tau is None:
-        return OwnLaw.of_material(model)
+def _structure(model: Any, tau: Any) -> Structure:
+    """Return the structure of a classical or fractional material, or of a series with given times."""
     names = {law.__name__.casefold(): law for law in LAWS.values()}
     law = names.get(model.casefold()) if isinstance(model, str) else model
     return creep_structure(law) if tau is None and law in LAWS.values() else structure_of(model, tau)

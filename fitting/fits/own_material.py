@@ -5,7 +5,7 @@ start of the search, and what is not fitted (nu or a bulk modulus) is kept. All 
 under a stress history that is linear between its knots is exact for the material's retardation spectrum
 (``fitting/models/history.py``); moduli are its ``relaxation`` and ``complex_modulus``.
 
-A search begins at the given numbers, and at these with each of them divided and multiplied by ``APART``; the best of the
+A search begins at the given numbers, and at the ``BEST`` of ``TRIED`` places within ``DECADES`` of them; the lowest of the
 minima counts. Two elements of a kind may be exchanged in it, if the start does not tell them apart.
 """
 
@@ -20,11 +20,12 @@ from jax import Array
 from fitting.fits.fractional import EDGE, Law, Relaxed, ScaledCreepCurve
 from fitting.models import history
 from fitting.models.parameters import Parameters
-from fitting.models.structure import Compressibility, Sought
+from fitting.models.structure import Compressibility, Sought, limits
 from fitting.search.nonlinear import Objective
 from jaxcontact.bodies.materials import Material
 
-APART = 10.0  # factor between the starts of a search along each parameter
+TRIED, BEST = 400, 8  # places at which the residuals are computed, and of these the starts of searches
+DECADES = 3.0  # factor of a parameter at such a place over the given one, either way
 HELD = ("nu", "bulk_modulus")
 # the names that materials of jaxcontact have (``Material.shifted``), by their first letters, with units
 UNITS = {"fluidity": "1/(Pa s)", "eta": "Pa s", "tau": "s", "G": "Pa", "J": "1/Pa"}
@@ -39,7 +40,8 @@ class OwnLaw(Law):
     @classmethod
     def of_material(cls, start: Material) -> Self:
         """Return the structure of a material; ValueError unless its parameters are numbers > 0."""
-        names = [field.name for field in dataclasses.fields(start) if field.name not in HELD]  # type: ignore[arg-type]
+        fields = [field for field in dataclasses.fields(start) if not field.metadata.get("static")]  # type: ignore[arg-type]
+        names = [field.name for field in fields if field.name not in HELD]
         for name in names:
             value = getattr(start, name)
             if np.ndim(value) != 0 or not (np.isreal(value) and 0.0 < float(value) < math.inf):
@@ -76,6 +78,24 @@ class OwnLaw(Law):
         return np.log([float(getattr(self.start, name)) for name in self.where])
 
 
+def structure_for(model: Any, data: Any) -> OwnLaw | None:
+    """Return the structure where a model is an instance of a material, None of other models.
+
+    ValueError where measured values were converted to shear with another Poisson's ratio than the material's, which would
+    then not describe what was measured.
+    """
+    if not isinstance(model, Material):
+        return None
+    tensile = getattr(data, "nu", None)
+    elastic = model.bulk_modulus is not None or model.nu is None
+    if tensile is not None and (elastic or float(model.nu) != float(tensile)):
+        own = "a bulk modulus" if elastic else f"nu = {float(model.nu):g}"
+        raise ValueError(
+            f"model: expected a material of nu = {tensile:g}, that of the data in tension, got {own}"
+        )
+    return OwnLaw.of_material(model)
+
+
 class _OwnCoordinates:
     """What curves of both kinds have in common for a material of one's own."""
 
@@ -98,8 +118,11 @@ class _OwnCoordinates:
 
     def starts(self, law: Any) -> list[np.ndarray]:
         """Return the coordinates (m,) at which a search begins."""
-        steps = math.log(APART) * np.eye(law.first.size)
-        return [law.first, *(law.first - steps), *(law.first + steps)]
+        objective = self.objective(self.space(Sought(law, limits(law, None, None), None)))  # type: ignore[attr-defined]
+        apart = math.log(10.0) * DECADES
+        places = law.first + apart * np.random.default_rng(0).uniform(-1.0, 1.0, (TRIED, law.first.size))
+        sizes = np.array([float(np.sum(objective.at(place) ** 2)) for place in places])
+        return [law.first, *places[np.argsort(np.where(np.isfinite(sizes), sizes, np.inf))[:BEST]]]
 
 
 class OwnCreepCurve(_OwnCoordinates, ScaledCreepCurve):
@@ -107,7 +130,8 @@ class OwnCreepCurve(_OwnCoordinates, ScaledCreepCurve):
 
     def objective(self, space: Parameters) -> Objective:
         """Return the least-squares objective over the coordinates (m,)."""
-        inputs = self.basis, self.compliance, self.duration, space.structure.start  # type: ignore[attr-defined]
+        assert isinstance(space.structure, OwnLaw)
+        inputs = self.stressed, self.compliance, self.duration, space.structure.start
         names = tuple(space.structure.where)
         return Objective.of(
             _response, inputs, self.y, self.weight, space, points=slice(self.n), static=(names,)
@@ -128,9 +152,11 @@ def _response(theta: Array, inputs: tuple[Any, Array, Array, Any], names: tuple[
 class OwnModulus(_OwnCoordinates, Relaxed):
     """A modulus over times or angular frequencies, scaled, for a material of one's own."""
 
-    def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
-        """Return the least-squares objective for weights (n,) of y."""
-        inputs = self.x, self.unit, space.structure.start  # type: ignore[attr-defined]
+    def objective(self, space: Parameters, weights: np.ndarray | None = None) -> Objective:
+        """Return the least-squares objective for weights (n,) of y, by default its reciprocals."""
+        assert isinstance(space.structure, OwnLaw)
+        weights = 1.0 / np.maximum(np.abs(self.y), np.finfo(float).tiny) if weights is None else weights
+        inputs = self.x, self.unit, space.structure.start
         names = tuple(space.structure.where)
         return Objective.of(_moduli, inputs, self.y, weights, space, static=(names, self.relaxed))
 

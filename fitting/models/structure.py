@@ -227,7 +227,7 @@ def resolve(model: type | str, also: tuple[str, ...] = ()) -> Structure:
         names = [known.__name__ for known in CLASSICAL]
         raise ValueError(
             f"model: expected one of {sorted([*names, *also])}, got {getattr(model, '__name__', model)!r};"
-            " fit_prony takes several retardation times"
+            " fit_prony takes several retardation times, and fit_creep a material of one's own, as an instance"
         )
     return CLASSICAL[cls]
 

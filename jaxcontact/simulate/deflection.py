@@ -24,7 +24,7 @@ from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.history.memory import Motion, moving_memory
-from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directions, over_times, shifts
+from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directions, shifts
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.operators.kernels import Kernels, check_stiffness, compiled_build
 from jaxcontact.operators.operator import Operator
@@ -184,7 +184,9 @@ def _needed(velocity: Any, times: Any, grid: Grid) -> int:
     if not is_concrete(velocity, times, grid) or all(grid.periodic) or shape not in ((), (2,), (count, 2)):
         return 1
     checks.finite("velocity [m/s]", velocity)
-    vector = np.asarray(over_times(jnp.asarray(velocity, float), jnp.asarray(times, float)))
+    # in numpy, since operations of jax are traced inside jit, and these numbers are known
+    vector = np.asarray(velocity, float)
+    vector = np.broadcast_to(np.array([float(vector), 0.0]) if vector.ndim == 0 else vector, (count, 2))
     dt, width = np.diff(np.asarray(times, float))[:, None], np.asarray(grid.width, float)
     starts, ends = vector[:-1] * dt / width, vector[1:] * dt / width
 

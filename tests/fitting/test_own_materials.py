@@ -6,6 +6,7 @@ import pytest
 
 import fitting
 import jaxcontact as jc
+from jaxcontact._support.pytree import static
 from jaxcontact.abc import Material, Spectrum, pytree
 
 
@@ -25,6 +26,23 @@ class TwoKelvin(Material):
         J = jnp.stack([1.0 / jnp.asarray(self.G1), 1.0 / jnp.asarray(self.G2)])
         rates = jnp.stack([jnp.asarray(self.G1) / self.eta1, jnp.asarray(self.G2) / self.eta2])
         return Spectrum(1.0 / jnp.asarray(self.G), J, rates)
+
+
+@pytree
+class Powers(Material):
+    """A spring in series with Kelvin-Voigt elements whose times grow by a whole factor."""
+
+    G: float
+    G1: float
+    eta: float
+    factor: int = static(default=10)
+    nu: float = 0.3
+    bulk_modulus: float | None = None
+
+    def spectrum(self):
+        G1, eta = jnp.asarray(self.G1), jnp.asarray(self.eta)
+        rates = G1 / eta / jnp.array([1.0, self.factor])
+        return Spectrum(1.0 / jnp.asarray(self.G), jnp.stack([1.0 / G1] * 2), rates)
 
 
 @pytree
@@ -125,3 +143,43 @@ def test_what_is_no_start_is_refused():
     fixed = fitting.fit_creep(data, START, fixed={"G": 2e3}, bounds={"eta2": (1e4, 1e6)})
     assert fixed.values["G"] == pytest.approx(2e3, rel=1e-12)
     assert fixed.values["eta2"] == pytest.approx(8e4, rel=1e-5)
+
+
+@pytest.mark.parametrize("start", [(1e6,) * 5, (1.0,) * 5, (30.0, 5e5, 2e2, 1e2, 9e6)])
+def test_a_start_far_away_leads_to_the_same_minimum(start):
+    """Decades off in all moduli and times; the two elements may be exchanged."""
+    fit = fitting.fit_creep(fitting.CreepData(t=T, J=J(T)), TwoKelvin(*start))
+    G1, G2, eta1, eta2 = (fit.values[name] for name in ("G1", "G2", "eta1", "eta2"))
+    assert fit.values["G"] == pytest.approx(2e3, rel=1e-4)
+    assert sorted([(G1, eta1), (G2, eta2)]) == pytest.approx(
+        [pytest.approx((4e3, 4e3), rel=1e-3), pytest.approx((8e3, 8e4), rel=1e-3)]
+    )
+
+
+def test_it_is_compared_with_others():
+    fit = fitting.fit_creep(fitting.CreepData(t=T, J=J(T)), START)
+    table = fit.compare("Burgers")
+    assert [one.model.__name__ for one in table.fits] == ["TwoKelvin", "Burgers"]
+    again = fitting.compare(fit.data, ["Burgers", START])
+    assert again.fits[0].values["eta2"] == pytest.approx(8e4, rel=1e-5)
+
+
+def test_what_would_not_describe_the_measurement_is_refused():
+    tensile = fitting.CreepData(t=T, J=J(T), convention="D", nu=0.5)
+    with pytest.raises(
+        ValueError, match=r"expected a material of nu = 0.5, that of the data in tension, got nu = 0.4"
+    ):
+        fitting.fit_creep(tensile, START)
+    incompressible = TwoKelvin(1e3, 1e4, 1e4, 1e4, 1e5, nu=0.5)
+    assert fitting.fit_creep(tensile, incompressible).material.nu == 0.5
+    with pytest.raises(ValueError, match="got a bulk modulus"):
+        fitting.fit_creep(tensile, TwoKelvin(1e3, 1e4, 1e4, 1e4, 1e5, bulk_modulus=1e9))
+    with pytest.raises(ValueError, match="and fit_creep a material of one's own, as an instance"):
+        fitting.fit_creep(tensile, TwoKelvin)
+
+
+def test_a_static_field_is_held():
+    J = 1 / 2e3 + (1 - np.exp(-T)) / 4e3 + (1 - np.exp(-T / 10.0)) / 4e3
+    fit = fitting.fit_creep(fitting.CreepData(t=T, J=J), Powers(1e3, 1e3, 1e4))
+    assert set(fit.values) == {"G", "G1", "eta"} and fit.material.factor == 10
+    assert fit.values["eta"] == pytest.approx(4e3, rel=1e-5)

@@ -161,6 +161,23 @@ def test_a_load_that_goes_and_returns_between_two_times_has_moved():
     assert error(found) < 0.01 < 0.05 < error(at_rest)
 
 
+@pytest.mark.parametrize(
+    "velocity", [0.0, 0.2, np.array([[0.2, 0.0], [0.1, 0.0], [-0.1, 0.1]])], ids=["rest", "one", "many"]
+)
+def test_a_known_velocity_inside_jit(velocity):
+    """The inner steps follow from the velocity, which is known where the pressure is traced."""
+    body, grid = (
+        jc.LayeredHalfSpace([], jc.StandardLinearSolid(1.0, 1.0, 1.0, nu=0.3)),
+        jc.Grid.square(16, 1.6),
+    )
+    x, y = grid.coordinates()
+    p, times = np.exp(-8.0 * (x**2 + y**2)), np.array([0.0, 0.5, 1.0])
+    moved = lambda p: jc.deflection(body, grid, p, times, velocity=velocity).displacement
+    np.testing.assert_allclose(jax.jit(moved)(p), moved(p), rtol=1e-9)
+    of_pressure = jax.jit(jax.grad(lambda p: jnp.sum(moved(p))))(p)
+    assert jnp.sum(of_pressure * p) == pytest.approx(float(jnp.sum(moved(p))), rel=1e-9)  # it is linear
+
+
 def test_a_track_that_is_too_long_for_its_times_or_not_finite_is_refused():
     far = lambda v: jc.deflection(pavement(), SMALL, np.ones(SMALL.shape), [0.0, 1.0], velocity=v)
     with pytest.raises(
