@@ -10,6 +10,7 @@ from pathlib import Path
 import jax
 import numpy as np
 import pytest
+from page_probe import POINTS
 
 import jaxcontact as jc
 
@@ -170,9 +171,10 @@ def test_the_page_reads_the_table_as_python_does(tmp_path):
     np.testing.assert_allclose(found, [read(one, TIMES[SHOWN]) for one in inputs], rtol=1e-9)
 
 
-PROBE = """
-<script>
-const points = (kind) => document.querySelector(kind)?.getAttribute("points");
+PROBE = (
+    "<script>"
+    + POINTS
+    + """
 const wait = (found) => new Promise((go) => {
   const look = () => (found() ? go() : setTimeout(look, 20));
   look();
@@ -184,13 +186,14 @@ const wait = (found) => new Promise((go) => {
   slider.dispatchEvent(new Event("input"));
   await wait(() => points(".ghost"));
   parent.postMessage(JSON.stringify({
-    moved: points(".curve") !== first, ghost: points(".ghost") === first,
+    moved: points(".curve") !== first, ghost: alike(points(".ghost"), first),
     labels: document.querySelectorAll("label").length,
     wide: document.documentElement.scrollWidth - innerWidth, inner: innerWidth,
   }), "*");
 })();
 </script></body>
 """
+)
 HOST = """<!doctype html><body>
 <script>addEventListener("message", (event) => {{ document.body.dataset.found = event.data; }});</script>
 <iframe src="page/explorer.html" style="border: 0; height: 900px; width: {width}px"></iframe></body>

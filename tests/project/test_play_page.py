@@ -14,6 +14,7 @@ from contextlib import closing, contextmanager
 import jax
 import numpy as np
 import pytest
+from page_probe import POINTS
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
@@ -226,19 +227,13 @@ def test_the_case_file_of_the_page_is_its_contact(tmp_path):
             assert case.grid.shape == (96, 1) and case.grid.periodic == (False, True)
 
 
-PROBE = """
+PROBE = (
+    POINTS
+    + """
 const wait = (found) => new Promise((go) => {
   const look = () => (found() ? go() : setTimeout(look, 20));
   look();
 });
-const points = (kind) => [...document.querySelectorAll(kind)].at(-1)?.getAttribute("points");
-const heights = (text) => text.split(" ").map((one) => Number(one.split(",")[1]));
-// the former curve, on axes that have followed the new one: the same but for a factor and an offset of its heights
-const alike = (one, other) => {
-  const [a, b] = [heights(one), heights(other)], last = a.length - 1;
-  const part = (list, i) => (list[i] - list[0]) / (list[last] - list[0]);
-  return a.length === b.length && a.every((_, i) => Math.abs(part(a, i) - part(b, i)) < 0.02);
-};
 (async () => {
   await wait(() => points(".curve"));
   const first = points(".curve"), slider = document.getElementById("load");
@@ -255,6 +250,7 @@ const alike = (one, other) => {
   }), "*");
 })();
 """
+)
 
 
 def shown_at(width):
