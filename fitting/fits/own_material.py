@@ -6,7 +6,8 @@ under a stress history that is linear between its knots is exact for the materia
 (``fitting/models/history.py``); moduli are its ``relaxation`` and ``complex_modulus``.
 
 A search begins at the given numbers, and at the ``BEST`` of ``TRIED`` places within ``DECADES`` of them; the lowest of the
-minima counts. Two elements of a kind may be exchanged in it, if the start does not tell them apart.
+minima counts, and of equal ones that of the given numbers. Two elements of a kind are exchanged in it if the start does not
+tell them apart.
 """
 
 import dataclasses
@@ -21,10 +22,11 @@ from fitting.fits.fractional import EDGE, Law, Relaxed, ScaledCreepCurve
 from fitting.models import history
 from fitting.models.parameters import Parameters
 from fitting.models.structure import Compressibility, Sought, limits
-from fitting.search.nonlinear import Objective
+from fitting.search.nonlinear import Objective, minimise
 from jaxcontact.bodies.materials import Material
 
 TRIED, BEST = 400, 8  # places at which the residuals are computed, and of these the starts of searches
+EQUAL = 1e-6  # relative difference of the sums of squares of two minima that count as equal
 DECADES = 3.0  # factor of a parameter at such a place over the given one, either way
 HELD = ("nu", "bulk_modulus")
 # the names that materials of jaxcontact have (``Material.shifted``), by their first letters, with units
@@ -117,12 +119,16 @@ class _OwnCoordinates:
         return Parameters.of(sought.structure, rows, logarithmic=True)
 
     def starts(self, law: Any) -> list[np.ndarray]:
-        """Return the coordinates (m,) at which a search begins."""
+        """Return the coordinates (m,) of the lowest minimum with the first weights, where the search begins."""
         objective = self.objective(self.space(Sought(law, limits(law, None, None), None)))  # type: ignore[attr-defined]
         apart = math.log(10.0) * DECADES
         places = law.first + apart * np.random.default_rng(0).uniform(-1.0, 1.0, (TRIED, law.first.size))
         sizes = np.array([float(np.sum(objective.at(place) ** 2)) for place in places])
-        return [law.first, *places[np.argsort(np.where(np.isfinite(sizes), sizes, np.inf))[:BEST]]]
+        best = places[np.argsort(np.where(np.isfinite(sizes), sizes, np.inf))[:BEST]]
+        found = [minimise(objective, start) for start in (law.first, *best)]
+        # of equal minima, such as those with two elements exchanged, that of the given numbers
+        low = min(one.rss for one in found) * (1.0 + EQUAL) + objective.floor
+        return [next(one for one in found if one.rss <= low).theta]
 
 
 class OwnCreepCurve(_OwnCoordinates, ScaledCreepCurve):
