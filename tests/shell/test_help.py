@@ -77,7 +77,7 @@ def test_bash_completes_commands_options_kinds_of_fits_and_files(tmp_path, capsy
 
     assert completed("r") == {"run", "reproduce"}
     assert completed("run", "--res") == {"--resume"}
-    assert completed("fit", "c") == {"creep", "compare"}
+    assert completed("fit", "c") == {"creep", "compare", "cause"}
     assert completed("check", "ca") == {"case.toml"}
 
 
