@@ -11,6 +11,7 @@ from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.contact import implicit, nonsymmetric, normal
 from jaxcontact.contact.law import Hardness
 from jaxcontact.history import time_loop
+from jaxcontact.history.memory import Prediction
 from jaxcontact.history.normal_step import PressStepper
 from jaxcontact.operators.operator import Family
 from jaxcontact.response.coefficients import influence_coefficients
@@ -117,7 +118,7 @@ class _Elastic:
         return ()
 
     def predict(self, fields, pressure, step):
-        return problem_of(bumps(), 1.0, True, 1.0).operator, jnp.zeros(pressure.shape), fields, 0.0
+        return Prediction(problem_of(bumps(), 1.0, True, 1.0).operator, jnp.zeros(pressure.shape), fields)
 
     def update(self, fields, pressure, step):
         return fields
