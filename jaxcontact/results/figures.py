@@ -571,7 +571,8 @@ def rubbing_figure(history: Any, body: Any, inside: Any) -> Figure:
     thickness, times = np.asarray(history.thickness), np.asarray(history.times)
     over_time = thickness.ndim == 3
     lines = thickness[..., thickness.shape[-1] // 2].reshape(-1, thickness.shape[-2])
-    names = [name for name in plotting.MAPS if getattr(history, name, None) is not None]
+    maps_of = ("thickness", "pressure", "temperature")
+    names = [name for name in maps_of if getattr(history, name, None) is not None]
     film: list[Panel] = [lambda ax: plotting.film_section(ax, x, lines, times if over_time else times[-1:])]
     growth: list[Panel] = [lambda ax: plotting.growth_curves(ax, history)] if over_time else []
     last = lambda name: np.asarray(getattr(history, name)).reshape(-1, *history.grid.shape)[-1]

@@ -18,17 +18,8 @@ def lines_of(axes):
     return {line.get_label(): line.get_ydata() for line in axes.get_lines()}
 
 
-def rubbed(**shape):
-    """A made-up result without adhesion."""
-    return dataclasses.replace(made_up(jc.RubbingHistory, **shape), contact_pressure=None)
-
-
-def test_with_adhesion_a_figure_has_the_contact_pressure_too():
-    assert len([ax for ax in made_up(jc.RubbingHistory).plot().axes if ax.get_xlabel()]) == 6
-
-
 def test_a_figure_has_the_section_the_growth_and_three_maps_with_their_units():
-    made = rubbed()
+    made = made_up(jc.RubbingHistory)
     section, growth, *maps = (ax for ax in made.plot().axes if ax.get_xlabel())
     np.testing.assert_allclose(
         section.get_lines()[-1].get_ydata(), made.thickness[-1, :, 2] * 1e6, rtol=1e-12
@@ -58,7 +49,7 @@ def test_a_figure_has_the_section_the_growth_and_three_maps_with_their_units():
 )
 def test_a_figure_leaves_out_what_is_not_there(changes, panels):
     shape = {name: changes[name] for name in ("last", "grid") if name in changes}
-    made = rubbed(**shape)
+    made = made_up(jc.RubbingHistory, **shape)
     if "temperature" in changes:
         made = dataclasses.replace(made, temperature=None)
     assert sum(bool(ax.get_xlabel()) for ax in made.plot().axes) == panels
