@@ -838,27 +838,11 @@ def fit_force(
         if given:
             raise ValueError(f"adhesion: expected no {', '.join(given)} beside it, got some")
         # without a tension that can be seen the contact model is this fit without adhesion
-        elastic = functools.partial(
-            fit_force,
-            data,
-            indenter=indenter,
-            nu=nu,
-            weights=weights,
-            sigma=sigma,
-            bounds=bounds,
-            drag=drag,
-            level=level,
-        )
-        return choose_contact_model(
-            data,
-            indenter=indenter,
-            nu=nu,
-            weights=weights,
-            sigma=sigma,
-            bounds=bounds,
-            level=level,
-            elastic=elastic,
-        )
+        shared: dict[str, Any] = {
+            "indenter": indenter, "nu": nu, "weights": weights, "sigma": sigma, "bounds": bounds, "level": level,
+        }  # fmt: skip
+        elastic = functools.partial(fit_force, data, drag=drag, **shared)
+        return choose_contact_model(data, elastic=elastic, **shared)
     weights = "estimated" if weights is None and sigma is None else weights
     check_options(indenter, nu, thickness, substrate, errors, spring_constant)
     thin_layer.check_unbonded(unbonded, thickness)

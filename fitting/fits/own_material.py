@@ -99,7 +99,7 @@ def structure_for(model: Any, data: Any) -> OwnLaw | None:
 
 
 class _OwnCoordinates:
-    """What curves of both kinds have in common for a material of one's own."""
+    """The coordinates, bounds and starts of a material of one's own, the same for a creep curve and for a modulus."""
 
     def bounded(self, sought: Sought) -> Sought:
         """Return the sought material with its own Poisson's ratio or bulk modulus in the place of the default."""

@@ -33,7 +33,7 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
 from jaxcontact.operators.kernels import compiled_varying
-from jaxcontact.response.in_time import creeps
+from jaxcontact.response.body_facts import creeps
 from jaxcontact.response.stack import solids
 from jaxcontact.results.contact import RubbedStep, RubbingHistory
 from jaxcontact.results.notes import announce

@@ -234,6 +234,7 @@ def test_a_retraction_that_begins_under_tension_is_fitted():
     load = np.append(back.load[some], apart)
     assert 0.2 < load[0] / load.min() < 0.5 and np.median(load) > load[0]
     fit = fitted(fitting.IndentationData(t=t, load=load, depth=depth, marks=np.full(t.size, "retract")))
+    # from half a curve, with 0.1 % of noise
     for name, value in (("G", G), ("work", WORK)):
         assert fit.values[name] == pytest.approx(value, rel=0.05)
 

@@ -56,7 +56,7 @@ def test_malformed_files_are_one_line_and_status_2(name, tmp_path, capsys):
 
 
 def test_a_fit_run_twice_writes_the_same_bytes(tmp_path):
-    """Of noisy data: tables, JSON and pictures."""
+    """The tables, JSON and pictures of a fit of noisy data are equal in two runs."""
     noisy = J * (1.0 + 0.01 * np.random.default_rng(3).standard_normal(T.size))
     path = table(tmp_path / "film.csv", "t [s],J [1/Pa]", T, noisy)
     for out in ("one", "other"):

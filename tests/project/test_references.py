@@ -1,4 +1,4 @@
-"""What docstrings and comments name by a dotted path or as a file is there."""
+"""Every module, member and file that a docstring or comment names exists."""
 
 import ast
 import importlib

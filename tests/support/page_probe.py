@@ -1,4 +1,4 @@
-"""What tests in a browser ask of the page with sliders, in its own language."""
+"""JavaScript with which tests read the curves of the page with sliders in a browser."""
 
 POINTS = """
 const points = (kind) => [...document.querySelectorAll(kind)].at(-1)?.getAttribute("points");
