@@ -222,7 +222,7 @@ STEPS, LARGEST = (
 
 
 class StackConstants(NamedTuple):
-    """What the fit of images is chosen by, from the top to the half-space, without derivative.
+    """Constants of the solids that set the depths of the images, from the top to the half-space, without derivative.
 
     compliances at first and final ones, at the ``horizon`` or, without one, at first [1/Pa], Poisson's ratios, and whether
     each solid is rigid, (layers + 1,); thicknesses [m] and whether layers are loose, (layers,), or None if none is.

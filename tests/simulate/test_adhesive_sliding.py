@@ -263,7 +263,7 @@ def test_derivatives_with_friction_are_those_of_central_differences():
 
 @pytest.mark.long
 def test_friction_in_a_slide_tends_to_that_of_the_steady_state():
-    """Of a film, whose history does not leave the grid, and whose surface the traction moves."""
+    """A film: its history does not leave the grid, and a traction displaces its surface along the normal too."""
     film = jc.Layer(jc.StandardLinearSolid(2.0 * G, 2.0 * G, 2.0 * G, nu=0.3), 0.7 * UNITS.radius)
     body = jc.LayeredHalfSpace([film], jc.Elastic(2.0 * G, 0.3))
     control, grid = jc.Approach(0.5 * UNITS.approach), jc.Grid.square(n=24, width=7.0 * UNITS.radius)
