@@ -13,6 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 import scipy
 from jax import Array
+from scipy import special
 
 import jaxcontact as jc
 from fitting.data.curves import evaluation_times
@@ -20,7 +21,7 @@ from fitting.data.growth import GrowthData
 from fitting.data.weights import choose_weights
 from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
-from fitting.inference.noise import two_sided
+from fitting.inference.noise import log_likelihood, two_sided
 from fitting.inference.result import Fit, plain
 from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
@@ -539,7 +540,8 @@ def fit_growth(
 
     with the constant stress and temperature T of each curve; before the induction time, which is the same for all curves
     and 0 by default, the thickness is the initial one. One error model applies to all curves. A fit is rejected if the
-    residuals of several curves have a common shape, as they have if an induction time is left out.
+    residuals of several curves have a common shape, or if an induction time describes the curves better than independent
+    or correlated errors do without it (ratio of likelihoods, at a level of 0.1 %).
 
     With ``contact`` the stress is that of the contact on the film as it grows, which each evaluation of the search
     computes with ``jaxcontact.rub``. The search starts from the fit at the prescribed stresses. It takes a few hundred runs
@@ -633,6 +635,26 @@ def fit_growth(
     against = verdict.reason(solved.residual, solved.jacobian, curves.which, curves.t, noise.white)
     if against and induction is None and contact is None:
         against = (f'{against[0]}, as an induction time would be (induction="fit")',)
+
+    # A growth that begins late. Its residuals differ in size from curve to curve, and a correlated noise describes them
+    # well; twice the logarithm of the ratio of likelihoods with an induction time and without, each with AR(1) noise,
+    # is distributed like chi2(1) in half of all fits without such a time, and zero in the others.
+    real = sample.real(solved.residual, problem.p) and sample.size > problem.p + 1
+    if induction is None and contact is None and real:
+        wider = curves.space(sought.table, "fit")
+        starts = [np.append(solved.theta[:4], wait) for wait in WAITS]
+        late = least_squares(
+            dataclasses.replace(problem, space=wider),
+            lambda weights: curves.objective(wider, weights),
+            starts,
+        )
+        likely = lambda found: log_likelihood(found.residual, found.weights, curves.which)
+        chance = 0.5 * float(special.chdtrc(1.0, max(2.0 * (likely(late) - likely(solved)), 0.0)))
+        if chance < verdict.CHANCE:
+            against += (
+                f"an induction time of {late.theta[4] * curves.duration:.3g} s describes the curves better, as noise"
+                f' alone lets it with a probability of {chance:.1g}: fit it by induction="fit"',
+            )
     found = conclude(problem, solved._replace(notes=notes, against=against))
     waits = np.array([solved.theta[4], *found.ends[4]]) * curves.unit[4]
     return found.fit(

@@ -99,6 +99,21 @@ def whitened(series: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
     return found
 
 
+def log_likelihood(residual: np.ndarray, weights: np.ndarray, blocks: np.ndarray) -> float:
+    """Return the largest log likelihood of weighted residuals (n,) as AR(1) noise of any size, up to a constant.
+
+    It is -n/2 log(sum e^2/n) - m/2 log(1 - rho^2) + sum log w, with the numbers e of ``whitened``, m pairs of neighbours and
+    the weights w, largest over the correlations rho of ``RHO``.
+    """
+    pairs = int(np.sum(within(blocks)))
+    rows = [(whitened(residual, float(rho), blocks), float(rho)) for rho in RHO]
+    size = residual.size
+    return float(np.sum(np.log(weights))) + max(
+        -0.5 * size * math.log(max(float(e @ e) / size, 1e-300)) - 0.5 * pairs * math.log1p(-(rho**2))
+        for e, rho in rows
+    )
+
+
 # Quantiles of Student's t distribution, and of the normal distribution for infinite degrees of freedom.
 #
 # The squares of these variables have the distributions F(1, dof) and chi2(1). The functions come from scipy.special,

@@ -467,6 +467,31 @@ def test_exact_data_return_their_induction_time():
     assert fit.values == pytest.approx(TRUTH, rel=1e-4)
 
 
+def correlated(induction, seed, rho):
+    """Curves with an AR(1) error of 0.5 % of the greatest thickness, whose growth begins at an induction time [s]."""
+    t, rng, found = np.linspace(360.0, 7200.0, 20), np.random.default_rng(seed), []
+    for stress, temperature in CONDITIONS:
+        h, error = (
+            closed_form(np.maximum(t - induction, 0.0), stress, temperature, *TRUTH.values()),
+            [rng.normal()],
+        )
+        for normal in rng.standard_normal(t.size - 1):
+            error.append(rho * error[-1] + (1.0 - rho**2) ** 0.5 * normal)
+        found.append(
+            fitting.GrowthData(t, h + 6e-11 * np.array(error), stress=stress, temperature=temperature)
+        )
+    return found
+
+
+@pytest.mark.parametrize("rho", [0.0, 0.8])
+def test_an_induction_time_is_told_from_correlated_errors(rho):
+    """Without it the residuals have a lag-1 correlation above 0.8, as those of slow drifts have."""
+    late = [fitting.fit_growth(correlated(900.0, seed, rho), weights="absolute") for seed in range(3)]
+    assert all(any("an induction time of" in why for why in fit.refused) for fit in late)
+    right = [fitting.fit_growth(correlated(0.0, seed, rho), weights="absolute") for seed in range(8)]
+    assert not any(fit.refused for fit in right)
+
+
 def test_curves_of_the_right_kinetics_have_no_common_shape():
     """20 sets with independent errors."""
     refused = [bool(fitting.fit_growth(delayed(0.0, seed)).refused) for seed in range(20)]
