@@ -66,8 +66,8 @@ def test_a_material_of_ones_own_is_that_of_its_prony_series_and_can_be_different
     )
     own = lambda G1: TwoKelvin(2e3, G1, 8e3, 4e3, 8e4)
     one, other = (
-        jax.jit(jax.value_and_grad(lambda G1, make=make: last(make(G1))))(4e3) for make in (own, series)
-    )
+        jax.value_and_grad(lambda G1, make=make: last(make(G1)))(4e3) for make in (own, series)
+    )  # not in one program each: that of the march is of both
     np.testing.assert_allclose(one, other, rtol=1e-6)
 
 
@@ -82,7 +82,9 @@ def test_indent_with_an_indenter_of_ones_own():
     assert float(run.load[0]) == pytest.approx(2 * (2 * G / (1 - nu)) * a * approach * 4 / 5, rel=5e-3)
 
 
-@pytest.mark.parametrize("verb", ["indent", pytest.param("slide", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "verb", [pytest.param("indent", marks=pytest.mark.slow), pytest.param("slide", marks=pytest.mark.long)]
+)
 def test_a_law_of_adhesion_of_ones_own_is_the_built_in_one_of_the_same_formula(verb):
     """Values and derivatives by the work and the range, of an approach to and from a standard linear solid."""
     solid = jc.LayeredHalfSpace([], jc.StandardLinearSolid(2e6, 2e6, 2e6, nu=0.5))
