@@ -186,7 +186,9 @@ def test_spectra_over_tens_of_decades_give_the_creep_of_mpmath(decades, solid):
     at = np.geomspace(tau[0], 30.0 * tau[-1], 9)
     right = creep_of_modes(fit.values.get("Ge", 0.0), found, tau, at)
     omega = 1.0 / t
-    law = jax.jit(lambda material: (material.creep(at), material.relaxation(t), material.complex_modulus(omega)))
+    law = jax.jit(
+        lambda material: (material.creep(at), material.relaxation(t), material.complex_modulus(omega))
+    )
     creep, relaxation, modulus = law(fit.material)
     np.testing.assert_allclose(creep, right, rtol=1e-11)
     np.testing.assert_allclose(fit.predict(at), right, rtol=1e-11)

@@ -196,7 +196,9 @@ def elastic_normal(G, nu, h, bonded, base):
     return mp.lu_solve(rows, mp.matrix([0, -1, 0, 0]))[1]
 
 
-@pytest.mark.parametrize("base", [None, pytest.param(jc.Elastic(7.0, 0.2), marks=pytest.mark.slow)], ids=BASES)
+@pytest.mark.parametrize(
+    "base", [None, pytest.param(jc.Elastic(7.0, 0.2), marks=pytest.mark.slow)], ids=BASES
+)
 def test_sums_of_products_and_images_of_every_kind(base):
     """What a grid is given stands for the response, to 2e-5: several layers and all kinds of creep."""
     ball, grid = jc.Sphere(1.0), jc.Grid.square(n=8, width=3.0)

@@ -12,8 +12,8 @@ KEPT_FROM = "jax_persistent_cache_min_compile_time_secs"
 
 @contextlib.contextmanager
 def limited(size):
-    """No file longer than ``size`` bytes. Neither programs nor bytecode of modules are kept meanwhile: a part of a file would
-    be, which the next process cannot read."""
+    """No file longer than ``size`` bytes. No program and no bytecode of a module is kept meanwhile: a part
+    of it would be, which the next process cannot read."""
     before, kept_from = resource.getrlimit(resource.RLIMIT_FSIZE), getattr(jax.config, KEPT_FROM)
     no_bytecode, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     jax.config.update(KEPT_FROM, 1e9)
