@@ -48,6 +48,7 @@ def test_indent_with_a_material_of_ones_own():
     np.testing.assert_allclose(run.approach, (3 * 0.6 * W * J / (8 * np.sqrt(R))) ** (2 / 3), rtol=1e-2)
 
 
+@pytest.mark.slow
 def test_a_material_of_ones_own_is_that_of_its_prony_series_and_can_be_differentiated():
     ball, load, grid = jc.Sphere(1e-3), jc.Load(1e-5), jc.Grid.square(24, 400e-6)
     last = lambda solid: jc.indent(
@@ -66,8 +67,8 @@ def test_a_material_of_ones_own_is_that_of_its_prony_series_and_can_be_different
     )
     own = lambda G1: TwoKelvin(2e3, G1, 8e3, 4e3, 8e4)
     one, other = (
-        jax.value_and_grad(lambda G1, make=make: last(make(G1)))(4e3) for make in (own, series)
-    )  # not in one program each: that of the march is of both
+        jax.jit(jax.value_and_grad(lambda G1, make=make: last(make(G1))))(4e3) for make in (own, series)
+    )
     np.testing.assert_allclose(one, other, rtol=1e-6)
 
 
