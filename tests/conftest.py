@@ -67,8 +67,15 @@ def pytest_collection_finish():
 
 
 @pytest.fixture(autouse=True, scope="module")
-def compiled_programs_are_dropped():
-    """Drop compiled programs after each file of tests. Several thousand exhaust the memory maps that a process may have, and
-    a program that was traced while a test replaced a function must not reach another file."""
+def programs_with_a_replaced_function_reach_no_other_file(request):
+    """Drop the programs in memory before and after a file whose tests replace functions: one that was traced before has
+    the function itself, one that was traced meanwhile has its replacement. All other files share their programs: to
+    trace them again is as dear as to compile them. A process drops them before they exhaust its memory maps
+    (jaxcontact/_compile/memory_maps.py)."""
+    items = request.session.items
+    replaces = any("monkeypatch" in item.fixturenames for item in items if item.path == request.path)
+    if replaces:
+        jax.clear_caches()
     yield
-    jax.clear_caches()
+    if replaces:
+        jax.clear_caches()

@@ -275,6 +275,7 @@ def _series(chi: np.ndarray, factor: np.ndarray) -> np.ndarray:
     return np.stack([value.coef, fit(place.real, change).coef])
 
 
+@jax.jit  # one program, also for a summary that evaluates it hundreds of times
 def clenshaw(series: Array, x: Array) -> Array:
     """Return the sum of a Chebyshev series (m,) at x of any shape."""
 

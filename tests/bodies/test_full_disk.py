@@ -6,6 +6,8 @@ each file, as a full disk does, with an error that has no name of a file in it.
 
 import csv
 import errno
+import importlib
+import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -52,6 +54,17 @@ def test_the_error_names_the_file_and_no_part_of_it_is_left(name, tmp_path):
     assert str(path) in str(caught.value) and ".part" not in str(caught.value)
     assert caught.value.errno == errno.EFBIG
     assert not list(tmp_path.iterdir())
+
+
+def test_no_part_of_the_bytecode_of_a_module_is_kept(tmp_path, monkeypatch):
+    """Python does not notice that its cache of a module is cut short; whoever imports the module next would fail."""
+    (tmp_path / "long_module.py").write_text(f"text = {'x' * 9999!r}")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("sys.dont_write_bytecode", False)
+    monkeypatch.setattr("sys.pycache_prefix", str(tmp_path / "bytecode"))
+    with limited(1000):
+        importlib.import_module("long_module")
+    assert not list(tmp_path.rglob("*.pyc")) and not sys.dont_write_bytecode
 
 
 def test_files_for_paraview_name_the_one_that_fails(tmp_path):

@@ -1,5 +1,7 @@
 """A contact law that limits the pressure to a hardness, through all solvers."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -27,6 +29,12 @@ def problem_of(gap, target, load_controlled, limit):
     operator = Family.of(kernel[None]).combined([1.0])
     gap, target = jnp.asarray(gap), jnp.asarray(target)
     return normal.Problem(operator, gap, target, jnp.min(gap), load_controlled, Hardness(jnp.asarray(limit)))
+
+
+@functools.partial(jax.jit, static_argnames=("load_controlled", "method"))
+def solved(gap, target, load_controlled, limit, method):
+    problem = problem_of(gap, target, load_controlled, limit)
+    return method(problem, jnp.zeros(gap.shape), TOLERANCE, MOST)
 
 
 def dense_matrix(shape):
@@ -57,7 +65,7 @@ def bumps(shape=(12, 11)):
 @pytest.mark.parametrize("method", [normal.solve, nonsymmetric.solve], ids=["symmetric", "active sets"])
 def test_the_pressure_is_that_of_a_bounded_least_squares_at_a_given_approach(limit, method):
     gap = bumps()
-    found = jax.jit(method)(problem_of(gap, 0.9, False, limit), jnp.zeros(gap.shape), TOLERANCE, MOST)
+    found = solved(gap, 0.9, False, limit, method)
     wanted = box_constrained(gap, 0.9, limit)
     assert found.error <= TOLERANCE
     np.testing.assert_allclose(found.pressure, wanted, atol=1e-7 * wanted.max())
@@ -68,7 +76,7 @@ def test_the_pressure_is_that_of_a_bounded_least_squares_at_a_given_approach(lim
 @pytest.mark.parametrize("method", [normal.solve, nonsymmetric.solve], ids=["symmetric", "active sets"])
 def test_a_load_is_carried_by_an_area_of_at_least_load_over_hardness(limit, method):
     gap, load = bumps(), 9.0
-    found = jax.jit(method)(problem_of(gap, load, True, limit), jnp.zeros(gap.shape), TOLERANCE, MOST)
+    found = solved(gap, load, True, limit, method)
     approach = brentq(lambda d: np.sum(box_constrained(gap, d, limit)) - load, 0.2, 5.0, xtol=1e-13)
     assert float(found.approach) == pytest.approx(approach, rel=1e-7)
     np.testing.assert_allclose(found.pressure, box_constrained(gap, approach, limit), atol=1e-6 * limit)

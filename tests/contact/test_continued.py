@@ -22,23 +22,23 @@ CONTACTS = {
 }
 
 
-def on_cells(linear, cells):
-    """The matrix of a map of fields (nx, ny) on the cells, (m, m)."""
-    units = np.zeros((cells.sum(), *SHAPE))
-    units[np.arange(cells.sum()), *np.nonzero(cells)] = 1.0
-    return np.asarray(jax.lax.map(linear, jnp.asarray(units)))[:, cells].T
+@jax.jit
+def products(cells, fields):
+    """The operator, its inverse on the torus and that of continued fields, each times all fields (m, nx, ny)."""
+    operator = Family.of(jnp.asarray(KERNEL)[None]).combined([1.0])
+    continued = lambda r: operator.preconditioner_on_contact()(r, cells)
+    return [jax.lax.map(linear, fields) for linear in (operator, operator.preconditioner(), continued)]
 
 
 @pytest.mark.parametrize("name", CONTACTS)
 def test_the_inverse_of_continued_fields_is_near_that_on_the_contact(name):
     cells = CONTACTS[name]
-    operator = Family.of(jnp.asarray(KERNEL)[None]).combined([1.0])
-    inverse = operator.preconditioner()
-    continued = lambda r: operator.preconditioner_on_contact()(r, jnp.asarray(cells))
-    exact = np.linalg.inv(on_cells(operator, cells))
+    units = np.zeros((cells.sum(), *SHAPE))
+    units[np.arange(cells.sum()), *np.nonzero(cells)] = 1.0
+    matrix, inverse, continued = (np.asarray(fields)[:, cells].T for fields in products(cells, units))
+    exact = np.linalg.inv(matrix)
 
-    def condition(approximate):
-        matrix = on_cells(approximate, cells)
+    def condition(matrix):
         np.testing.assert_allclose(matrix, matrix.T, atol=1e-12 * np.abs(matrix).max())
         eigenvalues = scipy.linalg.eigh(matrix, exact, eigvals_only=True)
         return eigenvalues[-1] / eigenvalues[0]

@@ -26,11 +26,16 @@ def operator():
     """Half-spaces of Poisson's ratio 0.4, and the matrix (2 N N, 2 N N) of its columns under unit loads."""
     f = rectangle(1.0, 1.0, N)
     entries = {"xx": 0.6 * f["r"] + 0.4 * f["xx"], "yy": 0.6 * f["r"] + 0.4 * f["yy"], "xy": 0.4 * f["xy"]}
-    kernels = {name: jnp.asarray(entry[N - 1 :, N - 1 :]) for name, entry in entries.items()}
-    zero = jnp.zeros((N, N))
-    made = TractionOperator(None, Tangential.of(SurfaceKernels(**kernels, x=zero, y=zero), coupled=False))
-    units = jnp.eye(2 * N * N).reshape(-1, 2, N, N)
-    return made, np.asarray(jax.vmap(made.tangential_from_tangential)(units)).reshape(2 * N * N, -1)
+    kernels = {name: entry[N - 1 :, N - 1 :] for name, entry in entries.items()}
+    zero, units = np.zeros((N, N)), np.eye(2 * N * N).reshape(-1, 2, N, N)
+
+    @jax.jit
+    def operator_and_columns():
+        made = TractionOperator(None, Tangential.of(SurfaceKernels(**kernels, x=zero, y=zero), coupled=False))
+        return made, jax.vmap(made.tangential_from_tangential)(units)
+
+    made, columns = operator_and_columns()
+    return made, np.asarray(columns).reshape(2 * N * N, -1)
 
 
 def drawn_problem(seed, load_controlled):

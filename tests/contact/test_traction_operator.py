@@ -26,14 +26,16 @@ def buried_point(x, y, z):
     return second(x, x, 1.0), second(y, y, 1.0), second(x, y, 0.0), first(x), first(y)
 
 
+coefficients = jax.jit(lambda images: tangential_coefficients(GRID, images))
+
+
 @pytest.mark.parametrize("z", [0.0, 0.7, 5.0])
 def test_coefficients_are_integrals_of_point_loads_over_a_cell(z):
     """All five kinds, off the loaded cell, by Gauss quadrature (z = 0: Cerruti and Boussinesq)."""
     for kind, (L, T, K) in enumerate([(1, 0, 0), (0, 1, 0), (1, 0, 0), (0, 0, 1), (0, 0, 1)]):
         weights = np.array([[L, L], [T, T], [K, K]], float)  # the second is of exp(-z alpha) - 1
-        images = TangentialImages(jnp.array([0.0, z]), jnp.asarray(weights))
-        k = tangential_coefficients(GRID, images)
-        ours = (k.xx, k.xx, k.xy, k.x, k.y)[kind]
+        k = coefficients(TangentialImages(np.array([0.0, z]), weights))
+        ours = np.asarray((k.xx, k.xx, k.xy, k.x, k.y)[kind])
         for i, j in [(1, 0), (2, 1), (0, 3), (5, 4)]:
             x, y = 2.0 * i + NODES[:, None], 3.0 * j + 1.5 * NODES
             exact = np.sum(1.5 * WEIGHTS[:, None] * WEIGHTS * buried_point(x, y, z)[kind])
@@ -45,9 +47,16 @@ def test_the_operator_is_the_sum_over_cells():
     rng = np.random.default_rng(0)
     shape, (L, T, K) = (7, 10), (0.7, 1.0, 0.2)
     grid = jc.Grid(shape, (1.0, 1.5))
-    kernels = tangential_coefficients(grid, TangentialImages(jnp.zeros(1), jnp.array([[L], [T], [K]])))
-    operator = TractionOperator(None, Tangential.of(kernels, coupled=True))
     q, p = rng.normal(size=(2, *shape)), rng.normal(size=shape)
+
+    @jax.jit
+    def kernels_and_products():
+        kernels = tangential_coefficients(grid, TangentialImages(jnp.zeros(1), jnp.array([[L], [T], [K]])))
+        operator = TractionOperator(None, Tangential.of(kernels, coupled=True))
+        of_tractions = operator.tangential_from_tangential(q), operator.normal_from_tangential(q)
+        return kernels, *of_tractions, operator.tangential_from_normal(p)
+
+    kernels, drawn_along, sunk, drawn_by_pressure = kernels_and_products()
     i, j = (np.arange(n)[:, None] - np.arange(n) for n in shape)
     at = lambda k, odd_x, odd_y: (
         np.asarray(k)[abs(i)[:, None, :, None], abs(j)[None, :, None, :]]
@@ -58,18 +67,16 @@ def test_the_operator_is_the_sum_over_cells():
     xx, yy, xy = at(kernels.xx, 0, 0), at(kernels.yy, 0, 0), at(kernels.xy, 1, 1)
     x, y = at(kernels.x, 1, 0), at(kernels.y, 0, 1)
     along = [sum_of(xx, q[0]) + sum_of(xy, q[1]), sum_of(xy, q[0]) + sum_of(yy, q[1])]
-    np.testing.assert_allclose(
-        operator.tangential_from_tangential(jnp.asarray(q)), along, rtol=ROUND_OFF, atol=ROUND_OFF
-    )
-    np.testing.assert_allclose(
-        operator.tangential_from_normal(jnp.asarray(p)), [sum_of(x, p), sum_of(y, p)], atol=ROUND_OFF
-    )
-    np.testing.assert_allclose(
-        operator.normal_from_tangential(jnp.asarray(q)), -sum_of(x, q[0]) - sum_of(y, q[1]), atol=ROUND_OFF
-    )
-    assert np.sum(operator.tangential_from_normal(jnp.asarray(p)) * q) == pytest.approx(
-        float(np.sum(operator.normal_from_tangential(jnp.asarray(q)) * p)), rel=ROUND_OFF
-    )
+    np.testing.assert_allclose(drawn_along, along, rtol=ROUND_OFF, atol=ROUND_OFF)
+    np.testing.assert_allclose(drawn_by_pressure, [sum_of(x, p), sum_of(y, p)], atol=ROUND_OFF)
+    np.testing.assert_allclose(sunk, -sum_of(x, q[0]) - sum_of(y, q[1]), atol=ROUND_OFF)
+    assert np.sum(drawn_by_pressure * q) == pytest.approx(float(np.sum(sunk * p)), rel=ROUND_OFF)
+
+
+@jax.jit
+def fitted(body):
+    L, K, _, T = step_responses(body, fit_wavenumbers(body), 0.0)
+    return fit_images(body, jnp.stack([L, T, K])[:, None])
 
 
 @pytest.mark.parametrize("ratio", [1e-4, 0.1, 4.0, 300.0])
@@ -77,8 +84,7 @@ def test_the_operator_is_the_sum_over_cells():
 def test_images_stand_for_the_layered_response(ratio, nu, bound):
     """Against the interface conditions, alpha h from 1e-6 to 1e3; 4e-8 (nu = 0.5: 7e-7) up to a ratio of 30."""
     body = jc.LayeredHalfSpace((jc.Layer(jc.Elastic(ratio, nu), 1.0),), jc.Elastic(1.0, 0.3))
-    L, K, _, T = step_responses(body, fit_wavenumbers(body), 0.0)
-    images = fit_images(body, jnp.stack([L, T, K])[:, None])
+    images = fitted(body)
     alpha = np.geomspace(1e-6, 1e3, 150)
     weights, depths = np.asarray(images.weights[:, 0]), np.asarray(images.depths)
     ours = weights[:, :1] + weights[:, 1:] @ np.expm1(-depths[1:, None] * alpha)

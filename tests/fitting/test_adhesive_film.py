@@ -47,10 +47,10 @@ def test_the_model_of_a_film_is_the_layered_reference_with_its_edge(ratio, thick
     film, extent = film_of(ratio, thickness), Extent(4.0 / thickness, 1.0 + ratio)
     approach, load = branch(ratio, thickness)
     inside = approach[2:]
-    at = lambda log_G, change, A: film_load_at(
-        jnp.asarray(inside), change, series_of(log_G, NU, 0.0, film, extent), (A, *BODY[1:]),
-        (film.thickness, extent),
-    )  # fmt: skip
+    loads = jax.jit(film_load_at)
+    at = lambda log_G, change, A: loads(
+        inside, change, series_of(log_G, NU, 0.0, film, extent), (A, *BODY[1:]), (film.thickness, extent)
+    )
     found = np.asarray(at(np.log(G), 0.0, BODY[0]))
     np.testing.assert_allclose(found, load[2:], atol=5e-5 * np.ptp(load))
     slope = jax.jacfwd(lambda q: at(np.log(G), q, BODY[0] * jnp.exp(-q)))(0.0)

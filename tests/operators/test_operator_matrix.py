@@ -1,5 +1,7 @@
 """Every kind of operator against a dense matrix, summed in numpy from kernels at the offsets of all pairs of cells."""
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -34,27 +36,32 @@ def images(values, periodic):
     return at
 
 
+@functools.cache  # so that sums over its images are made once
 def even(k):
     """The k-th kernel: falls fast, even in both offsets."""
     return lambda i, j: (1.0 + 0.5 * k) * np.exp(-((0.35 + 0.1 * k) * np.hypot(i, (1.0 + 0.3 * k) * j)))
 
 
+@functools.cache
 def odd(k):
     """The k-th kernel that is odd along x and even along y."""
     return lambda i, j: 0.4 * i * np.exp(-(0.6 + 0.1 * k) * np.hypot(i, j))
 
 
+@functools.cache
 def whole(kernel, periodic):
     """The kernel between all pairs of cells, as a matrix."""
     n = SHAPE[0] * SHAPE[1]
     return images(kernel, periodic)(I, J).reshape(n, n)
 
 
+@functools.cache
 def corner(kernel, periodic):
     """The kernel at offsets (i, j) >= 0, (nx, ny)."""
     return jnp.asarray(images(kernel, periodic)(np.arange(SHAPE[0])[:, None], np.arange(SHAPE[1])[None, :]))
 
 
+@functools.cache
 def spectrum_of_odd(k, periodic):
     """The spectrum of an odd kernel; along a periodic axis the kernel of a period has all offsets."""
     if any(periodic):
@@ -67,6 +74,7 @@ def spectrum_of_odd(k, periodic):
     return spectrum(corner(odd(k), periodic), -1, 1)
 
 
+@functools.cache
 def family(periodic):
     return Family.of(jnp.stack([corner(even(k), periodic) for k in range(MEMBERS)]), periodic)
 
@@ -272,24 +280,30 @@ def test_mixtures_and_sums_of_a_family(grid):
 def test_the_window_has_the_weights_of_its_place():
     shape = (24, 20)
     kernel = lambda i, j: np.exp(-0.5 * np.hypot(i, j))
-    at = jnp.asarray(kernel(np.arange(24)[:, None], np.arange(20)[None, :]))
-    made, weights = Family.of(at[None]), RNG.normal(size=(1, *shape))
-    window = Family(made.window.spectra / 2.0, made.window.circulants)
-    two = lambda f: Family(
-        jnp.concatenate([2.0 * f.spectra, f.spectra], 1),
-        jnp.concatenate([f.circulants] * 2, 1),
-        entries=series_entries(2),
-    )
-    whole_grid = Family(
-        jnp.concatenate([made.spectra, made.spectra / 2.0], 1),
-        jnp.concatenate([made.circulants] * 2, 1),
-        jnp.asarray(weights),
-        window=two(window),
-        entries=series_entries(2),
-    ).combined([1.0])
-    nx, ny = whole_grid.window_shape(shape)
-    assert nx < 24 and ny < 20
-    part = whole_grid.restricted((jnp.asarray(3), jnp.asarray(2)))
-    inside = jnp.asarray(RNG.normal(size=(nx, ny)))
-    outer = whole_grid(jnp.zeros(shape).at[3 : 3 + nx, 2 : 2 + ny].set(inside))[3 : 3 + nx, 2 : 2 + ny]
-    np.testing.assert_allclose(part(inside), outer, atol=ROUND_OFF * float(jnp.abs(outer).max()))
+    at, weights = kernel(np.arange(24)[:, None], np.arange(20)[None, :]), RNG.normal(size=(1, *shape))
+    values = RNG.normal(size=shape)
+
+    @jax.jit
+    def part_and_whole():
+        made = Family.of(jnp.asarray(at)[None])
+        window = Family(made.window.spectra / 2.0, made.window.circulants)
+        two = lambda f: Family(
+            jnp.concatenate([2.0 * f.spectra, f.spectra], 1),
+            jnp.concatenate([f.circulants] * 2, 1),
+            entries=series_entries(2),
+        )
+        whole_grid = Family(
+            jnp.concatenate([made.spectra, made.spectra / 2.0], 1),
+            jnp.concatenate([made.circulants] * 2, 1),
+            jnp.asarray(weights),
+            window=two(window),
+            entries=series_entries(2),
+        ).combined([1.0])
+        nx, ny = whole_grid.window_shape(shape)
+        assert nx < 24 and ny < 20
+        part, inside = whole_grid.restricted((jnp.asarray(3), jnp.asarray(2))), jnp.asarray(values[:nx, :ny])
+        outer = whole_grid(jnp.zeros(shape).at[3 : 3 + nx, 2 : 2 + ny].set(inside))
+        return part(inside), outer[3 : 3 + nx, 2 : 2 + ny]
+
+    inner, outer = part_and_whole()
+    np.testing.assert_allclose(inner, outer, atol=ROUND_OFF * float(jnp.abs(outer).max()))

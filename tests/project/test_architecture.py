@@ -1,6 +1,7 @@
 """Data flows one way: a module imports only from lower layers."""
 
 import ast
+import functools
 import re
 import subprocess
 import sys
@@ -36,6 +37,12 @@ LAYERS = [
 FITTING_LAYERS = ["views", "data", "read", "models", "search", "inference", "fits", "after", "cli", ""]
 
 
+@functools.cache
+def tree_of(path: Path) -> ast.Module:
+    """A file's syntax tree, which no test changes: each file is read once."""
+    return ast.parse(path.read_text())
+
+
 def name_of(path: Path, package: Path = PACKAGE) -> str:
     return ".".join(path.relative_to(package).with_suffix("").parts).removesuffix(".__init__")
 
@@ -43,7 +50,7 @@ def name_of(path: Path, package: Path = PACKAGE) -> str:
 def imports(path: Path, package: str) -> list[str]:
     """Full names of what a file imports from ``package``, function bodies included."""
     found = []
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(tree_of(path)):
         if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == package:
             found += [f"{node.module}.{alias.name}" for alias in node.names]
         elif isinstance(node, ast.Import):
@@ -70,6 +77,7 @@ def folder(module: str) -> str:
     return module.split(".")[0].removeprefix("__init__")
 
 
+@functools.cache
 def imported_modules(package: Path) -> dict[str, set[str]]:
     """What each module of a package imports from it, in functions too."""
     paths = {name_of(path, package): path for path in package.rglob("*.py")}
@@ -130,7 +138,7 @@ def test_one_module_knows_the_verbs_and_one_declares_fields():
     """Steady sliding stands for any verb; the package's list of names and the reproduction of the paper do not count."""
     knowing, declaring = [], []
     for path in SOURCES:
-        name, tree = name_of(path), ast.parse(path.read_text())
+        name, tree = name_of(path), tree_of(path)
         if folder(name) in ("", "paper"):
             continue
         defined = {node.name for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
@@ -230,7 +238,7 @@ def test_fitting_uses_public_names_and_what_both_stand_on():
 def test_comparisons_state_their_absolute_tolerance(name):
     """That of numpy and jax is 1e-8 in whatever unit: ten nanometres for a length."""
     for path in (ROOT / name).rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
+        for node in ast.walk(tree_of(path)):
             called = getattr(node, "func", None)
             word = getattr(called, "attr", getattr(called, "id", ""))
             if (

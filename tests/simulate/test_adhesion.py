@@ -272,14 +272,18 @@ def test_derivatives_of_a_creeping_film_are_those_of_central_differences():
     np.testing.assert_allclose(forward, central, atol=2e-6 * np.abs(central).max())
 
 
+STEPS = 19  # of three tests, which share a program
+
+
 def test_a_long_range_on_a_stiff_body_needs_cells_shorter_than_the_way_on_which_the_gap_of_the_ball_grows_by_it():
     """sqrt(2 R z) in cells, at a distance where nothing deforms; the attraction is too small by 1/(3 n^2), n that number."""
     stiff, radius, reach = jc.LayeredHalfSpace([], jc.Elastic(1e12, 0.3)), 1e-3, 20e-9
     law = jc.ExponentialAdhesion(work=1e-3, range=reach)
     for cell, resolved in ((4e-6, False), (1e-6, True)):
         grid = jc.Grid.square(n=32, width=32 * cell)
-        apart = jc.Approach([-3.0 * reach])
-        history = quietly(stiff, jc.Sphere(radius), apart, [0.0], grid=grid, adhesion=law)
+        apart = jc.Approach(np.full(STEPS, -3.0 * reach))
+        given = {"grid": grid, "adhesion": law, "save": "last"}
+        history = quietly(stiff, jc.Sphere(radius), apart, np.arange(float(STEPS)), **given)
         cells = np.sqrt(2.0 * radius * reach) / cell
         assert float(history.cohesive_cells[0]) == pytest.approx(cells, rel=1e-3)
         assert any("zone of attraction" in note for note in history.notes) != resolved
@@ -299,7 +303,7 @@ def test_a_step_a_thousand_times_longer_than_the_last_does_not_start_from_its_ex
 
 def test_a_jump_into_contact_is_counted_although_the_search_meets_no_unstable_state():
     """The energy is about that of a march in a quarter of the step, 0.135 units: a step also does work on the way to it."""
-    found = along(np.linspace(-1.6, -0.6, 19), exponential(2.0), n=32)
+    found = along(np.linspace(-1.6, -0.6, STEPS), exponential(2.0), n=32)
     step = int(np.argmin(np.diff(found.load)))
     assert np.all(found.converged) and np.diff(found.load)[step] < -0.8 * UNITS.load
     assert np.flatnonzero(np.diff(found.jumps)).tolist() == [step]
@@ -314,7 +318,7 @@ def test_the_bound_from_above_is_found_from_a_state_without_contact():
 
 def test_surfaces_that_separate_far_in_a_step_have_no_rounding_of_the_contact():
     """The displacement, first that of the contact, then falls to that under the attraction at once, or to none."""
-    found = along([1.5, -30.0, 1.5, -200.0], exponential(0.5), n=32)
+    found = along([1.5, -30.0, 1.5] + (STEPS - 3) * [-200.0], exponential(0.5), n=32)
     separated = np.asarray(found.load)[[1, 3]] / UNITS.load
     assert np.all(found.error < 1e-8) and np.all(np.abs(separated) < 1e-11)
 
@@ -362,8 +366,9 @@ def test_the_attraction_of_stiff_bodies_is_met_although_displacements_are_small_
     """Without contact, at a tolerance of 1e-4: the load is that of the undeformed gap."""
     grid, law = jc.Grid.square(n=16, width=16 * 1.5e-6), jc.ExponentialAdhesion(work=1e-3, range=20e-9)
     body, control = jc.LayeredHalfSpace([], jc.Elastic(modulus, 0.3)), jc.Approach([-6e-8])
-    found = quietly(body, jc.Sphere(1e-3), control, [0.0], grid=grid, adhesion=law, tolerance=1e-4)
+    given = {"grid": grid, "adhesion": law, "tolerance": 1e-4, "save": "last"}
+    found = quietly(body, jc.Sphere(1e-3), control, [0.0], **given)
     x, y = (np.asarray(each) for each in grid.coordinates())
-    rigid = np.asarray(Attraction(law, (False, False)).traction((x**2 + y**2) / 2e-3 + 6e-8))
+    rigid = np.asarray(jax.jit(Attraction(law, (False, False)).traction)((x**2 + y**2) / 2e-3 + 6e-8))
     assert found.status[0] == 0
     assert float(found.load[0]) == pytest.approx(-np.sum(rigid) * float(grid.cell_area), rel=2e-4)

@@ -158,7 +158,9 @@ def test_the_steady_state_is_the_end_of_a_long_slide_and_pays_for_the_dashpots()
 
 
 @pytest.mark.parametrize(
-    "control", [jc.Approach(0.6 * UNITS.approach), jc.Load(-1.2 * UNITS.load)], ids=["d", "F"]
+    "control",
+    [jc.Approach(0.6 * UNITS.approach), pytest.param(jc.Load(-1.2 * UNITS.load), marks=pytest.mark.slow)],
+    ids=["approach", "load"],
 )
 def test_on_an_elastic_body_the_steady_state_is_the_contact_at_rest(control):
     grid = jc.Grid.square(n=20, width=6.0 * UNITS.radius)

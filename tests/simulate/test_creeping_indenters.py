@@ -47,7 +47,12 @@ def close(found, expected, rtol):
         np.testing.assert_allclose(a, b, rtol=0.0, atol=rtol * np.max(np.abs(b)), err_msg=name)
 
 
-@pytest.mark.parametrize("control", [LOADS, jc.Approach(np.array([0.0, 2e-5, 2e-5, 3e-5, 1.5e-5, 1.5e-5]))])
+PATH = jc.Approach(np.array([0.0, 2e-5, 2e-5, 3e-5, 1.5e-5, 1.5e-5]))
+
+
+@pytest.mark.parametrize(
+    "control", [LOADS, pytest.param(PATH, marks=pytest.mark.slow)], ids=["load", "approach"]
+)
 def test_a_creeping_ball_on_a_stiff_base_is_a_rigid_ball_on_that_solid(control):
     base = jc.LayeredHalfSpace([], jc.Elastic(G=1e12, nu=0.4))
     found = jc.indent(base, jc.Sphere(R, solid()), control, TIMES, grid=GRID)
@@ -59,6 +64,7 @@ def test_a_creeping_ball_on_a_stiff_base_is_a_rigid_ball_on_that_solid(control):
     )
 
 
+@pytest.mark.slow
 def test_a_rigid_ball_in_a_gel_on_a_stiff_flat_is_a_rigid_ball_on_that_gel_on_a_rigid_base():
     gel = jc.LayeredHalfSpace([jc.Layer(solid(), 4e-4)], None)
     base = jc.LayeredHalfSpace([], jc.Elastic(G=1e12, nu=0.4))
@@ -66,7 +72,7 @@ def test_a_rigid_ball_in_a_gel_on_a_stiff_flat_is_a_rigid_ball_on_that_gel_on_a_
     close(found, jc.indent(gel, jc.Sphere(R), LOADS, TIMES, grid=GRID), 1e-5)
 
 
-@pytest.mark.parametrize("material", [burgers, coated])
+@pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.slow)])
 def test_two_equal_bodies_are_one_of_half_the_moduli_under_a_rigid_ball(material):
     found = jc.indent(as_body(material()), jc.Sphere(R, material()), LOADS, TIMES, grid=GRID)
     expected = jc.indent(as_body(material(0.5)), jc.Sphere(R), LOADS, TIMES, grid=GRID)
@@ -84,7 +90,7 @@ def maxwell():
     return jc.Maxwell(G=1e6, eta=1e6, nu=0.4)
 
 
-@pytest.mark.parametrize("make", [solid, coated])
+@pytest.mark.parametrize("make", [solid, pytest.param(coated, marks=pytest.mark.slow)])
 def test_slide_steady_of_a_creeping_ball_on_a_stiff_flat_is_hertz_with_the_relaxed_modulus(make):
     flat = jc.StandardLinearSolid(G1=1e12, G2=1e12, eta2=1e11, nu=0.4)
     found = jc.slide_steady(as_body(flat), jc.Sphere(R, make()), STEADY, velocity=1e-3, grid=GRID)
@@ -123,7 +129,10 @@ def test_slide_of_a_creeping_ball_on_a_stiff_flat_is_its_indentation():
     assert np.max(np.abs(found.hysteresis_force)) < 1e-6 * np.max(found.load)
 
 
-@pytest.mark.parametrize("material", [maxwell(), jc.LayeredHalfSpace([jc.Layer(burgers(), 1e-4)], solid())])
+FLOWING_FILM = jc.LayeredHalfSpace([jc.Layer(burgers(), 1e-4)], solid())
+
+
+@pytest.mark.parametrize("material", [maxwell(), pytest.param(FLOWING_FILM, marks=pytest.mark.slow)])
 def test_slide_steady_refuses_an_indenter_that_flows(material):
     with pytest.raises(ValueError, match="flow without limit"):
         jc.slide_steady(as_body(solid()), jc.Sphere(R, material), STEADY, velocity=1e-4, grid=GRID)
@@ -158,16 +167,16 @@ SHEARED = (
 )
 
 
+@pytest.mark.parametrize("coupled", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.slow)])
-def test_shear_of_two_equal_bodies_is_that_on_twice_the_compliance(material):
+def test_shear_of_two_equal_bodies_is_that_on_twice_the_compliance(material, coupled):
     expected = sheared(as_body(material(0.5)), jc.Sphere(R), coupled=False)
-    for coupled in (False, True):
-        found = sheared(as_body(material()), jc.Sphere(R, material()), coupled=coupled)
-        for name in SHEARED:
-            a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
-            np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-6 * np.max(np.abs(b)), err_msg=name)
-        if not coupled:  # with coupling the traction raises one surface and lowers the other
-            np.testing.assert_allclose(found.indenter_displacement, found.displacement / 2.0, atol=1e-11)
+    found = sheared(as_body(material()), jc.Sphere(R, material()), coupled=coupled)
+    for name in SHEARED:
+        a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-6 * np.max(np.abs(b)), err_msg=name)
+    if not coupled:  # with coupling the traction raises one surface and lowers the other
+        np.testing.assert_allclose(found.indenter_displacement, found.displacement / 2.0, atol=1e-11)
 
 
 @pytest.mark.slow
@@ -350,17 +359,17 @@ def rolled(body, ball, **given):
     return jc.roll_steady(body, ball, STEADY, **given)
 
 
+@pytest.mark.parametrize("coupled", [pytest.param(False, marks=pytest.mark.slow), True])
 @pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.slow)])
-def test_rolling_of_two_equal_rollers_is_that_on_twice_the_compliance(material):
+def test_rolling_of_two_equal_rollers_is_that_on_twice_the_compliance(material, coupled):
     """The couplings of two equal solids cancel: with them, too, the contact is that of one body without coupling."""
     expected = rolled(as_body(material(0.5)), jc.Sphere(R), coupled=False)
-    for coupled in (False, True):
-        found = rolled(as_body(material()), jc.Sphere(R, material()), coupled=coupled)
-        for name in ("pressure", "displacement", "traction", "slip_ratio", "approach", "hysteresis_power"):
-            a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
-            np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-6 * np.max(np.abs(b)), err_msg=name)
-        np.testing.assert_allclose(found.indenter_film_strain, found.film_strain, rtol=1e-9, atol=1e-15)
-        assert found.hysteresis_force > 1e-4 * found.load
+    found = rolled(as_body(material()), jc.Sphere(R, material()), coupled=coupled)
+    for name in ("pressure", "displacement", "traction", "slip_ratio", "approach", "hysteresis_power"):
+        a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-6 * np.max(np.abs(b)), err_msg=name)
+    np.testing.assert_allclose(found.indenter_film_strain, found.film_strain, rtol=1e-9, atol=1e-15)
+    assert found.hysteresis_force > 1e-4 * found.load
 
 
 @pytest.mark.slow

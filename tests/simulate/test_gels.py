@@ -12,11 +12,15 @@ import jaxcontact as jc
 FORCES = {True: {0.1: 0.06581, 1.0: 6.82264, 10.0: 2224.5}, False: {0.1: 0.05521, 1.0: 3.3394, 10.0: 314.86}}
 
 
+# the programs of loose layers are others; in the default tests their response is that of tests/response/test_bases.py
+LOOSE_TOO = pytest.mark.parametrize("bonded", [True, pytest.param(False, marks=pytest.mark.slow)])
+
+
 def gel(bonded=True, nu=0.5, h=0.01, E=3.0):
     return jc.LayeredHalfSpace([jc.Layer(jc.Elastic.from_young(E, nu=nu), h, bonded)], None)
 
 
-@pytest.mark.parametrize("bonded", [True, False])
+@LOOSE_TOO
 def test_force_on_a_ball(bonded):
     """Within 0.2 % on 96 x 96 cells at x = R d/h^2 of 0.1 to 10; the grid of ``Grid.around`` holds the contact."""
     body, ball, h = gel(bonded), jc.Sphere(1.0), 0.01
@@ -30,7 +34,7 @@ def test_force_on_a_ball(bonded):
         assert 0.1 < 2.0 * history.contact_radius[0] / around.width[0] < 0.7
 
 
-@pytest.mark.parametrize("bonded", [True, False])
+@LOOSE_TOO
 def test_uniform_pressure_on_a_periodic_grid(bonded):
     """Under a flat body the approach is h p J (1 - 2 nu)/(2 (1 - nu)), by load and by approach."""
     grid, h, times = jc.Grid.square(n=8, width=1.0), 0.3, np.array([0.0, 1.0, 4.0])

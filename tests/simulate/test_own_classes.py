@@ -48,6 +48,7 @@ def test_indent_with_a_material_of_ones_own():
     np.testing.assert_allclose(run.approach, (3 * 0.6 * W * J / (8 * np.sqrt(R))) ** (2 / 3), rtol=1e-2)
 
 
+@pytest.mark.slow
 def test_a_material_of_ones_own_is_that_of_its_prony_series_and_can_be_differentiated():
     ball, load, grid = jc.Sphere(1e-3), jc.Load(1e-5), jc.Grid.square(24, 400e-6)
     last = lambda solid: jc.indent(
@@ -82,7 +83,9 @@ def test_indent_with_an_indenter_of_ones_own():
     assert float(run.load[0]) == pytest.approx(2 * (2 * G / (1 - nu)) * a * approach * 4 / 5, rel=5e-3)
 
 
-@pytest.mark.parametrize("verb", ["indent", pytest.param("slide", marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "verb", [pytest.param("indent", marks=pytest.mark.slow), pytest.param("slide", marks=pytest.mark.long)]
+)
 def test_a_law_of_adhesion_of_ones_own_is_the_built_in_one_of_the_same_formula(verb):
     """Values and derivatives by the work and the range, of an approach to and from a standard linear solid."""
     solid = jc.LayeredHalfSpace([], jc.StandardLinearSolid(2e6, 2e6, 2e6, nu=0.5))

@@ -123,6 +123,7 @@ def test_shear_and_slide_know_the_error_of_a_relaxation():
         assert run.status.tolist() == [0, 12]
 
 
+@pytest.mark.slow
 @QUIET
 @pytest.mark.filterwarnings("ignore:the length or radius of the indenter")
 def test_a_held_tangential_displacement_relaxes_in_the_estimate_too():
@@ -143,9 +144,9 @@ PRONY = half_space(jc.Springpot(V=400.0, alpha=0.3, nu=0.5).prony(1.0, 100.0))
 
 @QUIET
 @pytest.mark.parametrize("body, radius, load, width, times", [
-    (PRONY, 1e-3, 1e-5, 600e-6, [0.0, 1.0, 10.0, 100.0]),
+    pytest.param(PRONY, 1e-3, 1e-5, 600e-6, [0.0, 1.0, 10.0, 100.0], marks=pytest.mark.slow),
     (TEN, 5e-3, [0.02, 0.05, 0.2], 300e-6, [0.0, 0.3, 0.6]),
-])  # fmt: skip
+], ids=["constant load", "load that grows"])  # fmt: skip
 def test_the_largest_error_of_the_pressure_under_a_load(body, radius, load, width, times):
     """The error is local: the centre and the edge differ in its sign. A constant load, and one that grows several-fold in a
     step, on bodies that soften about tenfold.
@@ -212,6 +213,7 @@ def test_the_estimate_includes_a_velocity_that_changes_within_a_step(seed):
     assert np.any(run.status == 12) == (seed == 16)
 
 
+@pytest.mark.slow
 @QUIET
 def test_a_velocity_that_reverses_within_a_step():
     """Half a radius of contact forth and back within a step: what the march takes for rest is named."""
