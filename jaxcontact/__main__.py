@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from jaxcontact._compile.compilation_cache import enable_compilation_cache
-from jaxcontact._support.usage import Parser
+from jaxcontact._support.terminal import Parser
 from jaxcontact._support.version import __version__
 from jaxcontact.paper import REPRODUCTIONS
 from jaxcontact.shell import look

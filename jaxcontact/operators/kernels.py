@@ -12,9 +12,9 @@ from jax import Array
 from jaxcontact._compile.programs import Program
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
+from jaxcontact._support.fields import Scale
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static, value_in_words
 from jaxcontact._support.reductions import total
-from jaxcontact._support.scale import Scale
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.bodies.materials import Elastic, Material
