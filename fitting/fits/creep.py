@@ -290,7 +290,7 @@ def _fit(
     def solve(weights: np.ndarray) -> Solved:
         """Return the optimum with weights (n,) [1/unit of the response], with residuals and Jacobian at all points."""
         whole = scaled.tau_problem._replace(weights=nonlinear.without_weight(weights * size))
-        if sample.robust:
+        if sample.label == "estimated" and not sample.final:  # isolated points may be left out
             kept, fewer, best = leave_out(whole, n)
         else:
             kept, fewer, best = np.ones(n, dtype=bool), whole, varpro.minimise(whole)

@@ -226,11 +226,6 @@ class Sample(NamedTuple):
             return jacobian
         return jacobian * (self.measured / (self.measured + residual / self.weights))[:, None]
 
-    @property
-    def robust(self) -> bool:
-        """True if isolated points may be left out, as with estimated errors."""
-        return self.label == "estimated" and not self.final
-
     def agree(self, one: np.ndarray, other: np.ndarray) -> bool:
         """Return whether weights (n,) agree closely enough to end the iteration."""
         return bool(np.max(np.abs(np.log(one / other))) <= (CONSTANT if self.proportional else SAME))

@@ -530,7 +530,13 @@ class MovingMemory(Memory):
             else:
                 drag = Drag(replace(operator, spectra=kernel[None]), *self.shear)
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
-        fields = fields._replace(eta=eta, lost=lost, trail=moved_on(fields.trail, motion.shift))
+
+        # the trail from the indenter's new place
+        shift, trail = motion.shift, fields.trail
+        moved = jnp.stack([shift.x, jnp.zeros_like(shift.x) if shift.y is None else shift.y])
+        away = moved[:, None] * jnp.array([1.0, -1.0])
+        trail = Trail(jnp.maximum(trail.reach + away, 0.0), trail.inside - away)
+        fields = fields._replace(eta=eta, lost=lost, trail=trail)
         return Prediction(operator, earlier, fields, drag=drag)
 
     def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
@@ -540,8 +546,11 @@ class MovingMemory(Memory):
             sheared = self.rubbing.sheared(pressure) if motion.sheared is None else motion.sheared
             sheared = spectral.transform(sheared, self._periodic)
             fields = fields._replace(sheared=sheared)
-        clear = clearance(pressure, self.ratio)
-        trail = with_losses(fields.trail, clear)
+        # where the end of the track with the contact upon it is now beyond the window's side, history is lost
+        clear, trail = clearance(pressure, self.ratio), fields.trail
+        trail = trail._replace(
+            inside=jnp.where(trail.reach > clear, jnp.maximum(trail.inside, 0.0), trail.inside)
+        )
         truncation_bound, overlaps = truncation_of(self.tails, fields.lost, clear - trail.inside)
         return fields._replace(
             eta=fields.eta + new * self._source(motion, fields),
@@ -592,23 +601,8 @@ class MovingMemory(Memory):
         spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
         stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)
         force, centre, leading_peak = self.observer.surface(pressure, motion.direction, other)
-        hysteresis, coulomb = self._against_the_motion(fields, pressure, motion, other)
-        return {
-            "film_strain": self._film_strain(fields, pressure),
-            "lateral_force": force,
-            "hysteresis_force": hysteresis,
-            "coulomb_force": coulomb,
-            "pressure_centre": centre,
-            "leading_peak": leading_peak,
-            "stored_energy": stored,
-            "hysteresis_power": dissipated,
-            "truncation_bound": fields.truncation_bound,
-        }
 
-    def _against_the_motion(
-        self, fields: Fields, pressure: Array, motion: Motion, other: Array | None
-    ) -> tuple[Array, Array]:
-        """Return hysteresis force and Coulomb's against the motion, () each."""
+        # forces against the motion: of hysteresis, zero on an elastic body, and Coulomb's
         hysteresis = coulomb = jnp.zeros(())
         if self.inherits:
             displaced = self._by_traction(fields, motion, pressure.shape)
@@ -618,15 +612,25 @@ class MovingMemory(Memory):
         if self.rubbing is not None:
             rubbed = pressure if motion.sheared is None else motion.sheared
             coulomb = self.rubbing.coulomb_force(rubbed) * jnp.sum(motion.direction**2)
-        return hysteresis, coulomb
 
-    def _film_strain(self, fields: Fields, pressure: Array) -> Array:
-        film = self.kernels.film_strain
-        if film is None:
-            return jnp.zeros(())
-        history = jnp.tensordot(film.weights[1:], fields.eta[: self.kernels.rates.size], 1)
-        history = spectral.inverse(history, pressure.shape, self._periodic)
-        return deepest_strain(film.coefficients, film.weights[0] * pressure + history)
+        # the strain of the film, whose history is kept as spectra
+        strain, film = jnp.zeros(()), self.kernels.film_strain
+        if film is not None:
+            history = spectral.inverse(
+                jnp.tensordot(film.weights[1:], eta, 1), pressure.shape, self._periodic
+            )
+            strain = deepest_strain(film.coefficients, film.weights[0] * pressure + history)
+        return {
+            "film_strain": strain,
+            "lateral_force": force,
+            "hysteresis_force": hysteresis,
+            "coulomb_force": coulomb,
+            "pressure_centre": centre,
+            "leading_peak": leading_peak,
+            "stored_energy": stored,
+            "hysteresis_power": dissipated,
+            "truncation_bound": fields.truncation_bound,
+        }
 
 
 def moving_memory(
@@ -687,18 +691,6 @@ def absorb(
     due = jnp.max(moved) >= ABSORB_AFTER
     eta, lost = jax.lax.cond(due, act, lambda f: (f.eta, f.lost), fields)
     return fields._replace(eta=eta, moved=jnp.where(due, 0.0, moved), lost=lost)
-
-
-def moved_on(trail: Trail, shift: Shift) -> Trail:
-    """The trail from the indenter's new place."""
-    moved = jnp.stack([shift.x, jnp.zeros_like(shift.x) if shift.y is None else shift.y])
-    away = moved[:, None] * jnp.array([1.0, -1.0])
-    return Trail(jnp.maximum(trail.reach + away, 0.0), trail.inside - away)
-
-
-def with_losses(trail: Trail, clear: Array) -> Trail:
-    """The trail, where the end of the track with the contact upon it is now beyond the window's side."""
-    return trail._replace(inside=jnp.where(trail.reach > clear, jnp.maximum(trail.inside, 0.0), trail.inside))
 
 
 # Observables of sliding beyond the pressure: horizontal force, pressure centre, energies. All scaled.
