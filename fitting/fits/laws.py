@@ -15,6 +15,7 @@ any gap of the data are represented by one fast retardation time, because a spri
 step.
 """
 
+import abc
 import dataclasses
 import functools
 import itertools
@@ -135,10 +136,13 @@ def _undetermined(names: tuple[str, ...], theta: np.ndarray, ends: np.ndarray) -
     return np.array([[{"V": reached, "G": found, "alpha": False}[name]] for name in names])
 
 
-class _OverSpan:
+class _OverSpan(abc.ABC):
     """The search for a fractional law over the times that its data resolve, the same for a creep curve and for a modulus."""
 
-    span: tuple[float, float]
+    @property
+    @abc.abstractmethod
+    def span(self) -> tuple[float, float]:
+        """Shortest and longest time [s] of the data."""
 
     def bounded(self, sought: Sought) -> Sought:
         """Return the sought law with bounds of alpha, its material approximated over the times of the data."""
