@@ -17,19 +17,19 @@ jax.config.update("jax_enable_x64", True)
 # slower.
 jax.config.update("jax_cpu_enable_async_dispatch", False)
 
-from jaxcontact._compile import installed_jax, memory_maps  # noqa: E402
+from jaxcontact._compile import installed_jax, programs  # noqa: E402
 from jaxcontact._support import fitting_alias  # noqa: E402
 
 installed_jax.silence_the_compiler()
 installed_jax.warn_of_a_known_fault()
-memory_maps.watch()
+programs.watch_memory_maps()
 fitting_alias.install()
 
 from jaxcontact import abc as abc  # noqa: E402
 from jaxcontact._compile.compilation_cache import enable_compilation_cache as enable_compilation_cache  # noqa: E402
-from jaxcontact._support.citation import cite as cite  # noqa: E402
 from jaxcontact._support.status import Status as Status  # noqa: E402
 from jaxcontact._support.version import __version__ as __version__  # noqa: E402
+from jaxcontact._support.version import cite as cite  # noqa: E402
 from jaxcontact.bodies.body import Graded as Graded  # noqa: E402
 from jaxcontact.bodies.body import Layer as Layer  # noqa: E402
 from jaxcontact.bodies.body import LayeredHalfSpace as LayeredHalfSpace  # noqa: E402

@@ -17,14 +17,14 @@ from pathlib import Path
 from typing import TypeAlias
 
 from jaxcontact._compile.compilation_cache import enable_compilation_cache
-from jaxcontact._support.usage import Parser
+from jaxcontact._support.terminal import Parser
 from jaxcontact._support.version import __version__
 from jaxcontact.paper import REPRODUCTIONS
 from jaxcontact.shell import look
 from jaxcontact.shell.case_keys import ALL, FEW, LAST
 from jaxcontact.shell.case_schema import KINDS
 from jaxcontact.shell.look import SHELLS, completing
-from jaxcontact.shell.playground.options import add_options
+from jaxcontact.shell.playground import add_options
 from jaxcontact.shell.run import BAD_INPUT, exit_status, print_error, run, signal_of, signals_interrupt
 from jaxcontact.shell.sweep import run_study
 
@@ -273,7 +273,8 @@ def _reproduce(options: argparse.Namespace) -> int:
 
 def _play(options: argparse.Namespace) -> int:
     """Serve the page with sliders until an interrupt."""
-    from jaxcontact.shell.play import play  # which makes materials that other commands do not need
+    # imported here, since it makes materials that other commands do not need
+    from jaxcontact.shell.playground.server import play
 
     return play(options)
 

@@ -17,7 +17,7 @@ from fitting.after.propagation import propagate
 from fitting.cli import flags, kinds
 from fitting.data.indentation import probe_of
 from fitting.models.structure import Compressibility, resolve
-from fitting.views import band_picture, output
+from fitting.views import output, sheet
 from fitting.views.text import in_flags
 
 DRAWS = ("posterior.csv", "posterior.png")
@@ -149,7 +149,7 @@ def run_propagate(options: argparse.Namespace) -> int:
     heads = [f"{one} [{wanted.unit}]" for one in (wanted.name, "sd", "low", "high")]
     heads = ["{} [{}]".format(*wanted.over), *heads]
     output.write_table(options.directory / PREDICTION[0], heads, rows)
-    _draw(options, band_picture.draw(wanted, at, band, fit.level), PREDICTION)
+    _draw(options, sheet.prediction(wanted, at, band, fit.level), PREDICTION)
     return 0
 
 

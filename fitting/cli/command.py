@@ -19,7 +19,7 @@ from fitting.fits.master import LAWS
 from fitting.fits.together import fit_together
 from fitting.views import output
 from fitting.views.text import in_flags
-from jaxcontact._support.usage import Parser
+from jaxcontact._support.terminal import Parser
 
 MODELS = "Maxwell,StandardLinearSolid,Burgers"
 CAUSE = ("summary.json",)

@@ -23,7 +23,7 @@ from tqdm import tqdm
 import jaxcontact as jc
 from fitting.data.exclusion import exclude
 from fitting.data.weights import KINDS as WEIGHTS
-from fitting.fits.fractional import LAWS
+from fitting.fits.laws import LAWS
 from fitting.inference.resampling import resample
 from fitting.models.structure import CLASSICAL
 from fitting.views.text import in_flags

@@ -240,7 +240,6 @@ def folders_of(files: Sequence[str]) -> list[str]:
 # The command ``jaxcontact fit map``: the force curves of a map, or of a folder, in one table and one figure.
 
 
-MAP_RESULTS = ("map.csv", "map.nc", "map.png", "summary.json")
 STORE = "curves"  # folder of the stored fits
 MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials", "model", "fixed", "adhesion"))
 LOCAL = (

@@ -15,7 +15,7 @@ import numpy as np
 from jaxcontact._support.pytree import refuse_masked
 
 KINDS = ("estimated", "proportional", "relative", "absolute")
-FLOORS = np.append(0.0, np.geomspace(1e-6, 10.0, 57))  # trial values of a/b over the largest value
+RATIOS = np.append(0.0, np.geomspace(1e-6, 10.0, 57))  # trial values of a/b over the largest value
 TAILS = 3.0  # degrees of freedom of Student's t
 SCALES = 20  # iterations for its scale
 FAR = 1e30  # ratio of a standard deviation and the largest value, either way, beyond which no number is meant
@@ -53,7 +53,7 @@ def choose_weights(
             )
         return 1.0 / spread, "sigma"
     if weights == "estimated":
-        return 1.0 / np.hypot(noise_floor(t, y), y), weights
+        return 1.0 / np.hypot(error_ratio(t, y), y), weights
     if weights in ("proportional", "relative"):
         if np.any(y <= 0):
             raise ValueError(f'weights: "{weights}" needs data > 0; take "estimated", "absolute" or sigma')
@@ -63,14 +63,14 @@ def choose_weights(
     raise ValueError(f"weights: expected one of {', '.join(KINDS)}, got {weights!r}")
 
 
-def noise_floor(t: np.ndarray, y: np.ndarray) -> float:
+def error_ratio(t: np.ndarray, y: np.ndarray) -> float:
     """Return a/b [unit of y], > 0 where values are zero; the largest value where there are too few points."""
     size = float(np.max(np.abs(y)))
     rough, level = differences(t, y / size)
     if rough.size < FEW or not np.any(rough):
         return size
-    floors = FLOORS[FLOORS > 0] if np.any(np.abs(y) <= 1e-12 * size) else FLOORS
-    return size * float(floors[np.argmax(_likelihood(rough, np.hypot(floors[:, None], level)))])
+    ratios = RATIOS[RATIOS > 0] if np.any(np.abs(y) <= 1e-12 * size) else RATIOS
+    return size * float(ratios[np.argmax(_likelihood(rough, np.hypot(ratios[:, None], level)))])
 
 
 def differences(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -15,8 +15,7 @@ from jax.tree_util import Partial
 import jaxcontact as jc
 from fitting.data.curves import CreepData, check_kind, evaluation_times
 from fitting.data.weights import choose_weights
-from fitting.fits.fractional import Law, ScaledCreepCurve, creep_structure
-from fitting.fits.own_material import OwnCreepCurve, OwnLaw, structure_for
+from fitting.fits.laws import Law, OwnCreepCurve, OwnLaw, ScaledCreepCurve, creep_structure
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import basis
@@ -254,7 +253,7 @@ def fit_creep(
         >>> print(f"G = {fit.values['G']:.4g} Pa, eta = {fit.values['eta']:.4g} Pa s")
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
-    structure = structure_for(model, data) or creep_structure(model)
+    structure = creep_structure(model, data)
     return _fit(
         data,
         structure,
@@ -291,7 +290,7 @@ def _fit(
     def solve(weights: np.ndarray) -> Solved:
         """Return the optimum with weights (n,) [1/unit of the response], with residuals and Jacobian at all points."""
         whole = scaled.tau_problem._replace(weights=nonlinear.without_weight(weights * size))
-        if sample.robust:
+        if sample.label == "estimated" and not sample.final:  # isolated points may be left out
             kept, fewer, best = leave_out(whole, n)
         else:
             kept, fewer, best = np.ones(n, dtype=bool), whole, varpro.minimise(whole)
@@ -371,7 +370,7 @@ def restrictions(
     """Return each model, its structure, and {"fixed": ..., "bounds": ...} with what applies to it.
 
     ValueError for a parameter of no model."""
-    structures = [structure_for(model, data) or creep_structure(model) for model in models]
+    structures = [creep_structure(model, data) for model in models]
     own = {structure.model: (model, structure) for model, structure in zip(models, structures, strict=True)}
     known = set().union(*(structure.where for structure in structures))
     for name in [*(fixed or {}), *(bounds or {})]:

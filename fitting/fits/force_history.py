@@ -36,7 +36,7 @@ from jax import Array
 from fitting.data.contact import baseline, sample_noise, signs, smooth
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
-from fitting.fits.fractional import LAWS, Law, creep_structure, orders, within
+from fitting.fits.laws import LAWS, Law, creep_structure, orders, within
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
 from fitting.inference.result import Fit, plain

@@ -252,7 +252,7 @@ def fit_one(
         )
         fitted, r, slopes = theory(one, weights)
         found = noise_of_one(r, slopes, fitted, jnp.where(on, weights, 1.0), n, level, single, real)
-        new = jnp.where(on, 1.0 / (jnp.hypot(found.floor, fitted) * found.sizes), 0.0)
+        new = jnp.where(on, 1.0 / (jnp.hypot(found.ratio, fitted) * found.sizes), 0.0)
         change = jnp.max(jnp.where(on, jnp.abs(jnp.log(new / weights)), 0.0))
         ended = (count > 0) & (change <= SAME) | (count == TURNS) | ~real | ~contact
         return count + 1, p, jnp.asarray(REACH), jnp.where(ended, weights, new), ended, one, found
@@ -335,7 +335,7 @@ def fit_one(
     spread, signal = jnp.sqrt(total / (n - COUNT)), jnp.sqrt(jnp.sum((weights * fitted) ** 2) / n)
     return {
         "log_G": logs, "p": p, "contact": jnp.concatenate([p[None], ends]), "baseline": one.b, "tilt": one.k,
-        "amplitude": one.c, "r2": r2, "floor": found.floor, "lag1": found.lag1, "before": before,
+        "amplitude": one.c, "r2": r2, "floor": found.ratio, "lag1": found.lag1, "before": before,
         "scatter": scatter, "pushed": pushed, "spikes": count, "highest": highest,
         "jumped": jump_of(deviations, pushed, n), "doubted": doubted, "few": few,
         "softer": softer, "shift": half - p, "trend": trend, "varied": found.varied, "found": contact,

@@ -25,9 +25,8 @@ import jaxcontact as jc
 from fitting.data.curves import check_kind, evaluation_times
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
-from fitting.fits import fractional
-from fitting.fits.fractional import LAWS, Law, Relaxed, creep_structure
-from fitting.fits.own_material import OwnLaw, OwnModulus, structure_for
+from fitting.fits import laws
+from fitting.fits.laws import LAWS, Law, OwnLaw, OwnModulus, Relaxed, creep_structure, own_structure
 from fitting.inference import noise
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit
@@ -105,7 +104,7 @@ class ModulusFit(Fit):
             found = material.relaxation(at) if self.relaxed else material.complex_modulus(at)
             return found[None] if self.relaxed else jnp.stack([found.real, found.imag])
         if isinstance(structure, Law):
-            return fractional.modulus(structure.model, structure.parameters(values), at, self.relaxed)
+            return laws.modulus(structure.model, structure.parameters(values), at, self.relaxed)
         if self.relaxed:
             return _relaxed_modulus(c, at)[None]
         found = _complex_modulus(c, at)
@@ -199,7 +198,7 @@ def fit_relaxation(
         G = 1e+06 Pa, eta = 3e+06 Pa s
     """
     check_kind(data, RelaxationData)
-    structure = structure_for(model, data) or _structure(model, tau)
+    structure = _structure(model, tau, data)
     check_relaxes(structure)
     if weights is None and sigma is None and data.scatter is None:
         weights = "estimated"
@@ -242,7 +241,7 @@ def fit_oscillation(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     check_kind(data, OscillationData)
-    structure = structure_for(model, data) or _structure(model, tau)
+    structure = _structure(model, tau, data)
     if weights not in (None, *SWEPT):
         raise ValueError(f"weights: expected {', '.join(SWEPT)}, or sigma=..., got {weights!r}")
     weighted = weighted_sample(data, None if sigma is not None else weights, sigma)
@@ -375,8 +374,11 @@ def _apart(off: np.ndarray, modulus: np.ndarray, product: float) -> bool:
     return bool(not alike and np.prod(variances) * math.exp(2.0 * volume) < product)
 
 
-def _structure(model: Any, tau: Any) -> Structure:
-    """Return the structure of a classical or fractional material, or of a series with given times."""
+def _structure(model: Any, tau: Any, data: Any) -> Structure:
+    """Return the structure of a classical or fractional material, of a series with given times, or of an instance of any
+    material."""
+    if isinstance(model, Material):
+        return own_structure(model, data)
     names = {law.__name__.casefold(): law for law in LAWS.values()}
     law = names.get(model.casefold()) if isinstance(model, str) else model
     return creep_structure(law) if tau is None and law in LAWS.values() else structure_of(model, tau)

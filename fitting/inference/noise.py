@@ -221,14 +221,14 @@ class Calibration:
     """The linearised model of a fit with the noise models that were tried.
 
     residual (n,): weighted; Q (n, k): orthonormal columns that span the weighted Jacobian; shapes (m, n): standard
-    deviations of the weighted noise up to a factor; floors, count (m,): their a/b, and the number of noise models that
+    deviations of the weighted noise up to a factor; ratios, count (m,): their a/b, and the number of noise models that
     each represents; rho: correlation of neighbours in blocks (n,); p: number of parameters.
     """
 
     residual: np.ndarray
     Q: np.ndarray
     shapes: np.ndarray
-    floors: np.ndarray
+    ratios: np.ndarray
     count: np.ndarray
     rho: float
     blocks: np.ndarray
@@ -236,27 +236,27 @@ class Calibration:
 
     @classmethod
     def of(
-        cls, residual: np.ndarray, Q: np.ndarray, shapes: np.ndarray, floors: np.ndarray, rho: float,
+        cls, residual: np.ndarray, Q: np.ndarray, shapes: np.ndarray, ratios: np.ndarray, rho: float,
         blocks: np.ndarray, p: int,
     ) -> "Calibration | None":  # fmt: skip
         """Return the calibration of a fit, None where the noise has hardly more than one model, or the points are many.
 
         The outermost noise models are the same but for their scale, and the last one that is kept represents them.
         """
-        inner = np.flatnonzero((floors >= MARGIN * floors[0]) & (floors <= floors[-1] / MARGIN))
+        inner = np.flatnonzero((ratios >= MARGIN * ratios[0]) & (ratios <= ratios[-1] / MARGIN))
         if inner.size < CALIBRATION_FEW or len(Q) > LARGEST or not Q.size:
             return None
         count = np.ones(inner.size)
         count[0] += inner[0]
-        count[-1] += floors.size - 1 - inner[-1]
-        return cls(residual, Q, shapes[inner], floors[inner], count, rho, blocks, p)
+        count[-1] += ratios.size - 1 - inner[-1]
+        return cls(residual, Q, shapes[inner], ratios[inner], count, rho, blocks, p)
 
     def factors(self, directions: np.ndarray, level: float) -> np.ndarray:
         """Return the factors (q,) on the half widths of intervals, at a level, of linear functions of the coordinates.
 
         directions (k, q): the functions have the errors directions^T Q^T e, e (n,) the weighted noise.
         """
-        (n, k), true = self.Q.shape, np.arange(len(self.floors))
+        (n, k), true = self.Q.shape, np.arange(len(self.ratios))
         spread, roots, (share, scale, at, _, rss, least, best), hats, own = self._simulated
         # half widths, and distances of the estimates from the generalised least-squares ones with the true noise
         # model, over the standard errors of the latter: (m, s, q) for s simulated data sets of each true a/b
@@ -296,7 +296,7 @@ class Calibration:
         s for each true a/b; hat functions of the estimated a/b, for these (m, s, K) and for the data (K,).
         """
         Q, shapes, rho, blocks = self.Q, self.shapes, self.rho, self.blocks
-        (n, k), m = Q.shape, len(self.floors)
+        (n, k), m = Q.shape, len(self.ratios)
         # QR factors of Q with the weights of each noise model, and whitened
         plain = [np.linalg.qr(Q / shape[:, None]) for shape in shapes]
         white = [np.linalg.qr(whitened((Q / shape[:, None]).T, rho, blocks).T) for shape in shapes]
@@ -315,8 +315,8 @@ class Calibration:
         def estimated(e: np.ndarray) -> tuple[np.ndarray, ...]:
             """Return the estimates from weighted noise e (..., n), as a fit finds them.
 
-            share, scale (..., m): probability of each noise model, and its variance; at (...): index of the weights; floor
-            (...): logarithm of a/b; rss (..., m): by generalised least squares with each noise model; least, best (..., m,
+            share, scale (..., m): probability of each noise model, and its variance; at (...): index of the weights;
+            log_ratio (...): of a/b; rss (..., m): by generalised least squares with each noise model; least, best (..., m,
             k): coefficients of Q by least squares with each of the weights, and by generalised least squares.
             """
             fits = []
@@ -331,23 +331,23 @@ class Calibration:
                 np.moveaxis(np.stack(x), 0, e.ndim - 1) for x in zip(*fits, strict=True)
             )
             likelihood = -0.5 * (log_determinant + (n - k) * np.log(np.maximum(rss, TINY)))
-            floor, at = np.zeros(e.shape[:-1]), np.full(e.shape[:-1], m // 2)
+            log_ratio, at = np.zeros(e.shape[:-1]), np.full(e.shape[:-1], m // 2)
             for _ in range(REWEIGHED):
                 own = np.take_along_axis(squares, at[..., None], -1)
                 scale = own * (n - k) / (n - self.p) / expected[at]
                 tempered = likelihood / np.take_along_axis(tails, at[..., None], -1)
                 share = np.exp(tempered - tempered.max(-1, keepdims=True)) * self.count
                 share /= share.sum(-1, keepdims=True)
-                mean = (share * scale) @ self.floors**2 / np.maximum(np.sum(share * scale, -1), TINY)
-                floor = 0.5 * np.log(mean)
-                at = np.argmin(np.abs(np.log(self.floors) - floor[..., None]), -1)
-            return share, scale, at, floor, rss, least, best
+                mean = (share * scale) @ self.ratios**2 / np.maximum(np.sum(share * scale, -1), TINY)
+                log_ratio = 0.5 * np.log(mean)
+                at = np.argmin(np.abs(np.log(self.ratios) - log_ratio[..., None]), -1)
+            return share, scale, at, log_ratio, rss, least, best
 
         numbers = np.random.default_rng(0).standard_normal((m, min(max(NUMBERS // n, FEWEST), MOST), n))
         drawn = estimated(shapes[:, None, :] * coloured(numbers, rho, blocks))
         low, high = np.quantile(drawn[3], (TAIL, 1.0 - TAIL)).tolist()
         knots = np.linspace(low, high, KNOTS)
-        hats = lambda floor: np.stack([np.interp(floor, knots, one) for one in np.eye(KNOTS)], -1)
+        hats = lambda log_ratio: np.stack([np.interp(log_ratio, knots, one) for one in np.eye(KNOTS)], -1)
         return spread, [R for _, R in white], drawn, hats(drawn[3]), hats(estimated(self.residual)[3])
 
 
@@ -387,7 +387,7 @@ class ErrorModels(NamedTuple):
     """The error models that are tried: their diagonals D (m, n), and the ratios a/b of their two terms (m,)."""
 
     shapes: np.ndarray
-    floors: np.ndarray
+    ratios: np.ndarray
 
 
 class Noise(NamedTuple):
@@ -397,7 +397,7 @@ class Noise(NamedTuple):
     correlation that remains after an AR(1) series of that rho; white: whether the noise is more likely white than not.
     share (m,): probability of each noise model in the mixture; variance (m, k, k): its covariance in the space of the
     Jacobian's columns, of weighted residuals; columns (k, p): the Jacobian in that space; dof: degrees of freedom of s,
-    infinite where the variance is known; floor: a/b averaged over the mixture. sizes (n,): standard deviations along the
+    infinite where the variance is known; ratio: a/b averaged over the mixture. sizes (n,): standard deviations along the
     curve relative to those of the error model, and spreads (n,): of the weighted residuals up to a factor, None where they
     do not change; runs: None where no repeated runs are
     joined.
@@ -411,7 +411,7 @@ class Noise(NamedTuple):
     variance: np.ndarray
     columns: np.ndarray
     dof: float
-    floor: float
+    ratio: float
     calibration: Calibration | None = None
     sizes: np.ndarray | None = None
     spreads: np.ndarray | None = None
@@ -476,7 +476,7 @@ def noise_model(
     inside (k,): coordinates that are not at a bound; p: number of parameters; known: whether the variance of the noise
     is known; real: whether the residuals exceed rounding.
     """
-    shapes, floors = tried
+    shapes, ratios = tried
     shapes = shapes if sizes is None else shapes * sizes
     n, rss, Q = residual.size, float(residual @ residual), basis(jacobian)
     likelihood = np.tile(np.where(RHO > 0.0, -np.inf, 0.0), (len(shapes), 1))  # white
@@ -524,7 +524,7 @@ def noise_model(
         spread = each[:, None, None] * np.eye(Q.shape[1])
     # s^2 from E[RSS], reduced by the fit
     scale = rss * (n - Q.shape[1]) / (n - p) / (square.sum(1) - np.trace(spread, axis1=1, axis2=2))
-    floor = math.sqrt(float(share * scale @ floors[places[:, 0]] ** 2 / max(float(share @ scale), 1e-300)))
+    ratio = math.sqrt(float(share * scale @ ratios[places[:, 0]] ** 2 / max(float(share @ scale), 1e-300)))
     variance = spread * (1.0 if known else scale[:, None, None])
     if sizes is not None:
         # weights and variances that were fitted to the same residuals make both smaller, by two degrees of freedom
@@ -534,8 +534,8 @@ def noise_model(
     after = lag_one((level[1:] - rho * level[:-1])[same], blocks[1:][same])  # AR(1) noise is subtracted
     return Noise(
         lag_one(level, blocks), rho, after, white, share, variance, Q.T @ jacobian,
-        math.inf if known else float(n - p), floor,
-        Calibration.of(residual, Q, shapes, floors, 0.0 if white else rho, blocks, p) if real else None, sizes,
+        math.inf if known else float(n - p), ratio,
+        Calibration.of(residual, Q, shapes, ratios, 0.0 if white else rho, blocks, p) if real else None, sizes,
     )  # fmt: skip
 
 

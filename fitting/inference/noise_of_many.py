@@ -29,13 +29,13 @@ SCORING = 20  # Fisher scoring steps for a change of the noise along the curve
 class NoiseOfOne(NamedTuple):
     """The noise of one fit of k coordinates.
 
-    half (k,): half widths of the intervals as square roots of the rise of RSS; floor: a/b; sizes, spreads (N,): relative
+    half (k,): half widths of the intervals as square roots of the rise of RSS; ratio: a/b; sizes, spreads (N,): relative
     standard deviations along the curve, ``varied`` whether they change; lag1, left, edge: lag-1 correlation, what is left of
     it after AR(1) noise, and whether the likeliest rho is the largest that is tried.
     """
 
     half: Array
-    floor: Array
+    ratio: Array
     sizes: Array
     spreads: Array
     varied: Array
@@ -107,14 +107,14 @@ def posterior(
     r: Array,
     slopes: Array,
     shapes: Array,
-    floors: Array,
+    ratios: Array,
     n: Array,
     level: Array,
     single: Array,
     real: Array,
     alone: Array,
 ) -> tuple[Array, Array, Array]:
-    """Return half (k,), floor and likeliest rho (``noise.noise_model``).
+    """Return half (k,), ratio and likeliest rho (``noise.noise_model``).
 
     r (N,): weighted residuals; slopes (k, N): weighted Jacobian; shapes (S, N): standard deviations that are tried, all
     equal where the model is ``alone``.
@@ -167,7 +167,7 @@ def posterior(
     total, traces = jnp.sum(square, 1), square @ jnp.sum(Q**2, 0)
     scale = rss / jnp.maximum(total - traces, 1e-300)  # (n - k)/(n - p) is 1 here
     of_shape = jnp.sum(share, 1)
-    floor = jnp.sqrt((of_shape * scale) @ floors**2 / jnp.maximum(of_shape @ scale, 1e-300))
+    ratio = jnp.sqrt((of_shape * scale) @ ratios**2 / jnp.maximum(of_shape @ scale, 1e-300))
     count = max(S, RHO.size)
 
     def plain() -> tuple[Array, Array]:
@@ -196,7 +196,7 @@ def posterior(
 
     parts, variance = lax.cond(white, plain, correlated)
     half = half_widths(parts, variance, level, single, n - float(k))
-    return half, floor, likeliest
+    return half, ratio, likeliest
 
 
 def variation(r: Array, Q: Array, on: Array, k: int) -> tuple[Array, Array]:
@@ -262,7 +262,7 @@ def noise_of_one(
     largest, smallest = jnp.max(jnp.where(on, size, 0.0)), jnp.min(jnp.where(on, size, jnp.inf))
     high = noise.BEYOND * largest
     low = jnp.maximum(smallest / noise.BEYOND, noise.LEAST * high)
-    floors = low * (high / low) ** jnp.linspace(0.0, 1.0, SHAPES)
+    ratios = low * (high / low) ** jnp.linspace(0.0, 1.0, SHAPES)
     log_variance = lambda spreads: (
         2.0 * jnp.sum(jnp.where(on, jnp.log(spreads), 0.0))
         + n * jnp.log(jnp.maximum(jnp.sum(jnp.where(on, r / spreads, 0.0) ** 2), 1e-300))
@@ -285,9 +285,9 @@ def noise_of_one(
         alike = alike | (lag_one(jnp.where(on, r / spreads, 0.0), n) > ALIKE / jnp.sqrt(n))
         return found & ~alike, log_variance(spreads), sizes, spreads, log_variance(shape)
 
-    def changes(floor: Array) -> tuple[Array, ...]:
+    def changes(ratio: Array) -> tuple[Array, ...]:
         """Return whether the noise changes along the curve, a/b, sizes and spreads of the likeliest such model."""
-        bases = jnp.stack([floor, FAINT * largest, largest / FAINT])
+        bases = jnp.stack([ratio, FAINT * largest, largest / FAINT])
         able, costs, sizes, spreads, plain = lax.map(of_base, bases)
         # minus twice the log likelihood that a change must exceed: chi-square with three degrees of freedom at ``BETTER``
         least = plain[0] - 7.814727903251179 * excess(jnp.where(on, r / spreads[0], 0.0), on)
@@ -298,26 +298,26 @@ def noise_of_one(
     def turn(state: tuple) -> tuple:
         """Take the posterior over all error models; where the noise changes along the curve, again with that model alone."""
         count, (varied, base, sizes, spreads), *_ = state
-        shapes = jnp.where(varied, base, floors)[:, None]
+        shapes = jnp.where(varied, base, ratios)[:, None]
         shapes = jnp.where(on, jnp.hypot(shapes, fitted) * weights * jnp.where(varied, sizes, 1.0), 1.0)
-        half, floor, likeliest = posterior(
-            r, slopes, shapes, jnp.where(varied, base, floors), n, level, single, real, varied
+        half, ratio, likeliest = posterior(
+            r, slopes, shapes, jnp.where(varied, base, ratios), n, level, single, real, varied
         )
         half = half / jnp.where(
             varied, jnp.sqrt(jnp.maximum(1.0 - 2.0 * (noise.DEGREE + 1) / (n - k), 0.5)), 1.0
         )
         even = jnp.where(varied, jnp.where(on, r / shapes[0], 0.0), r)
-        change = lax.cond(count == 0, lambda: changes(floor), lambda: (varied, base, sizes, spreads))
-        return count + 1, change, half, floor, likeliest, even
+        change = lax.cond(count == 0, lambda: changes(ratio), lambda: (varied, base, sizes, spreads))
+        return count + 1, change, half, ratio, likeliest, even
 
     first = jnp.asarray(False), jnp.zeros(()), jnp.ones(N), jnp.ones(N)
     state = (jnp.asarray(0), first, jnp.zeros(k), jnp.zeros(()), jnp.asarray(0), jnp.zeros(N))
     more = lambda state: (state[0] == 0) | ((state[0] == 1) & state[1][0])
-    _, (varied, _, sizes, spreads), half, floor, likeliest, even = lax.while_loop(more, turn, state)
+    _, (varied, _, sizes, spreads), half, ratio, likeliest, even = lax.while_loop(more, turn, state)
     rho = jnp.asarray(RHO)[likeliest]
     after = jnp.where(jnp.arange(N - 1) < n - 1, even[1:] - rho * even[:-1], 0.0)
     return NoiseOfOne(
-        half, floor, jnp.where(varied, sizes, 1.0), jnp.where(varied, spreads, 1.0), varied, lag_one(even, n),
+        half, ratio, jnp.where(varied, sizes, 1.0), jnp.where(varied, spreads, 1.0), varied, lag_one(even, n),
         lag_one(after, n - 1), likeliest == RHO.size - 1,
     )  # fmt: skip
 

@@ -18,7 +18,7 @@ from fitting.data.contact import sample_noise
 from fitting.data.curves import CreepData
 from fitting.data.indentation import IndentationData
 from fitting.data.moduli import RelaxationData
-from fitting.data.weights import noise_floor
+from fitting.data.weights import error_ratio
 from fitting.inference.noise import BEYOND_CHANCE
 
 FEW = 4  # number of samples in a bin below which they are kept unchanged
@@ -72,7 +72,7 @@ def resample(data: Timed, per_decade: float = 20) -> Timed:
 def _relaxation(data: RelaxationData, per_decade: float) -> RelaxationData:
     bins = _Bins(data.t, np.zeros(data.t.size, dtype=int), 0.0, per_decade)
     rho = bins.correlation(data.modulus)
-    error = bins.error(np.hypot(noise_floor(data.t, data.modulus), data.modulus), rho)
+    error = bins.error(np.hypot(error_ratio(data.t, data.modulus), data.modulus), rho)
     return dataclasses.replace(
         data, t=bins.mean(data.t), modulus=bins.value(data.modulus), scatter=error, notes=(*data.notes, bins.note(rho))
     )  # fmt: skip
@@ -82,7 +82,7 @@ def _creep(data: CreepData, per_decade: float) -> CreepData:
     values = data.strain if data.J is None else data.J
     bins = _Bins(data.t, _spells(data), data.t[0] if data.stress else 0.0, per_decade)
     rho, known = bins.correlation(values), data.sigma is not None
-    raw = data.sigma if known else np.hypot(noise_floor(data.t, values), values)
+    raw = data.sigma if known else np.hypot(error_ratio(data.t, values), values)
     error = bins.error(raw, rho)
     stress = data.stress
     if stress is not None and stress[0].size == data.t.size:  # measured with the strain

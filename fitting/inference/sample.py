@@ -137,15 +137,15 @@ class Sample(NamedTuple):
         rss = float(residual @ residual)
         # a stated standard deviation that the scatter contradicts is replaced by that of the residuals
         side = 0 if self.final or not self.known else contradicted(rss, dof)
-        shapes, floors = np.ones((1, self.t.size)), np.zeros(1)
+        shapes, ratios = np.ones((1, self.t.size)), np.zeros(1)
         if self.label == "estimated":
             # a/b from nearly zero to nearly infinite
             size = np.abs(fitted)
             high = noise.BEYOND * float(size.max())
             low = max(float(size.min()) / noise.BEYOND, noise.LEAST * high)
-            floors = np.geomspace(low, high, max(math.ceil(math.log(high / low) / noise.STEP), 2) + 1)
-            shapes = np.hypot(floors[:, None], fitted) * self.weights
-        tried = noise.ErrorModels(shapes[:, order], floors)
+            ratios = np.geomspace(low, high, max(math.ceil(math.log(high / low) / noise.STEP), 2) + 1)
+            shapes = np.hypot(ratios[:, None], fitted) * self.weights
+        tried = noise.ErrorModels(shapes[:, order], ratios)
         given = residual[order], slopes[order], solved.inside, blocks[order], tried, p
         found = noise.noise_model(*given, self.known and not side, real)
         correlated = BEYOND_CHANCE / math.sqrt(residual.size)
@@ -157,9 +157,9 @@ class Sample(NamedTuple):
             # changes along the curve, beyond those that follow from the fitted values: of the estimated error model,
             # or of one of its two terms alone where that describes the residuals better
             size, best = float(np.max(np.abs(fitted))), None
-            bases = (found.floor, FAINT * size, size / FAINT) if self.label == "estimated" else (None,)
-            for floor in bases:
-                shape = np.ones(residual.size) if floor is None else np.hypot(floor, fitted) * self.weights
+            bases = (found.ratio, FAINT * size, size / FAINT) if self.label == "estimated" else (None,)
+            for ratio in bases:
+                shape = np.ones(residual.size) if ratio is None else np.hypot(ratio, fitted) * self.weights
                 shape = shape / math.sqrt(float(np.mean(shape**2)))
                 own = basis(slopes[:, solved.inside] / shape[:, None])
                 sizes = noise.variation(residual / shape, own, self.t, p)
@@ -182,8 +182,8 @@ class Sample(NamedTuple):
                     or even > ALIKE / math.sqrt(residual.size)
                 ):
                     continue
-                rows = shapes if floor is None else np.hypot(floor, fitted)[None] * self.weights
-                tried = noise.ErrorModels(rows[:, order], np.array([0.0 if floor is None else floor]))
+                rows = shapes if ratio is None else np.hypot(ratio, fitted)[None] * self.weights
+                tried = noise.ErrorModels(rows[:, order], np.array([0.0 if ratio is None else ratio]))
                 one = residual[order], slopes[order], solved.inside, blocks[order], tried, p
                 best, changed = cost, noise.noise_model(*one, False, real, sizes[order])
                 found = changed._replace(sizes=sizes, spreads=spreads)
@@ -207,9 +207,9 @@ class Sample(NamedTuple):
         fitted = self.measured + found.residual / found.weights
         if self.proportional:
             size, ratio, least = self.magnitude(self.measured), *LEAST
-            floor = np.maximum(ratio * size, least * float(np.max(size)))
+            lowest = np.maximum(ratio * size, least * float(np.max(size)))
             own = self.magnitude(fitted) if self.paired else np.sign(self.measured) * fitted
-            return 1.0 / np.maximum(own, floor)
+            return 1.0 / np.maximum(own, lowest)
         some, left = self.of_solution(found)
         if not some.real(left.residual, p):
             return found.weights
@@ -217,7 +217,7 @@ class Sample(NamedTuple):
         sizes = np.ones(fitted.size)
         if model.sizes is not None:  # points that are left out are given the size of their neighbours
             sizes = np.interp(np.arange(fitted.size), np.flatnonzero(found.kept), model.sizes)
-        return 1.0 / (np.hypot(model.floor, fitted) * sizes)
+        return 1.0 / (np.hypot(model.ratio, fitted) * sizes)
 
     def smooth(self, residual: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
         """Return the Jacobian (n, k) for relative weights taken from fitted values, because weights from noisy data add
@@ -225,11 +225,6 @@ class Sample(NamedTuple):
         if self.label != "relative":
             return jacobian
         return jacobian * (self.measured / (self.measured + residual / self.weights))[:, None]
-
-    @property
-    def robust(self) -> bool:
-        """True if isolated points may be left out, as with estimated errors."""
-        return self.label == "estimated" and not self.final
 
     def agree(self, one: np.ndarray, other: np.ndarray) -> bool:
         """Return whether weights (n,) agree closely enough to end the iteration."""
@@ -279,7 +274,7 @@ class Sample(NamedTuple):
             return ()
         # the weights are 1/((a/b)^2 + f^2)^(1/2) of the fitted values f, so that the weighted residuals have the standard
         # deviation b
-        ratio = assessment.noise.floor
+        ratio = assessment.noise.ratio
         unit = "of strain" if self.unit == "-" else self.unit
         return (
             f"standard deviation of a point, estimated: {100 * deviation:.2g} % of its value and"

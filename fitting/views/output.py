@@ -12,7 +12,7 @@ import numpy as np
 
 from fitting.views import sheet
 from fitting.views.text import in_flags
-from jaxcontact._support.npz import write_whole as write
+from jaxcontact._support.files import write_whole as write
 
 RESULTS = ("summary.json", "curve.csv", "fit.png")
 

@@ -1,1 +1,1 @@
-"""Compiled programs: their options, their cache on disk, and checks of the installed jax."""
+"""Compiled programs: their options and release, their cache on disk, and checks of the installed jax."""

@@ -13,7 +13,7 @@ import jaxlib
 import platformdirs
 from jax.experimental.compilation_cache import compilation_cache
 
-from jaxcontact._support.npz import write_whole
+from jaxcontact._support.files import write_whole
 from jaxcontact._support.version import __version__
 
 CHECKED = ".checked.json"

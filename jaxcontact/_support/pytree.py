@@ -97,7 +97,9 @@ def _register(cls: type[T]) -> type[T]:
     fixed = [field.name for field in fields if field.metadata.get("static")]
 
     def flatten(obj: T) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-        leaves = tuple(_differentiable(getattr(obj, name)) for name in names)
+        # integers as floats: jax.grad accepts no integers, and users write ``Load(60)``
+        given = (getattr(obj, name) for name in names)
+        leaves = tuple(float(leaf) if type(leaf) is int else leaf for leaf in given)
         return leaves, tuple(getattr(obj, name) for name in fixed)
 
     def flatten_with_keys(obj: T) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
@@ -109,11 +111,6 @@ def _register(cls: type[T]) -> type[T]:
 
     jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
     return cls
-
-
-def _differentiable(leaf: Any) -> Any:
-    """Return an integer as a float: jax.grad accepts no integers, and users write ``Load(60)``."""
-    return float(leaf) if type(leaf) is int else leaf
 
 
 def replace(obj: T, **changes: Any) -> T:

@@ -1,7 +1,6 @@
 """The status of a step: whether it converged, and the reason if not."""
 
-import warnings
-from enum import EnumType, IntEnum
+from enum import IntEnum
 
 import jax.numpy as jnp
 import numpy as np
@@ -17,20 +16,7 @@ REFINED = (1, 4, 16, 64)
 """Numbers of substeps that are tried in turn until the error by the time steps is below ``LARGEST_ERROR``."""
 
 
-FORMER = {"SLIDES": "GROSS_SLIP", "CAME_BACK": "REENTERED_TRACK"}
-
-
-class _WithFormerNames(EnumType):
-    """An enumeration that still has the names of its members in version 0.1, for one version."""
-
-    def __getattr__(cls, name: str) -> int:
-        if name in FORMER:
-            warnings.warn(f"Status.{name}: use Status.{FORMER[name]}", DeprecationWarning, stacklevel=2)
-            return cls._member_map_[FORMER[name]]  # type: ignore[return-value]
-        raise AttributeError(f"type object 'Status' has no attribute {name!r}")
-
-
-class Status(IntEnum, metaclass=_WithFormerNames):
+class Status(IntEnum):
     """The status of a time step: whether its solution is valid and, if not, why.
 
     A step is converged, and its numbers are valid, only where the status is ``FINE`` (0). ``message`` states the meaning of

@@ -46,9 +46,8 @@ class Approach(Control):
 
 def check_control(control: Control, nt: int, *, adhesive: bool = False) -> Verdict:
     """Check a Load or Approach, a number or (nt,); a load without adhesion is non-negative and positive at some time."""
-    checks.require(
-        isinstance(control, Load | Approach), f"control: expected Load or Approach, got {control!r}"
-    )
+    if not isinstance(control, Load | Approach):
+        raise ValueError(f"control: expected Load or Approach, got {control!r}")
     name, shape = type(control).__name__, np.shape(control.value)
     checks.require(
         shape in ((), (nt,)), f"{name}: expected a number or shape ({nt},) as times, got shape {shape}"

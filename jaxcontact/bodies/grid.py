@@ -150,18 +150,14 @@ class MovedGrid(Grid):
 def check_grid(grid: Grid) -> Verdict:
     """Check for at least 4 x 4 cells, or 4 x 1, and a positive spacing whose square does not overflow."""
     require(isinstance(grid, Grid), f"grid: expected a Grid, got {type(grid).__name__}")
-    _check_periodic(grid)
+    both = isinstance(grid.periodic, tuple) and [type(each) for each in grid.periodic] == [bool, bool]
+    require(both, f"grid periodic: expected True, False or two of them, got {grid.periodic!r}")
     line = tuple(grid.shape[1:]) == (1,) and grid.periodic[1]
     good = len(grid.shape) == 2 and all(isinstance(n, int) and n >= 4 for n in grid.shape[: 1 if line else 2])
     require(good, f"grid shape: expected two whole numbers of at least 4, got {grid.shape}")
     require(len(grid.spacing) == 2, f"grid spacing: expected (dx, dy), got {grid.spacing}")
     along_x, along_y = (checks.between("grid spacing [m]", d, 1e-30, 1e30) for d in grid.spacing)
     return along_x & along_y
-
-
-def _check_periodic(grid: Grid) -> None:
-    good = isinstance(grid.periodic, tuple) and [type(each) for each in grid.periodic] == [bool, bool]
-    require(good, f"grid periodic: expected True, False or two of them, got {grid.periodic!r}")
 
 
 def check_not_periodic(grid: Grid, verb: str) -> None:

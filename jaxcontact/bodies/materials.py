@@ -29,8 +29,7 @@ from jax.nn import softplus
 from jax.scipy.special import gammaln
 
 from jaxcontact._support import checks
-from jaxcontact._support.exponential import mean_decay
-from jaxcontact._support.mittag_leffler import mittag_leffler
+from jaxcontact._support.exponential import mean_decay, mittag_leffler
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace
 from jaxcontact.bodies import finite_elements
 
@@ -665,7 +664,7 @@ class Prony(Material):
 #     J(t) = t^alpha/(V Gamma(1 + alpha)),   G(t) = V t^-alpha/Gamma(1 - alpha),   G*(omega) = V (i omega)^alpha.
 #
 # With springs the modulus at a Laplace variable s follows from V s^alpha as with a dashpot, and creep and relaxation from
-# the Mittag-Leffler function E_alpha(-x) (``_support/mittag_leffler.py``): 1/(s (G + V s^alpha)) is the transform of
+# the Mittag-Leffler function E_alpha(-x) (``_support/exponential.py``): 1/(s (G + V s^alpha)) is the transform of
 # (1 - E_alpha(-(G/V) t^alpha))/G.
 #
 # Its retardation times form a continuous spectrum over the whole time axis. With the rate r = exp(w), the

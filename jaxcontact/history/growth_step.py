@@ -43,8 +43,8 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.exponential import phi1, ramps
+from jaxcontact._support.fields import Scale
 from jaxcontact._support.pytree import is_concrete, pytree, replace, static
-from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.bodies.grid import Grid, MovedGrid
 from jaxcontact.bodies.laws import RubbingState

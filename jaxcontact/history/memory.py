@@ -1,4 +1,9 @@
-"""Interface of the memory of a body in the march.
+"""The memory of a creeping surface: the displacement that earlier pressure has left, in a step of the march.
+
+``RecursiveMemory`` is that of ``indent``: a few fields with exact exponential steps, equivalent to the hereditary integral.
+``BothSurfaces`` joins those of body and indenter, ``TractionMemory`` remembers friction as well (``shear``), and
+``MovingMemory`` a body that moves past the contact (``slide``). ``GrowingMemory`` and ``VaryingMemory`` are for films whose
+thickness changes, ``DirectMemory`` superposes all earlier steps, as the paper does.
 
 A memory keeps fields of its own kind (arrays over the grid, spectra, increments: a pytree) and has four methods.
 A step of the march is
@@ -114,77 +119,738 @@ class Memory(abc.ABC):
         """
 
 
-# The direct superposition of all earlier steps: the oracle of the recursion, and the paper's method.
+# Memory as a handful of fields: the hereditary integral at a cost that does not grow with time.
 #
-#     u(t_n) = sum_{j <= n} Kbar(n, j) * (p_j - p_{j-1}),
+#     u(t) = C_0 * p + sum_k lambda_k C_k * eta_k,      eta_k' = p - lambda_k eta_k,      eta_k = 0 at first.
 #
-# with Kbar(n, j) the mean of the kernel K(t_n - s) over t_{j-1} <= s <= t_j: exact for a pressure linear
-# over each step. Time and memory grow with the square and the first power of the number of steps.
-# Each kernel is a weighted sum of the same images, so only their weights depend on (n, j).
+# For a pressure linear over a step dt the update is exact: with z = lambda dt, and
+# psi and phi2 the integrals of the exponential (``_support.exponential``),
+#
+#     eta(t + dt) = exp(-z) eta + dt psi(z) p(t) + dt phi2(z) p(t + dt).
+#
+# lambda = 0 (unlimited flow) gives psi = phi2 = 1/2; a step of no length keeps the fields, so that a jump of
+# the load meets the instantaneous kernel C_0. Second order in dt, of any dt.
+
+
+class Before(NamedTuple):
+    """eta (K, nx, ny) and the pressure (nx, ny) before a step: the fields pass the memory once, after the step."""
+
+    eta: Array
+    pressure: Array
 
 
 @pytree
-class LagRow:
-    """One step n of the tables: its index, the image weights (n_steps, J) and the film's J (n_steps,)."""
+class RecursiveMemory(Memory):
+    """Exact exponential recursion over the rates of the kernels; fields: eta (K, nx, ny); step: dt [s]."""
 
-    index: Array
-    weights: Array
-    film: Array
+    kernels: Kernels
 
-
-@pytree
-class DirectMemory(Memory):
-    """Fields: the pressure increments of all steps, (n_steps, nx, ny); step: a ``LagRow``; surface: the delayed
-    compliance of the material at the surface."""
-
-    images: ImageKernels
-    n_steps: Array  # an array of that length, for its shape alone
-    surface: Delayed
+    @property
+    def inherits(self) -> bool:
+        """True if there is any rate; without one the displacement depends on the present pressure alone."""
+        return self.kernels.rates.shape[0] > 0
 
     def start(self, shape: tuple[int, int]) -> Array:
-        return jnp.zeros((self.n_steps.shape[0], *shape))
+        return jnp.zeros((self.kernels.rates.shape[0], *shape))
 
-    def predict(self, increments: Array, pressure: Array, row: LagRow) -> Prediction:
-        """Return the prediction; the kernel of the present step acts on the whole new pressure, so the old one is taken
-        back."""
-        now = row.weights[row.index]
-        past = jnp.where(jnp.arange(self.n_steps.shape[0])[:, None] <= row.index, row.weights, 0.0)
-        earlier = self.images.family.total(
-            jnp.tensordot(past.T, increments, 1) - now[:, None, None] * pressure
-        )
-        operator = self.images.family.combined(list(now))
-        return Prediction(operator, earlier, increments.at[row.index].add(-pressure))
+    def predict(self, eta: Array, pressure: Array, dt: Array) -> Prediction:
+        # u(t + dt) = [C_0 + sum_k dt phi2(z_k) lambda_k C_k] * p(t + dt)                         the operator
+        #             + sum_k lambda_k C_k * (exp(-z_k) eta_k(t) + dt psi(z_k) p(t))               earlier
+        # with lambda_k C_k = sum_m mix[m, k] S_m: fields are mixed by the rates first, and then meet M kernels, not K.
+        k = self.kernels
+        decay, old, new = ramps(k.rates * dt)  # exp(-z), psi(z), phi2(z)
+        count = len(k.mix) if len(eta) else 0  # an elastic body has no history
+        mix = k.mix[:count]  # of matrices: quicker to differentiate
+        mixed = (mix * decay) @ eta.reshape(len(eta), pressure.size)
+        mixed = mixed.reshape(count, *pressure.shape) + jnp.tensordot(mix @ (dt * old), pressure, 0)
+        earlier = k.family.total(mixed)
+        return Prediction(k.family.combined([1.0, *(k.mix @ (dt * new))]), earlier, Before(eta, pressure))
 
-    def update(self, increments: Array, pressure: Array, row: LagRow) -> Array:
-        return increments.at[row.index].add(pressure)
+    def update(self, before: Before, pressure: Array, dt: Array) -> Array:
+        decay, old, new = ramps(self.kernels.rates * dt)
+        added = jnp.tensordot(dt * old, before.pressure, 0) + jnp.tensordot(dt * new, pressure, 0)
+        return decay[:, None, None] * before.eta + added
+
+    def stored_energy(self, eta: Array, pressure: Array) -> Array:
+        """Return 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, lambda_k C_k eta_k>, the energy of the springs of
+        ``history.memory``, ().
+        """
+        k = self.kernels
+        work = lambda weights, field: jnp.sum(field * k.family.combined(list(weights))(field))
+        at_once = work(jnp.zeros(1 + len(k.mix)).at[0].set(1.0), pressure)
+        springs = jax.vmap(lambda mix, eta: work([0.0, *mix], eta))(k.mix.T, eta)
+        return 0.5 * at_once + 0.5 * jnp.sum(k.rates * springs)
 
     @property
     def delayed_rates(self) -> Array:
-        return self.surface.rates
+        return self.kernels.rates
 
-    def works(self, increments: Array, pressure: Array) -> Array:
-        return jnp.append(1.0, self.surface.shares)
+    def works(self, eta: Array, pressure: Array) -> Array:
+        return self.kernels.works(pressure)
+
+    def steady(self, pressure: Array) -> Array:
+        """Return the fields after a pressure that has stood for ever, p/lambda_k; zero for flow without limit."""
+        rates = self.kernels.rates[:, None, None]
+        return jnp.where(rates > 0.0, pressure / jnp.where(rates > 0.0, rates, 1.0), 0.0)
+
+    def steady_operator(self) -> Operator:
+        """Return the operator of a pressure that has stood for ever: the relaxed compliance, without unlimited flow."""
+        return self.kernels.family.combined(
+            [1.0, *(self.kernels.mix @ self.steady(jnp.ones((1, 1)))[:, 0, 0])]
+        )
+
+    def displacement(self, eta: Array, pressure: Array) -> Array:
+        """Return the displacement, (nx, ny), from the fields after a step and its pressure."""
+        k = self.kernels
+        return k.family.total(jnp.concatenate([pressure[None], jnp.tensordot(k.mix, eta, 1)]))
+
+    def observe(self, eta: Array, pressure: Array, dt: Array, other: Array | None = None) -> dict[str, Array]:
+        film = self.kernels.film_strain
+        if film is None:
+            return {"film_strain": jnp.zeros(())}
+        return {"film_strain": film.strain(pressure, eta)}
+
+
+# The memories of both surfaces of a contact.
+#
+# Under one pressure the displacements of body and indenter add, and each surface remembers the pressure at its own rates
+# and with its own velocity: the body may move past the contact, while the surface of an indenter that slides is at rest in
+# it. So the operator of a step is the sum of those of the surfaces, and what earlier pressure has left is the sum of theirs.
+
+
+@pytree
+class BothSurfaces(Memory):
+    """The memories of the surfaces, that of the body first; the others, of an indenter, are at rest.
+
+    Fields: a tuple of those of each; step: that of the body's memory, of which the others take the time alone.
+    """
+
+    memories: tuple[Any, ...]
+
+    @property
+    def inherits(self) -> bool:
+        return any(memory.inherits for memory in self.memories)
+
+    def _each(self, fields: tuple[Any, ...], step: Any) -> list[tuple[Any, Any, Any]]:
+        """Return memory, fields and step of each surface."""
+        at_rest = getattr(step, "dt", step)
+        steps = [step, *[at_rest] * (len(self.memories) - 1)]
+        return list(zip(self.memories, fields, steps, strict=True))
+
+    def start(self, shape: tuple[int, int]) -> tuple[Any, ...]:
+        return tuple(memory.start(shape) for memory in self.memories)
+
+    def predict(self, fields: tuple[Any, ...], traction: Array, step: Any) -> Prediction:
+        found = [memory.predict(own, traction, at) for memory, own, at in self._each(fields, step)]
+        operator, earlier = found[0].operator, found[0].earlier
+        for more in found[1:]:
+            operator, earlier = operator.plus(more.operator), earlier + more.earlier
+        return Prediction(operator, earlier, tuple(each.fields for each in found), found[0].raised)
+
+    def update(self, fields: tuple[Any, ...], traction: Array, step: Any) -> tuple[Any, ...]:
+        return tuple(memory.update(own, traction, at) for memory, own, at in self._each(fields, step))
+
+    def stored_energy(self, fields: tuple[Any, ...], pressure: Array) -> Array:
+        each = zip(self.memories, fields, strict=True)
+        return sum((memory.stored_energy(own, pressure) for memory, own in each), start=jnp.zeros(()))
+
+    @property
+    def delayed_rates(self) -> Array:
+        return jnp.concatenate([memory.delayed_rates for memory in self.memories])
+
+    def works(self, fields: tuple[Any, ...], pressure: Array) -> Array:
+        found = [memory.works(own, pressure) for memory, own in zip(self.memories, fields, strict=True)]
+        at_once = sum((each[:1] for each in found), start=jnp.zeros(1))
+        return jnp.concatenate([at_once, *(each[1:] for each in found)])
+
+    def of_body(self, fields: tuple[Any, ...]) -> Any:
+        return fields[0]
 
     def observe(
-        self, increments: Array, pressure: Array, row: LagRow, other: Array | None = None
+        self, fields: tuple[Any, ...], traction: Array, step: Any, other: Array | None = None
     ) -> dict[str, Array]:
-        if self.images.film_coefficients is None:
-            return {"film_strain": jnp.zeros(())}
-        strain = jnp.tensordot(row.film, increments, 1) / self.images.scale.compliance
-        return {"film_strain": deepest_strain(self.images.film_coefficients, strain)}
+        """Return the observables of the body, and displacement (nx, ny) and film strain of the indenter."""
+        (body, own, at), (memory, of_indenter, time) = self._each(fields, step)
+        moved = memory.displacement(of_indenter, traction)
+        strain = memory.observe(of_indenter, traction, time)["film_strain"]
+        shown = {"indenter_displacement": moved, "indenter_film_strain": strain}
+        return body.observe(own, traction, at, moved) | shown
 
 
-def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elastic: bool) -> LagRow:
-    """The tables for all steps, stacked: weights (n, n, J) and film (n, n); zero where j > n."""
-    before = jnp.append(times[:1], times[:-1])
-    start = jnp.maximum(times[:, None] - times[None, :], 0.0)
-    end = jnp.maximum(times[:, None] - before[None, :], 0.0)
-    weights = image_weights(body, indenter, start, end, quasi_elastic=quasi_elastic)
-    top, n = top_layer(body), times.shape[0]
-    film = jnp.zeros((n, n))
-    if top is not None:
-        film = jnp.tril(film_creep(top).mean_creep(start, end))
-    return LagRow(jnp.arange(n), weights, film)
+def with_indenter(memory: Memory, kernels: Kernels | TractionKernels) -> Memory:
+    """Return the memory of a contact from that of its body; kernels: of the contact."""
+    own = kernels.indenter
+    if own is None:
+        return memory
+    return BothSurfaces((memory, RecursiveMemory(own) if isinstance(own, Kernels) else TractionMemory(own)))
+
+
+# The memory of tractions: the recursion of ``RecursiveMemory`` in three directions.
+#
+#     u = C_0 * t + sum_k lambda_k C_k * eta_k,      eta_k' = t - lambda_k eta_k,      t = (q_x, q_y, p).
+#
+# The normal displacement under the pressure keeps the rates, fields and kernels that it has in ``indent``; all that
+# the tangential kernels touch has rates and fields of its own.
+
+
+class TractionFields(NamedTuple):
+    """pressure: of ``RecursiveMemory``, (K, nx, ny); traction: eta of (q_x, q_y, p), (K', 3, nx, ny)."""
+
+    pressure: Array
+    traction: Array
+
+
+@pytree
+class TractionMemory(Memory):
+    """Exact exponential recursion for tractions (3, nx, ny) of q_x, q_y and p; fields: ``TractionFields``; step: dt [s]."""
+
+    kernels: TractionKernels
+
+    @property
+    def normal(self) -> RecursiveMemory:
+        """The memory of the pressure alone."""
+        return RecursiveMemory(self.kernels.normal)
+
+    def displacement(self, fields: TractionFields, traction: Array) -> Array:
+        """Return the normal displacement, (nx, ny), from the fields after a step and its traction."""
+        k = self.kernels
+        at_once = k.family.combined(jnp.zeros(1 + len(k.mix)).at[0].set(1.0))
+        operator = TractionOperator(
+            self.normal.steady_operator(), at_once
+        )  # of which the traction needs no more
+        by_traction = operator.normal_from_tangential(traction[:2])
+        by_traction = by_traction + k.family.normal_from_earlier(jnp.tensordot(k.mix, fields.traction, 1))
+        return self.normal.displacement(fields.pressure, traction[2]) + by_traction
+
+    def start(self, shape: tuple[int, int]) -> TractionFields:
+        return TractionFields(self.normal.start(shape), jnp.zeros((self.kernels.rates.size, 3, *shape)))
+
+    def predict(self, fields: TractionFields, traction: Array, dt: Array) -> Prediction:
+        k = self.kernels
+        pressed = self.normal.predict(fields.pressure, traction[2], dt)
+        decay, old, new = ramps(k.rates * dt)
+        eta = decay[:, None, None, None] * fields.traction + jnp.tensordot(dt * old, traction, 0)
+        mixed = jnp.tensordot(k.mix, eta, 1)
+        operator = k.family.combined(jnp.append(1.0, k.mix @ (dt * new)))
+        normal = pressed.earlier + k.family.normal_from_earlier(mixed)
+        earlier = jnp.concatenate([k.family.tangential_from_earlier(mixed), normal[None]])
+        return Prediction(
+            TractionOperator(pressed.operator, operator), earlier, TractionFields(pressed.fields, eta)
+        )
+
+    def update(self, fields: TractionFields, traction: Array, dt: Array) -> TractionFields:
+        new = dt * ramps(self.kernels.rates * dt)[2]
+        pressure = self.normal.update(fields.pressure, traction[2], dt)
+        return TractionFields(pressure, fields.traction + jnp.tensordot(new, traction, 0))
+
+    @property
+    def delayed_rates(self) -> Array:
+        return self.normal.delayed_rates
+
+    def works(self, fields: TractionFields, pressure: Array) -> Array:
+        return self.normal.works(fields.pressure, pressure)
+
+    def observe(
+        self, fields: TractionFields, traction: Array, dt: Array, other: Array | None = None
+    ) -> dict[str, Array]:
+        return self.normal.observe(fields.pressure, traction[2], dt)
+
+
+# Memory that moves past the indenter.
+#
+# Fields are kept in the indenter's frame. Over a body that the indenter crosses with velocity v they obey
+#
+#     u = C_0 * p + sum_k lambda_k C_k * eta_k,      d eta_k/dt - v . grad eta_k = p - lambda_k eta_k,
+#
+# so that the Fourier mode k of eta_k decays at the complex rate lambda_k - i k . v. For a pressure linear
+# over a step dt the update is exact: with z = (lambda - i k . v) dt and the integrals of the exponential,
+#
+#     eta(t + dt) = exp(-z) eta + dt psi(z) p(t) + dt phi2(z) p(t + dt),
+#
+# for any step, sub-pixel or many pixels, and without any error where p is steady. (Theory: the exponential
+# integrator of ``RecursiveMemory`` along the characteristics, in Fourier space.)
+#
+# The modes are those of the zero-padded grid. Behind the window, in the padding, an absorbing layer takes a
+# share of the fields for each length that they move, so that nothing wraps around; what it takes is summed
+# up and bounds what was left out. Along a periodic axis there is no padding, and what leaves on one side comes in on
+# the other: the indenter has others like it before and behind.
+#
+# With friction the traction mu p e, e the unit vector of the motion, is remembered as p is, by the components of e
+# and at rates of its own.
+
+
+ABSORPTION = 40.0  # the layer lets exp(-40) through
+ABSORB_AFTER = 1 / 32  # of the padded length moved
+NEVER = 1e9  # cells: nothing was lost
+
+
+class Shift(NamedTuple):
+    """Displacement of the indenter along x and y; y is None when it moves along x only."""
+
+    x: Array
+    y: Array | None
+
+
+class Motion(NamedTuple):
+    """One step: dt [s], the shift in it [cells along x], and the unit vector of the velocity at its end, (2,).
+
+    aside: how far in the middle of the step the indenter is off the way of its mean velocity, as a shift; None where the
+    velocity does not change. sheared: for ``update``, the traction at its end where it does not follow from the pressure,
+    (nx, ny), else None.
+    """
+
+    dt: Array
+    shift: Shift
+    direction: Array
+    aside: Shift | None = None
+    sheared: Array | None = None
+
+
+def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
+    """k . shift, and the rate at which modes without a direction die, on the padded grid of ``shape``.
+
+    Both (1, mx), or (my/2 + 1, mx) where the shift has a y. ratio: dy/dx. The highest mode of an even
+    grid stands for both signs of its wavenumber: it cannot be moved, only wiped out as it would be.
+    """
+    mx, my = shape
+    m = 2.0 * jnp.pi * jnp.fft.fftfreq(mx)
+    highest = (jnp.arange(mx) == mx // 2) & (mx % 2 == 0)
+    phase, loss = jnp.where(highest, 0.0, m) * shift.x, jnp.where(highest, jnp.abs(m * shift.x), 0.0)
+    if shift.y is None:
+        return phase[None], loss[None]
+    n = 2.0 * jnp.pi * jnp.fft.rfftfreq(my) / ratio
+    highest = (jnp.arange(n.size) == my // 2) & (my % 2 == 0)
+    phase = phase + (jnp.where(highest, 0.0, n) * shift.y)[:, None]
+    return phase, loss + jnp.where(highest, jnp.abs(n * shift.y), 0.0)[:, None]
+
+
+def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Array) -> tuple[Array, ...]:
+    """Weights of eta, p(t) and p(t + dt) of the module's update, each (K, 1 or my/2 + 1, mx)."""
+    phase, loss = along(shape, motion.shift, ratio)
+    decay, old, new = ramps((rates * motion.dt)[:, None, None] + jax.lax.complex(loss, -phase))
+    return decay, motion.dt * old, motion.dt * new
+
+
+class Trail(NamedTuple):
+    """Position of the track towards the sides -x, +x; -y, +y, each (2, 2) [cells along x].
+
+    reach: how far the track reaches from the indenter; inside: how far inside the window's side the place
+    is where history was lost through it, if it was.
+    """
+
+    reach: Array
+    inside: Array
+
+
+class Fields(NamedTuple):
+    """State of a moving memory.
+
+    eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``Rubbing.sheared``, or None where it
+    is the same; moved: (2,), share of the padded lengths
+    since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail: where
+    it lay; truncation_bound, overlaps: bound on the displacement in contact that lost history would still cause, and
+    whether it may lie under the contact, ().
+    """
+
+    eta: Array
+    pressure: Array
+    sheared: Array | None
+    moved: Array
+    lost: Array
+    trail: Trail
+    truncation_bound: Array
+    overlaps: Array
+
+
+@pytree
+class MovingMemory(Memory):
+    """Fields: ``Fields``; step: a ``Motion``. One spectrum for each rate.
+
+    spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), those of the pressure before those of the traction; circulants:
+    of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); rubbed: C_0 of the
+    traction along x and y, (2, my/2 + 1, mx), and rubbing: friction, or both None; shear: with adhesion
+    coefficient and shear strength of the contact, whose traction is a ``Drag``, and the rubbing is that of a coefficient of
+    one; tails: lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
+    """
+
+    spectra: Array
+    circulants: Array
+    rates: Array
+    sources: Array
+    rubbed: Array | None
+    rubbing: Rubbing | None
+    tails: Array
+    ratio: Array
+    kernels: Kernels
+    observer: "Observer"
+    shear: tuple[Array, Array] | None = None
+
+    @property
+    def inherits(self) -> bool:
+        """True if there is any rate, as in ``RecursiveMemory``."""
+        return self.rates.shape[0] > 0
+
+    @property
+    def _periodic(self) -> spectral.Periodic:
+        return self.kernels.family.periodic
+
+    def _padded(self, shape: tuple[int, ...]) -> tuple[int, int]:
+        return spectral.padded_shape(shape, self._periodic)
+
+    def start(self, shape: tuple[int, int]) -> Fields:
+        mx, my = self._padded(shape)
+        zero = jnp.zeros((my // 2 + 1, mx), complex)
+        return Fields(
+            jnp.broadcast_to(zero, (self.rates.size, *zero.shape)),
+            zero,
+            zero if self._varies else None,
+            jnp.zeros(2),
+            jnp.zeros(self.rates.size),
+            Trail(jnp.zeros((2, 2)), jnp.full((2, 2), -NEVER)),
+            jnp.zeros(()),
+            jnp.zeros((), bool),
+        )
+
+    def predict(self, fields: Fields, pressure: Array, motion: Motion) -> Prediction:
+        shape = pressure.shape
+        fields = absorb(fields, motion, self.ratio, shape, self._periodic)
+        decay, old, new = step_weights(self.rates, motion, self._padded(shape), self.ratio)
+        eta = decay * fields.eta + old * self._source(motion, fields)
+        earlier = spectral.inverse(jnp.sum(self.spectra[1:] * eta, 0), shape, self._periodic)
+        on_grid = step_weights(self.kernels.rates, motion, shape, self.ratio)[2]
+        now = lambda parts, weights: parts[0] + jnp.sum(parts[1:] * weights, 0)
+        of_pressure, of_traction = self._shares(motion)
+        spectrum, circulant = now(self.spectra, new * of_pressure), now(self.circulants, on_grid)
+        operator, drag = Operator(spectrum[None], circulant, periodic=self._periodic), None
+        if self.rubbed is not None and self.rubbing is not None:
+            kernel = jnp.tensordot(motion.direction, self.rubbed, 1)
+            kernel = kernel + jnp.sum(self.spectra[1:] * (new * of_traction), 0)
+            if self.shear is None:
+                operator = self.rubbing.added_to(operator, kernel)
+            else:
+                drag = Drag(replace(operator, spectra=kernel[None]), *self.shear)
+        lost = fields.lost * jnp.exp(-self.rates * motion.dt)
+
+        # the trail from the indenter's new place
+        shift, trail = motion.shift, fields.trail
+        moved = jnp.stack([shift.x, jnp.zeros_like(shift.x) if shift.y is None else shift.y])
+        away = moved[:, None] * jnp.array([1.0, -1.0])
+        trail = Trail(jnp.maximum(trail.reach + away, 0.0), trail.inside - away)
+        fields = fields._replace(eta=eta, lost=lost, trail=trail)
+        return Prediction(operator, earlier, fields, drag=drag)
+
+    def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
+        new = step_weights(self.rates, motion, self._padded(pressure.shape), self.ratio)[2]
+        fields = fields._replace(pressure=spectral.transform(pressure, self._periodic))
+        if self.rubbing is not None and self._varies:
+            sheared = self.rubbing.sheared(pressure) if motion.sheared is None else motion.sheared
+            sheared = spectral.transform(sheared, self._periodic)
+            fields = fields._replace(sheared=sheared)
+        # where the end of the track with the contact upon it is now beyond the window's side, history is lost
+        clear, trail = clearance(pressure, self.ratio), fields.trail
+        trail = trail._replace(
+            inside=jnp.where(trail.reach > clear, jnp.maximum(trail.inside, 0.0), trail.inside)
+        )
+        truncation_bound, overlaps = truncation_of(self.tails, fields.lost, clear - trail.inside)
+        return fields._replace(
+            eta=fields.eta + new * self._source(motion, fields),
+            trail=trail,
+            truncation_bound=truncation_bound,
+            overlaps=overlaps,
+        )
+
+    @property
+    def _varies(self) -> bool:
+        """True if the coefficient of friction is a field."""
+        return self.rubbing is not None and self.rubbing.weights is not None
+
+    def _shares(self, motion: Motion) -> tuple[Array, Array]:
+        """Return how much of pressure and traction each field takes in during a step, (K, 1, 1) each."""
+        of_traction = self.sources[:, 1:] @ motion.direction
+        return self.sources[:, 0, None, None], of_traction[:, None, None]
+
+    def _source(self, motion: Motion, fields: Fields) -> Array:
+        """Return the spectrum that each field takes in under the last tractions, (K, my/2 + 1, mx)."""
+        of_pressure, of_traction = self._shares(motion)
+        if fields.sheared is None:
+            return (of_pressure + of_traction) * fields.pressure
+        return of_pressure * fields.pressure + of_traction * fields.sheared
+
+    def _by_traction(self, fields: Fields, motion: Motion, shape: tuple[int, int]) -> Array | None:
+        """Return the displacement u_q of ``history.memory`` under the traction, (nx, ny); None without friction."""
+        if self.rubbed is None:
+            return None
+        k, last = self.kernels.rates.size, fields.pressure if fields.sheared is None else fields.sheared
+        spectrum = jnp.tensordot(motion.direction, self.rubbed, 1) * last
+        spectrum = spectrum + jnp.sum(self.spectra[1 + k :] * fields.eta[k:], 0)
+        return spectral.inverse(spectrum, shape, self._periodic)
+
+    @property
+    def delayed_rates(self) -> Array:
+        return self.kernels.rates
+
+    def works(self, fields: Fields, pressure: Array) -> Array:
+        """Return those of the pressure; friction adds little to them."""
+        return self.kernels.works(pressure)
+
+    def observe(
+        self, fields: Fields, pressure: Array, motion: Motion, other: Array | None = None
+    ) -> dict[str, Array]:
+        """Return the observables of ``history.memory`` beside the strain of the film."""
+        k, padded = self.kernels.rates.size, self._padded(pressure.shape)
+        spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
+        stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)
+        force, centre, leading_peak = self.observer.surface(pressure, motion.direction, other)
+
+        # forces against the motion: of hysteresis, zero on an elastic body, and Coulomb's
+        hysteresis = coulomb = jnp.zeros(())
+        if self.inherits:
+            displaced = self._by_traction(fields, motion, pressure.shape)
+            if other is not None:
+                displaced = other if displaced is None else displaced + other
+            hysteresis = self.observer.hysteresis(pressure, displaced, motion.direction)
+        if self.rubbing is not None:
+            rubbed = pressure if motion.sheared is None else motion.sheared
+            coulomb = self.rubbing.coulomb_force(rubbed) * jnp.sum(motion.direction**2)
+
+        # the strain of the film, whose history is kept as spectra
+        strain, film = jnp.zeros(()), self.kernels.film_strain
+        if film is not None:
+            history = spectral.inverse(
+                jnp.tensordot(film.weights[1:], eta, 1), pressure.shape, self._periodic
+            )
+            strain = deepest_strain(film.coefficients, film.weights[0] * pressure + history)
+        return {
+            "film_strain": strain,
+            "lateral_force": force,
+            "hysteresis_force": hysteresis,
+            "coulomb_force": coulomb,
+            "pressure_centre": centre,
+            "leading_peak": leading_peak,
+            "stored_energy": stored,
+            "hysteresis_power": dissipated,
+            "truncation_bound": fields.truncation_bound,
+        }
+
+
+def moving_memory(
+    kernels: Kernels, profile: Array, ratio: Array, rubbing: Rubbing | None = None
+) -> MovingMemory:
+    """The memory with one spectrum for each rate; profile: (nx, ny), scaled; rubbing: of friction, on the grid."""
+    shape = profile.shape
+    own = lambda a: jnp.concatenate([a[:1], jnp.tensordot(kernels.mix.T, a[1:], 1)])
+    spectra, rates = own(kernels.family.spectrum), kernels.rates
+    sources, rubbed = jnp.zeros((rates.size, 3)).at[:, 0].set(1.0), None
+    if rubbing is not None:
+        all_of_it = rubbing.spectra(shape)
+        rubbed, lasting = all_of_it[0], rubbing.lasting(all_of_it)
+        spectra = jnp.concatenate([spectra, lasting[:, 0], lasting[:, 1]])
+        rates = jnp.concatenate([rates, rubbing.rates, rubbing.rates])
+        sources = jnp.concatenate([sources, jnp.repeat(jnp.eye(3)[1:], rubbing.rates.size, 0)])
+    return MovingMemory(
+        spectra,
+        own(kernels.family.circulant),
+        rates,
+        sources,
+        rubbed,
+        rubbing,
+        spectral.inverse(spectra[1:], shape, kernels.family.periodic)[:, :, 0],
+        ratio,
+        kernels,
+        Observer.of(profile, ratio, kernels.family.periodic),
+    )
+
+
+def absorption(n: int, padded: int) -> Array:
+    """Per cell moved: zero in the window of n cells, a bump in the padding if there is any, (padded,)."""
+    i = jnp.arange(padded)
+    length = padded - n + 1
+    bump = jnp.sin(jnp.pi * (i - n + 1) / length) ** 2 * (2.0 * ABSORPTION / length)
+    return jnp.where(i < n, 0.0, bump)
+
+
+def absorb(
+    fields: Fields, motion: Motion, ratio: Array, shape: tuple[int, int], periodic: spectral.Periodic
+) -> Fields:
+    """Let the absorbing layer act for the way moved since it last did, once that is long enough."""
+    if all(periodic):
+        return fields
+    (nx, ny), (mx, my) = shape, spectral.padded_shape(shape, periodic)
+    across = motion.shift.y is not None
+    way_y = jnp.abs(motion.shift.y) / (ratio * my) if across else jnp.zeros(())
+    moved = fields.moved + jnp.stack([jnp.abs(motion.shift.x) / mx, way_y])
+
+    def act(fields: Fields) -> tuple[Array, Array]:
+        rows = jnp.fft.ifft(fields.eta, axis=-1) * jnp.exp(-absorption(nx, mx) * mx * moved[0])
+        if across and not periodic[1]:
+            share = jnp.exp(-absorption(ny, my) * my * moved[1])[:, None]
+            rows = jnp.fft.rfft(share * jnp.fft.irfft(rows, n=my, axis=-2), axis=-2)
+        eta = jnp.fft.fft(rows, axis=-1)
+        return eta, fields.lost + (fields.eta - eta)[:, 0, 0].real
+
+    due = jnp.max(moved) >= ABSORB_AFTER
+    eta, lost = jax.lax.cond(due, act, lambda f: (f.eta, f.lost), fields)
+    return fields._replace(eta=eta, moved=jnp.where(due, 0.0, moved), lost=lost)
+
+
+# Observables of sliding beyond the pressure: horizontal force, pressure centre, energies. All scaled.
+#
+# Force. The pressure acts normal to the indenter's surface z = approach - f(x, y), so that it pushes the
+# indenter with the lateral force
+#
+#     F = -int p grad f dA.
+#
+# It opposes the motion where the pressure leans to the leading side. With friction the traction q = mu p e displaces
+# the surface as well, by u_q, and the pressure acts as if on the profile f + u_q. The hysteresis force is the part
+# that the pressure needs for the displacement that it causes itself,
+#
+#     F_h = -int p grad (f + u_q) dA = int p grad u_p dA,
+#
+# which is zero on an elastic body, and times the speed the power of the dashpots in the steady state. An indenter that
+# creeps is at rest in its own frame: its displacement u_i under the pressure is that of a surface which keeps its place, and
+# the pressure acts on the profile f + u_i. Once relaxed it takes no force, int p grad u_i dA = 0. The difference,
+# int p grad u_q dA, is of the order of Dundurs' constant times mu W times a slope of the profile. Linear theory knows
+# such terms in part only (the slope under the traction and the elastic part of the slip velocity are of the same
+# order), so that the totals below leave them out: the coefficient of friction of an elastic body is mu.
+#
+# Sign convention of all results of sliding and rolling: a force against the motion of the indenter and a power that
+# is lost are positive. Totals, with Coulomb's force F_c = int mu p dA against the motion:
+#
+#     tangential_force = F_h + F_c,      power = hysteresis_power + friction_power,      friction_power = F_c |v|.
+#
+# Energy. The body is a chain of springs and dashpots (``RecursiveMemory``): with rates
+# d eta_k = p - lambda_k eta_k, taken with the material,
+#
+#     stored = 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, (lambda_k C_k) eta_k>,
+#     dissipated = sum_k <d eta_k, (lambda_k C_k) d eta_k>,
+#
+# and -F_h . v + load * rate of approach = d stored/dt + dissipated as long as nothing leaves the window. In the
+# steady state, where the track carries stored energy away to dissipate it later, the dashpots take
+#
+#     -F_h . v = sum_k <p, (lambda_k C_k) d eta_k>.
+#
+# The sums are taken over Fourier modes (Parseval).
+
+
+# weights of the differences across 2, 4 and 6 cells in a slope of sixth order
+SIXTH = 45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0
+WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says nothing
+NOISE = 1e-5  # of the largest pressure: below it a traction may be an error of the solver
+
+
+@pytree
+class Observer:
+    """slopes of the profile and cell coordinates, each (2, nx, ny) [in units of dx]; ratio: dy/dx, (); periodic: along which
+    axes differences go around, static."""
+
+    slopes: Array
+    places: Array
+    ratio: Array
+    periodic: spectral.Periodic = static(default=spectral.FREE)
+
+    @classmethod
+    def of(cls, profile: Array, ratio: Array, periodic: spectral.Periodic = spectral.FREE) -> "Observer":
+        nx, ny = profile.shape
+        slopes = jnp.stack(
+            [_slope(profile, axis, wraps, (1.0, ratio)[axis]) for axis, wraps in enumerate(periodic)]
+        )
+        x, y = jnp.arange(nx) - (nx - 1) / 2, (jnp.arange(ny) - (ny - 1) / 2) * ratio
+        places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
+        return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places, jnp.asarray(ratio), periodic)
+
+    def hysteresis(self, pressure: Array, displaced: Array | None, direction: Array) -> Array:
+        """Return F_h against the motion, (); displaced: by other than the body's memory of the pressure, (nx, ny): u_q with
+        friction, and the displacement of an indenter that creeps; None for zero."""
+        return jnp.sum(jnp.tensordot(direction, self._slopes_with(displaced), 1) * pressure)
+
+    def _slopes_with(self, displaced: Array | None) -> Array:
+        """Return the slopes of the profile and of a displacement, (2, nx, ny)."""
+        if displaced is None:
+            return self.slopes
+        along_x, along_y = (_central(displaced, axis, wraps) for axis, wraps in enumerate(self.periodic))
+        return self.slopes + jnp.stack([along_x, along_y / self.ratio])  # bent at the edge of contact
+
+    def surface(
+        self, pressure: Array, direction: Array, of_indenter: Array | None = None
+    ) -> tuple[Array, Array, Array]:
+        """Return the lateral force (2,), the centre (2,), and the peak ahead of the axis, (); of_indenter: the displacement
+        of an indenter that creeps, (nx, ny), or None."""
+        total = jnp.sum(pressure)
+        force = -jnp.sum(self._slopes_with(of_indenter) * pressure, (1, 2))
+        centre = jnp.sum(self.places * pressure, (1, 2)) / jnp.where(total > 0.0, total, 1.0)
+        ahead = jnp.tensordot(direction, self.places, 1) >= 0.0
+        return force, centre, jnp.max(jnp.where(ahead, pressure, 0.0))
+
+
+def _central(field: Array, axis: int, wraps: bool) -> Array:
+    """Return central differences, (nx, ny), one-sided at the ends of an axis that is not periodic; 0 along a single cell."""
+    if field.shape[axis] == 1:
+        return jnp.zeros_like(field)
+    if wraps:
+        return (jnp.roll(field, -1, axis) - jnp.roll(field, 1, axis)) / 2.0
+    return jnp.asarray(jnp.gradient(field, axis=axis))
+
+
+def _slope(field: Array, axis: int, wraps: bool, side: Array | float) -> Array:
+    """Return the slope along an axis of cells of a side, (nx, ny).
+
+    It is of sixth order: that of a wave of eight cells is 0.15 % too small, and that of central differences 10 %. Central
+    differences are used near a wall, which thus does not act beyond its neighbours, and in the three cells at each end of an
+    axis that is not periodic.
+    """
+    n, ahead = field.shape[axis], lambda k: jnp.roll(field, -k, axis)
+    central = _central(field, axis, wraps)
+    if n <= 2 * len(SIXTH):
+        return central / side
+    sixth = sum((w * (ahead(k) - ahead(-k)) for k, w in enumerate(SIXTH, 1)), start=jnp.zeros_like(field))
+    wall = jnp.abs(ahead(1) - field) >= WALL * side  # between a cell and the next
+    reach = range(-len(SIXTH), len(SIXTH))
+    smooth = ~jnp.any(jnp.stack([jnp.roll(wall, -k, axis) for k in reach]), 0)
+    if not wraps:
+        inside = (jnp.arange(n) >= len(SIXTH)) & (jnp.arange(n) < n - len(SIXTH))
+        smooth = smooth & jnp.expand_dims(inside, 1 - axis)
+    return jnp.where(smooth, sixth, central) / side
+
+
+def inner_product(weights: Array, squares: Array, padded: tuple[int, int]) -> Array:
+    """sum_x f (K * f) over the padded grid from the spectra of K, (..., my/2 + 1, mx), and |f|^2, likewise."""
+    mx, my = padded
+    return jnp.sum(jnp.sum(weights * squares, -1) * spectral.both_signs(my), -1) / (mx * my)
+
+
+def energies(
+    spectra: Array, rates: Array, eta: Array, pressure: Array, padded: tuple[int, int]
+) -> tuple[Array, Array]:
+    """Stored energy and dissipated power of the module's formulas; spectra of C_0 and lambda_k C_k."""
+    square = lambda f: f.real**2 + f.imag**2
+    speed = pressure - rates[:, None, None] * eta
+    springs = inner_product(spectra[1:], square(eta), padded)
+    stored = 0.5 * inner_product(spectra[0], square(pressure), padded) + 0.5 * jnp.sum(rates * springs)
+    return stored, jnp.sum(inner_product(spectra[1:], square(speed), padded))
+
+
+def clearance(pressure: Array, ratio: Array) -> Array:
+    """Free cells [along x] between the contact and the window's sides -x, +x; -y, +y, (2, 2).
+
+    With adhesion the tractions of cells that do not touch are those of the attraction up to the solver's tolerance.
+    """
+    pressed = pressure > NOISE * jnp.max(jnp.abs(pressure))
+    rows, columns = jnp.any(pressed, 1), jnp.any(pressed, 0)
+    free = lambda active: jnp.where(jnp.any(active), jnp.argmax(active), active.size)
+    along_x = jnp.stack([free(rows), free(rows[::-1])])
+    return jnp.stack([along_x, jnp.stack([free(columns), free(columns[::-1])]) * ratio])
+
+
+def truncation_of(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array]:
+    """Return the largest displacement in contact due to history that left the window, and whether it may lie under the
+    contact.
+
+    tails: response at offsets along x, (K, nx), falling with the distance; lost: sums of that history, (K,);
+    clear: cells between the contact and where history was lost, (2, 2) as in ``clearance``.
+    """
+    nearest = jnp.min(clear)
+    distance = jnp.clip(nearest, 0, tails.shape[1] - 1).astype(int)
+    return jnp.sum(jnp.abs(tails[:, distance]) * jnp.abs(lost)), nearest <= 0.0
 
 
 # Memory of films whose thickness changes in time: films that form or wear, alike everywhere or not.
@@ -339,744 +1005,74 @@ class VaryingMemory(IncrementalMemory):
         return (step.after - self.at_first) / self.kernels.scale.length
 
 
-# Observables of sliding beyond the pressure: horizontal force, pressure centre, energies. All scaled.
+# The direct superposition of all earlier steps: the oracle of the recursion, and the paper's method.
 #
-# Force. The pressure acts normal to the indenter's surface z = approach - f(x, y), so that it pushes the
-# indenter with the lateral force
+#     u(t_n) = sum_{j <= n} Kbar(n, j) * (p_j - p_{j-1}),
 #
-#     F = -int p grad f dA.
-#
-# It opposes the motion where the pressure leans to the leading side. With friction the traction q = mu p e displaces
-# the surface as well, by u_q, and the pressure acts as if on the profile f + u_q. The hysteresis force is the part
-# that the pressure needs for the displacement that it causes itself,
-#
-#     F_h = -int p grad (f + u_q) dA = int p grad u_p dA,
-#
-# which is zero on an elastic body, and times the speed the power of the dashpots in the steady state. An indenter that
-# creeps is at rest in its own frame: its displacement u_i under the pressure is that of a surface which keeps its place, and
-# the pressure acts on the profile f + u_i. Once relaxed it takes no force, int p grad u_i dA = 0. The difference,
-# int p grad u_q dA, is of the order of Dundurs' constant times mu W times a slope of the profile. Linear theory knows
-# such terms in part only (the slope under the traction and the elastic part of the slip velocity are of the same
-# order), so that the totals below leave them out: the coefficient of friction of an elastic body is mu.
-#
-# Sign convention of all results of sliding and rolling: a force against the motion of the indenter and a power that
-# is lost are positive. Totals, with Coulomb's force F_c = int mu p dA against the motion:
-#
-#     tangential_force = F_h + F_c,      power = hysteresis_power + friction_power,      friction_power = F_c |v|.
-#
-# Energy. The body is a chain of springs and dashpots (``RecursiveMemory``): with rates
-# d eta_k = p - lambda_k eta_k, taken with the material,
-#
-#     stored = 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, (lambda_k C_k) eta_k>,
-#     dissipated = sum_k <d eta_k, (lambda_k C_k) d eta_k>,
-#
-# and -F_h . v + load * rate of approach = d stored/dt + dissipated as long as nothing leaves the window. In the
-# steady state, where the track carries stored energy away to dissipate it later, the dashpots take
-#
-#     -F_h . v = sum_k <p, (lambda_k C_k) d eta_k>.
-#
-# The sums are taken over Fourier modes (Parseval).
-
-
-# weights of the differences across 2, 4 and 6 cells in a slope of sixth order
-SIXTH = 45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0
-WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says nothing
-
-NOISE = 1e-5  # of the largest pressure: below it a traction may be an error of the solver
+# with Kbar(n, j) the mean of the kernel K(t_n - s) over t_{j-1} <= s <= t_j: exact for a pressure linear
+# over each step. Time and memory grow with the square and the first power of the number of steps.
+# Each kernel is a weighted sum of the same images, so only their weights depend on (n, j).
 
 
 @pytree
-class Observer:
-    """slopes of the profile and cell coordinates, each (2, nx, ny) [in units of dx]; ratio: dy/dx, (); periodic: along which
-    axes differences go around, static."""
+class LagRow:
+    """One step n of the tables: its index, the image weights (n_steps, J) and the film's J (n_steps,)."""
 
-    slopes: Array
-    places: Array
-    ratio: Array
-    periodic: spectral.Periodic = static(default=spectral.FREE)
-
-    @classmethod
-    def of(cls, profile: Array, ratio: Array, periodic: spectral.Periodic = spectral.FREE) -> "Observer":
-        nx, ny = profile.shape
-        slopes = jnp.stack(
-            [_slope(profile, axis, wraps, (1.0, ratio)[axis]) for axis, wraps in enumerate(periodic)]
-        )
-        x, y = jnp.arange(nx) - (nx - 1) / 2, (jnp.arange(ny) - (ny - 1) / 2) * ratio
-        places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
-        return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places, jnp.asarray(ratio), periodic)
-
-    def hysteresis(self, pressure: Array, displaced: Array | None, direction: Array) -> Array:
-        """Return F_h against the motion, (); displaced: by other than the body's memory of the pressure, (nx, ny): u_q with
-        friction, and the displacement of an indenter that creeps; None for zero."""
-        return jnp.sum(jnp.tensordot(direction, self._slopes_with(displaced), 1) * pressure)
-
-    def _slopes_with(self, displaced: Array | None) -> Array:
-        """Return the slopes of the profile and of a displacement, (2, nx, ny)."""
-        if displaced is None:
-            return self.slopes
-        along_x, along_y = (_central(displaced, axis, wraps) for axis, wraps in enumerate(self.periodic))
-        return self.slopes + jnp.stack([along_x, along_y / self.ratio])  # bent at the edge of contact
-
-    def surface(
-        self, pressure: Array, direction: Array, of_indenter: Array | None = None
-    ) -> tuple[Array, Array, Array]:
-        """Return the lateral force (2,), the centre (2,), and the peak ahead of the axis, (); of_indenter: the displacement
-        of an indenter that creeps, (nx, ny), or None."""
-        total = jnp.sum(pressure)
-        force = -jnp.sum(self._slopes_with(of_indenter) * pressure, (1, 2))
-        centre = jnp.sum(self.places * pressure, (1, 2)) / jnp.where(total > 0.0, total, 1.0)
-        ahead = jnp.tensordot(direction, self.places, 1) >= 0.0
-        return force, centre, jnp.max(jnp.where(ahead, pressure, 0.0))
-
-
-def _central(field: Array, axis: int, wraps: bool) -> Array:
-    """Return central differences, (nx, ny), one-sided at the ends of an axis that is not periodic; 0 along a single cell."""
-    if field.shape[axis] == 1:
-        return jnp.zeros_like(field)
-    if wraps:
-        return (jnp.roll(field, -1, axis) - jnp.roll(field, 1, axis)) / 2.0
-    return jnp.asarray(jnp.gradient(field, axis=axis))
-
-
-def _slope(field: Array, axis: int, wraps: bool, side: Array | float) -> Array:
-    """Return the slope along an axis of cells of a side, (nx, ny).
-
-    It is of sixth order: that of a wave of eight cells is 0.15 % too small, and that of central differences 10 %. Central
-    differences are used near a wall, which thus does not act beyond its neighbours, and in the three cells at each end of an
-    axis that is not periodic.
-    """
-    n, ahead = field.shape[axis], lambda k: jnp.roll(field, -k, axis)
-    central = _central(field, axis, wraps)
-    if n <= 2 * len(SIXTH):
-        return central / side
-    sixth = sum((w * (ahead(k) - ahead(-k)) for k, w in enumerate(SIXTH, 1)), start=jnp.zeros_like(field))
-    wall = jnp.abs(ahead(1) - field) >= WALL * side  # between a cell and the next
-    reach = range(-len(SIXTH), len(SIXTH))
-    smooth = ~jnp.any(jnp.stack([jnp.roll(wall, -k, axis) for k in reach]), 0)
-    if not wraps:
-        inside = (jnp.arange(n) >= len(SIXTH)) & (jnp.arange(n) < n - len(SIXTH))
-        smooth = smooth & jnp.expand_dims(inside, 1 - axis)
-    return jnp.where(smooth, sixth, central) / side
-
-
-def inner_product(weights: Array, squares: Array, padded: tuple[int, int]) -> Array:
-    """sum_x f (K * f) over the padded grid from the spectra of K, (..., my/2 + 1, mx), and |f|^2, likewise."""
-    mx, my = padded
-    return jnp.sum(jnp.sum(weights * squares, -1) * spectral.both_signs(my), -1) / (mx * my)
-
-
-def energies(
-    spectra: Array, rates: Array, eta: Array, pressure: Array, padded: tuple[int, int]
-) -> tuple[Array, Array]:
-    """Stored energy and dissipated power of the module's formulas; spectra of C_0 and lambda_k C_k."""
-    square = lambda f: f.real**2 + f.imag**2
-    speed = pressure - rates[:, None, None] * eta
-    springs = inner_product(spectra[1:], square(eta), padded)
-    stored = 0.5 * inner_product(spectra[0], square(pressure), padded) + 0.5 * jnp.sum(rates * springs)
-    return stored, jnp.sum(inner_product(spectra[1:], square(speed), padded))
-
-
-def clearance(pressure: Array, ratio: Array) -> Array:
-    """Free cells [along x] between the contact and the window's sides -x, +x; -y, +y, (2, 2).
-
-    With adhesion the tractions of cells that do not touch are those of the attraction up to the solver's tolerance.
-    """
-    pressed = pressure > NOISE * jnp.max(jnp.abs(pressure))
-    rows, columns = jnp.any(pressed, 1), jnp.any(pressed, 0)
-    free = lambda active: jnp.where(jnp.any(active), jnp.argmax(active), active.size)
-    along_x = jnp.stack([free(rows), free(rows[::-1])])
-    return jnp.stack([along_x, jnp.stack([free(columns), free(columns[::-1])]) * ratio])
-
-
-def truncation_of(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array]:
-    """Return the largest displacement in contact due to history that left the window, and whether it may lie under the
-    contact.
-
-    tails: response at offsets along x, (K, nx), falling with the distance; lost: sums of that history, (K,);
-    clear: cells between the contact and where history was lost, (2, 2) as in ``clearance``.
-    """
-    nearest = jnp.min(clear)
-    distance = jnp.clip(nearest, 0, tails.shape[1] - 1).astype(int)
-    return jnp.sum(jnp.abs(tails[:, distance]) * jnp.abs(lost)), nearest <= 0.0
-
-
-# Memory as a handful of fields: the hereditary integral at a cost that does not grow with time.
-#
-#     u(t) = C_0 * p + sum_k lambda_k C_k * eta_k,      eta_k' = p - lambda_k eta_k,      eta_k = 0 at first.
-#
-# For a pressure linear over a step dt the update is exact: with z = lambda dt, and
-# psi and phi2 the integrals of the exponential (``_support.exponential``),
-#
-#     eta(t + dt) = exp(-z) eta + dt psi(z) p(t) + dt phi2(z) p(t + dt).
-#
-# lambda = 0 (unlimited flow) gives psi = phi2 = 1/2; a step of no length keeps the fields, so that a jump of
-# the load meets the instantaneous kernel C_0. Second order in dt, of any dt.
-
-
-class Before(NamedTuple):
-    """eta (K, nx, ny) and the pressure (nx, ny) before a step: the fields pass the memory once, after the step."""
-
-    eta: Array
-    pressure: Array
+    index: Array
+    weights: Array
+    film: Array
 
 
 @pytree
-class RecursiveMemory(Memory):
-    """Exact exponential recursion over the rates of the kernels; fields: eta (K, nx, ny); step: dt [s]."""
+class DirectMemory(Memory):
+    """Fields: the pressure increments of all steps, (n_steps, nx, ny); step: a ``LagRow``; surface: the delayed
+    compliance of the material at the surface."""
 
-    kernels: Kernels
-
-    @property
-    def inherits(self) -> bool:
-        """True if there is any rate; without one the displacement depends on the present pressure alone."""
-        return self.kernels.rates.shape[0] > 0
+    images: ImageKernels
+    n_steps: Array  # an array of that length, for its shape alone
+    surface: Delayed
 
     def start(self, shape: tuple[int, int]) -> Array:
-        return jnp.zeros((self.kernels.rates.shape[0], *shape))
+        return jnp.zeros((self.n_steps.shape[0], *shape))
 
-    def predict(self, eta: Array, pressure: Array, dt: Array) -> Prediction:
-        # u(t + dt) = [C_0 + sum_k dt phi2(z_k) lambda_k C_k] * p(t + dt)                         the operator
-        #             + sum_k lambda_k C_k * (exp(-z_k) eta_k(t) + dt psi(z_k) p(t))               earlier
-        # with lambda_k C_k = sum_m mix[m, k] S_m: fields are mixed by the rates first, and then meet M kernels, not K.
-        k = self.kernels
-        decay, old, new = ramps(k.rates * dt)  # exp(-z), psi(z), phi2(z)
-        count = len(k.mix) if len(eta) else 0  # an elastic body has no history
-        mix = k.mix[:count]  # of matrices: quicker to differentiate
-        mixed = (mix * decay) @ eta.reshape(len(eta), pressure.size)
-        mixed = mixed.reshape(count, *pressure.shape) + jnp.tensordot(mix @ (dt * old), pressure, 0)
-        earlier = k.family.total(mixed)
-        return Prediction(k.family.combined([1.0, *(k.mix @ (dt * new))]), earlier, Before(eta, pressure))
+    def predict(self, increments: Array, pressure: Array, row: LagRow) -> Prediction:
+        """Return the prediction; the kernel of the present step acts on the whole new pressure, so the old one is taken
+        back."""
+        now = row.weights[row.index]
+        past = jnp.where(jnp.arange(self.n_steps.shape[0])[:, None] <= row.index, row.weights, 0.0)
+        earlier = self.images.family.total(
+            jnp.tensordot(past.T, increments, 1) - now[:, None, None] * pressure
+        )
+        operator = self.images.family.combined(list(now))
+        return Prediction(operator, earlier, increments.at[row.index].add(-pressure))
 
-    def update(self, before: Before, pressure: Array, dt: Array) -> Array:
-        decay, old, new = ramps(self.kernels.rates * dt)
-        added = jnp.tensordot(dt * old, before.pressure, 0) + jnp.tensordot(dt * new, pressure, 0)
-        return decay[:, None, None] * before.eta + added
-
-    def stored_energy(self, eta: Array, pressure: Array) -> Array:
-        """Return 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, lambda_k C_k eta_k>, the energy of the springs of
-        ``history.memory``, ().
-        """
-        k = self.kernels
-        work = lambda weights, field: jnp.sum(field * k.family.combined(list(weights))(field))
-        at_once = work(jnp.zeros(1 + len(k.mix)).at[0].set(1.0), pressure)
-        springs = jax.vmap(lambda mix, eta: work([0.0, *mix], eta))(k.mix.T, eta)
-        return 0.5 * at_once + 0.5 * jnp.sum(k.rates * springs)
+    def update(self, increments: Array, pressure: Array, row: LagRow) -> Array:
+        return increments.at[row.index].add(pressure)
 
     @property
     def delayed_rates(self) -> Array:
-        return self.kernels.rates
+        return self.surface.rates
 
-    def works(self, eta: Array, pressure: Array) -> Array:
-        return self.kernels.works(pressure)
+    def works(self, increments: Array, pressure: Array) -> Array:
+        return jnp.append(1.0, self.surface.shares)
 
-    def steady(self, pressure: Array) -> Array:
-        """Return the fields after a pressure that has stood for ever, p/lambda_k; zero for flow without limit."""
-        rates = self.kernels.rates[:, None, None]
-        return jnp.where(rates > 0.0, pressure / jnp.where(rates > 0.0, rates, 1.0), 0.0)
-
-    def steady_operator(self) -> Operator:
-        """Return the operator of a pressure that has stood for ever: the relaxed compliance, without unlimited flow."""
-        return self.kernels.family.combined(
-            [1.0, *(self.kernels.mix @ self.steady(jnp.ones((1, 1)))[:, 0, 0])]
-        )
-
-    def displacement(self, eta: Array, pressure: Array) -> Array:
-        """Return the displacement, (nx, ny), from the fields after a step and its pressure."""
-        k = self.kernels
-        return k.family.total(jnp.concatenate([pressure[None], jnp.tensordot(k.mix, eta, 1)]))
-
-    def observe(self, eta: Array, pressure: Array, dt: Array, other: Array | None = None) -> dict[str, Array]:
-        film = self.kernels.film_strain
-        if film is None:
+    def observe(
+        self, increments: Array, pressure: Array, row: LagRow, other: Array | None = None
+    ) -> dict[str, Array]:
+        if self.images.film_coefficients is None:
             return {"film_strain": jnp.zeros(())}
-        return {"film_strain": film.strain(pressure, eta)}
-
-
-# The memory of tractions: the recursion of ``RecursiveMemory`` in three directions.
-#
-#     u = C_0 * t + sum_k lambda_k C_k * eta_k,      eta_k' = t - lambda_k eta_k,      t = (q_x, q_y, p).
-#
-# The normal displacement under the pressure keeps the rates, fields and kernels that it has in ``indent``; all that
-# the tangential kernels touch has rates and fields of its own.
-
-
-class TractionFields(NamedTuple):
-    """pressure: of ``RecursiveMemory``, (K, nx, ny); traction: eta of (q_x, q_y, p), (K', 3, nx, ny)."""
-
-    pressure: Array
-    traction: Array
-
-
-@pytree
-class TractionMemory(Memory):
-    """Exact exponential recursion for tractions (3, nx, ny) of q_x, q_y and p; fields: ``TractionFields``; step: dt [s]."""
-
-    kernels: TractionKernels
-
-    @property
-    def normal(self) -> RecursiveMemory:
-        """The memory of the pressure alone."""
-        return RecursiveMemory(self.kernels.normal)
-
-    def displacement(self, fields: TractionFields, traction: Array) -> Array:
-        """Return the normal displacement, (nx, ny), from the fields after a step and its traction."""
-        k = self.kernels
-        at_once = k.family.combined(jnp.zeros(1 + len(k.mix)).at[0].set(1.0))
-        operator = TractionOperator(
-            self.normal.steady_operator(), at_once
-        )  # of which the traction needs no more
-        by_traction = operator.normal_from_tangential(traction[:2])
-        by_traction = by_traction + k.family.normal_from_earlier(jnp.tensordot(k.mix, fields.traction, 1))
-        return self.normal.displacement(fields.pressure, traction[2]) + by_traction
-
-    def start(self, shape: tuple[int, int]) -> TractionFields:
-        return TractionFields(self.normal.start(shape), jnp.zeros((self.kernels.rates.size, 3, *shape)))
-
-    def predict(self, fields: TractionFields, traction: Array, dt: Array) -> Prediction:
-        k = self.kernels
-        pressed = self.normal.predict(fields.pressure, traction[2], dt)
-        decay, old, new = ramps(k.rates * dt)
-        eta = decay[:, None, None, None] * fields.traction + jnp.tensordot(dt * old, traction, 0)
-        mixed = jnp.tensordot(k.mix, eta, 1)
-        operator = k.family.combined(jnp.append(1.0, k.mix @ (dt * new)))
-        normal = pressed.earlier + k.family.normal_from_earlier(mixed)
-        earlier = jnp.concatenate([k.family.tangential_from_earlier(mixed), normal[None]])
-        return Prediction(
-            TractionOperator(pressed.operator, operator), earlier, TractionFields(pressed.fields, eta)
-        )
-
-    def update(self, fields: TractionFields, traction: Array, dt: Array) -> TractionFields:
-        new = dt * ramps(self.kernels.rates * dt)[2]
-        pressure = self.normal.update(fields.pressure, traction[2], dt)
-        return TractionFields(pressure, fields.traction + jnp.tensordot(new, traction, 0))
-
-    @property
-    def delayed_rates(self) -> Array:
-        return self.normal.delayed_rates
-
-    def works(self, fields: TractionFields, pressure: Array) -> Array:
-        return self.normal.works(fields.pressure, pressure)
-
-    def observe(
-        self, fields: TractionFields, traction: Array, dt: Array, other: Array | None = None
-    ) -> dict[str, Array]:
-        return self.normal.observe(fields.pressure, traction[2], dt)
-
-
-# The memories of both surfaces of a contact.
-#
-# Under one pressure the displacements of body and indenter add, and each surface remembers the pressure at its own rates
-# and with its own velocity: the body may move past the contact, while the surface of an indenter that slides is at rest in
-# it. So the operator of a step is the sum of those of the surfaces, and what earlier pressure has left is the sum of theirs.
-
-
-@pytree
-class BothSurfaces(Memory):
-    """The memories of the surfaces, that of the body first; the others, of an indenter, are at rest.
-
-    Fields: a tuple of those of each; step: that of the body's memory, of which the others take the time alone.
-    """
-
-    memories: tuple[Any, ...]
-
-    @property
-    def inherits(self) -> bool:
-        return any(memory.inherits for memory in self.memories)
-
-    def _each(self, fields: tuple[Any, ...], step: Any) -> list[tuple[Any, Any, Any]]:
-        """Return memory, fields and step of each surface."""
-        at_rest = getattr(step, "dt", step)
-        steps = [step, *[at_rest] * (len(self.memories) - 1)]
-        return list(zip(self.memories, fields, steps, strict=True))
-
-    def start(self, shape: tuple[int, int]) -> tuple[Any, ...]:
-        return tuple(memory.start(shape) for memory in self.memories)
-
-    def predict(self, fields: tuple[Any, ...], traction: Array, step: Any) -> Prediction:
-        found = [memory.predict(own, traction, at) for memory, own, at in self._each(fields, step)]
-        operator, earlier = found[0].operator, found[0].earlier
-        for more in found[1:]:
-            operator, earlier = operator.plus(more.operator), earlier + more.earlier
-        return Prediction(operator, earlier, tuple(each.fields for each in found), found[0].raised)
-
-    def update(self, fields: tuple[Any, ...], traction: Array, step: Any) -> tuple[Any, ...]:
-        return tuple(memory.update(own, traction, at) for memory, own, at in self._each(fields, step))
-
-    def stored_energy(self, fields: tuple[Any, ...], pressure: Array) -> Array:
-        each = zip(self.memories, fields, strict=True)
-        return sum((memory.stored_energy(own, pressure) for memory, own in each), start=jnp.zeros(()))
-
-    @property
-    def delayed_rates(self) -> Array:
-        return jnp.concatenate([memory.delayed_rates for memory in self.memories])
-
-    def works(self, fields: tuple[Any, ...], pressure: Array) -> Array:
-        found = [memory.works(own, pressure) for memory, own in zip(self.memories, fields, strict=True)]
-        at_once = sum((each[:1] for each in found), start=jnp.zeros(1))
-        return jnp.concatenate([at_once, *(each[1:] for each in found)])
-
-    def of_body(self, fields: tuple[Any, ...]) -> Any:
-        return fields[0]
-
-    def observe(
-        self, fields: tuple[Any, ...], traction: Array, step: Any, other: Array | None = None
-    ) -> dict[str, Array]:
-        """Return the observables of the body, and displacement (nx, ny) and film strain of the indenter."""
-        (body, own, at), (memory, of_indenter, time) = self._each(fields, step)
-        moved = memory.displacement(of_indenter, traction)
-        strain = memory.observe(of_indenter, traction, time)["film_strain"]
-        shown = {"indenter_displacement": moved, "indenter_film_strain": strain}
-        return body.observe(own, traction, at, moved) | shown
-
-
-def with_indenter(memory: Memory, kernels: Kernels | TractionKernels) -> Memory:
-    """Return the memory of a contact from that of its body; kernels: of the contact."""
-    own = kernels.indenter
-    if own is None:
-        return memory
-    return BothSurfaces((memory, RecursiveMemory(own) if isinstance(own, Kernels) else TractionMemory(own)))
-
-
-# Memory that moves past the indenter.
-#
-# Fields are kept in the indenter's frame. Over a body that the indenter crosses with velocity v they obey
-#
-#     u = C_0 * p + sum_k lambda_k C_k * eta_k,      d eta_k/dt - v . grad eta_k = p - lambda_k eta_k,
-#
-# so that the Fourier mode k of eta_k decays at the complex rate lambda_k - i k . v. For a pressure linear
-# over a step dt the update is exact: with z = (lambda - i k . v) dt and the integrals of the exponential,
-#
-#     eta(t + dt) = exp(-z) eta + dt psi(z) p(t) + dt phi2(z) p(t + dt),
-#
-# for any step, sub-pixel or many pixels, and without any error where p is steady. (Theory: the exponential
-# integrator of ``RecursiveMemory`` along the characteristics, in Fourier space.)
-#
-# The modes are those of the zero-padded grid. Behind the window, in the padding, an absorbing layer takes a
-# share of the fields for each length that they move, so that nothing wraps around; what it takes is summed
-# up and bounds what was left out. Along a periodic axis there is no padding, and what leaves on one side comes in on
-# the other: the indenter has others like it before and behind.
-#
-# With friction the traction mu p e, e the unit vector of the motion, is remembered as p is, by the components of e
-# and at rates of its own.
-
-
-ABSORPTION = 40.0  # the layer lets exp(-40) through
-ABSORB_AFTER = 1 / 32  # of the padded length moved
-NEVER = 1e9  # cells: nothing was lost
-
-
-class Shift(NamedTuple):
-    """Displacement of the indenter along x and y; y is None when it moves along x only."""
-
-    x: Array
-    y: Array | None
-
-
-class Motion(NamedTuple):
-    """One step: dt [s], the shift in it [cells along x], and the unit vector of the velocity at its end, (2,).
-
-    aside: how far in the middle of the step the indenter is off the way of its mean velocity, as a shift; None where the
-    velocity does not change. sheared: for ``update``, the traction at its end where it does not follow from the pressure,
-    (nx, ny), else None.
-    """
-
-    dt: Array
-    shift: Shift
-    direction: Array
-    aside: Shift | None = None
-    sheared: Array | None = None
-
-
-def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
-    """k . shift, and the rate at which modes without a direction die, on the padded grid of ``shape``.
-
-    Both (1, mx), or (my/2 + 1, mx) where the shift has a y. ratio: dy/dx. The highest mode of an even
-    grid stands for both signs of its wavenumber: it cannot be moved, only wiped out as it would be.
-    """
-    mx, my = shape
-    m = 2.0 * jnp.pi * jnp.fft.fftfreq(mx)
-    highest = (jnp.arange(mx) == mx // 2) & (mx % 2 == 0)
-    phase, loss = jnp.where(highest, 0.0, m) * shift.x, jnp.where(highest, jnp.abs(m * shift.x), 0.0)
-    if shift.y is None:
-        return phase[None], loss[None]
-    n = 2.0 * jnp.pi * jnp.fft.rfftfreq(my) / ratio
-    highest = (jnp.arange(n.size) == my // 2) & (my % 2 == 0)
-    phase = phase + (jnp.where(highest, 0.0, n) * shift.y)[:, None]
-    return phase, loss + jnp.where(highest, jnp.abs(n * shift.y), 0.0)[:, None]
-
-
-def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Array) -> tuple[Array, ...]:
-    """Weights of eta, p(t) and p(t + dt) of the module's update, each (K, 1 or my/2 + 1, mx)."""
-    phase, loss = along(shape, motion.shift, ratio)
-    decay, old, new = ramps((rates * motion.dt)[:, None, None] + jax.lax.complex(loss, -phase))
-    return decay, motion.dt * old, motion.dt * new
-
-
-class Trail(NamedTuple):
-    """Position of the track towards the sides -x, +x; -y, +y, each (2, 2) [cells along x].
-
-    reach: how far the track reaches from the indenter; inside: how far inside the window's side the place
-    is where history was lost through it, if it was.
-    """
-
-    reach: Array
-    inside: Array
-
-
-class Fields(NamedTuple):
-    """State of a moving memory.
-
-    eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``Rubbing.sheared``, or None where it
-    is the same; moved: (2,), share of the padded lengths
-    since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail: where
-    it lay; truncation_bound, overlaps: bound on the displacement in contact that lost history would still cause, and
-    whether it may lie under the contact, ().
-    """
-
-    eta: Array
-    pressure: Array
-    sheared: Array | None
-    moved: Array
-    lost: Array
-    trail: Trail
-    truncation_bound: Array
-    overlaps: Array
-
-
-@pytree
-class MovingMemory(Memory):
-    """Fields: ``Fields``; step: a ``Motion``. One spectrum for each rate.
-
-    spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), those of the pressure before those of the traction; circulants:
-    of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); rubbed: C_0 of the
-    traction along x and y, (2, my/2 + 1, mx), and rubbing: friction, or both None; shear: with adhesion
-    coefficient and shear strength of the contact, whose traction is a ``Drag``, and the rubbing is that of a coefficient of
-    one; tails: lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
-    """
-
-    spectra: Array
-    circulants: Array
-    rates: Array
-    sources: Array
-    rubbed: Array | None
-    rubbing: Rubbing | None
-    tails: Array
-    ratio: Array
-    kernels: Kernels
-    observer: Observer
-    shear: tuple[Array, Array] | None = None
-
-    @property
-    def inherits(self) -> bool:
-        """True if there is any rate, as in ``RecursiveMemory``."""
-        return self.rates.shape[0] > 0
-
-    @property
-    def _periodic(self) -> spectral.Periodic:
-        return self.kernels.family.periodic
-
-    def _padded(self, shape: tuple[int, ...]) -> tuple[int, int]:
-        return spectral.padded_shape(shape, self._periodic)
-
-    def start(self, shape: tuple[int, int]) -> Fields:
-        mx, my = self._padded(shape)
-        zero = jnp.zeros((my // 2 + 1, mx), complex)
-        return Fields(
-            jnp.broadcast_to(zero, (self.rates.size, *zero.shape)),
-            zero,
-            zero if self._varies else None,
-            jnp.zeros(2),
-            jnp.zeros(self.rates.size),
-            Trail(jnp.zeros((2, 2)), jnp.full((2, 2), -NEVER)),
-            jnp.zeros(()),
-            jnp.zeros((), bool),
-        )
-
-    def predict(self, fields: Fields, pressure: Array, motion: Motion) -> Prediction:
-        shape = pressure.shape
-        fields = absorb(fields, motion, self.ratio, shape, self._periodic)
-        decay, old, new = step_weights(self.rates, motion, self._padded(shape), self.ratio)
-        eta = decay * fields.eta + old * self._source(motion, fields)
-        earlier = spectral.inverse(jnp.sum(self.spectra[1:] * eta, 0), shape, self._periodic)
-        on_grid = step_weights(self.kernels.rates, motion, shape, self.ratio)[2]
-        now = lambda parts, weights: parts[0] + jnp.sum(parts[1:] * weights, 0)
-        of_pressure, of_traction = self._shares(motion)
-        spectrum, circulant = now(self.spectra, new * of_pressure), now(self.circulants, on_grid)
-        operator, drag = Operator(spectrum[None], circulant, periodic=self._periodic), None
-        if self.rubbed is not None and self.rubbing is not None:
-            kernel = jnp.tensordot(motion.direction, self.rubbed, 1)
-            kernel = kernel + jnp.sum(self.spectra[1:] * (new * of_traction), 0)
-            if self.shear is None:
-                operator = self.rubbing.added_to(operator, kernel)
-            else:
-                drag = Drag(replace(operator, spectra=kernel[None]), *self.shear)
-        lost = fields.lost * jnp.exp(-self.rates * motion.dt)
-        fields = fields._replace(eta=eta, lost=lost, trail=moved_on(fields.trail, motion.shift))
-        return Prediction(operator, earlier, fields, drag=drag)
-
-    def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
-        new = step_weights(self.rates, motion, self._padded(pressure.shape), self.ratio)[2]
-        fields = fields._replace(pressure=spectral.transform(pressure, self._periodic))
-        if self.rubbing is not None and self._varies:
-            sheared = self.rubbing.sheared(pressure) if motion.sheared is None else motion.sheared
-            sheared = spectral.transform(sheared, self._periodic)
-            fields = fields._replace(sheared=sheared)
-        clear = clearance(pressure, self.ratio)
-        trail = with_losses(fields.trail, clear)
-        truncation_bound, overlaps = truncation_of(self.tails, fields.lost, clear - trail.inside)
-        return fields._replace(
-            eta=fields.eta + new * self._source(motion, fields),
-            trail=trail,
-            truncation_bound=truncation_bound,
-            overlaps=overlaps,
-        )
-
-    @property
-    def _varies(self) -> bool:
-        """True if the coefficient of friction is a field."""
-        return self.rubbing is not None and self.rubbing.weights is not None
-
-    def _shares(self, motion: Motion) -> tuple[Array, Array]:
-        """Return how much of pressure and traction each field takes in during a step, (K, 1, 1) each."""
-        of_traction = self.sources[:, 1:] @ motion.direction
-        return self.sources[:, 0, None, None], of_traction[:, None, None]
-
-    def _source(self, motion: Motion, fields: Fields) -> Array:
-        """Return the spectrum that each field takes in under the last tractions, (K, my/2 + 1, mx)."""
-        of_pressure, of_traction = self._shares(motion)
-        if fields.sheared is None:
-            return (of_pressure + of_traction) * fields.pressure
-        return of_pressure * fields.pressure + of_traction * fields.sheared
-
-    def _by_traction(self, fields: Fields, motion: Motion, shape: tuple[int, int]) -> Array | None:
-        """Return the displacement u_q of ``history.memory`` under the traction, (nx, ny); None without friction."""
-        if self.rubbed is None:
-            return None
-        k, last = self.kernels.rates.size, fields.pressure if fields.sheared is None else fields.sheared
-        spectrum = jnp.tensordot(motion.direction, self.rubbed, 1) * last
-        spectrum = spectrum + jnp.sum(self.spectra[1 + k :] * fields.eta[k:], 0)
-        return spectral.inverse(spectrum, shape, self._periodic)
-
-    @property
-    def delayed_rates(self) -> Array:
-        return self.kernels.rates
-
-    def works(self, fields: Fields, pressure: Array) -> Array:
-        """Return those of the pressure; friction adds little to them."""
-        return self.kernels.works(pressure)
-
-    def observe(
-        self, fields: Fields, pressure: Array, motion: Motion, other: Array | None = None
-    ) -> dict[str, Array]:
-        """Return the observables of ``history.memory`` beside the strain of the film."""
-        k, padded = self.kernels.rates.size, self._padded(pressure.shape)
-        spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
-        stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)
-        force, centre, leading_peak = self.observer.surface(pressure, motion.direction, other)
-        hysteresis, coulomb = self._against_the_motion(fields, pressure, motion, other)
-        return {
-            "film_strain": self._film_strain(fields, pressure),
-            "lateral_force": force,
-            "hysteresis_force": hysteresis,
-            "coulomb_force": coulomb,
-            "pressure_centre": centre,
-            "leading_peak": leading_peak,
-            "stored_energy": stored,
-            "hysteresis_power": dissipated,
-            "truncation_bound": fields.truncation_bound,
-        }
-
-    def _against_the_motion(
-        self, fields: Fields, pressure: Array, motion: Motion, other: Array | None
-    ) -> tuple[Array, Array]:
-        """Return hysteresis force and Coulomb's against the motion, () each."""
-        hysteresis = coulomb = jnp.zeros(())
-        if self.inherits:
-            displaced = self._by_traction(fields, motion, pressure.shape)
-            if other is not None:
-                displaced = other if displaced is None else displaced + other
-            hysteresis = self.observer.hysteresis(pressure, displaced, motion.direction)
-        if self.rubbing is not None:
-            rubbed = pressure if motion.sheared is None else motion.sheared
-            coulomb = self.rubbing.coulomb_force(rubbed) * jnp.sum(motion.direction**2)
-        return hysteresis, coulomb
-
-    def _film_strain(self, fields: Fields, pressure: Array) -> Array:
-        film = self.kernels.film_strain
-        if film is None:
-            return jnp.zeros(())
-        history = jnp.tensordot(film.weights[1:], fields.eta[: self.kernels.rates.size], 1)
-        history = spectral.inverse(history, pressure.shape, self._periodic)
-        return deepest_strain(film.coefficients, film.weights[0] * pressure + history)
-
-
-def moving_memory(
-    kernels: Kernels, profile: Array, ratio: Array, rubbing: Rubbing | None = None
-) -> MovingMemory:
-    """The memory with one spectrum for each rate; profile: (nx, ny), scaled; rubbing: of friction, on the grid."""
-    shape = profile.shape
-    own = lambda a: jnp.concatenate([a[:1], jnp.tensordot(kernels.mix.T, a[1:], 1)])
-    spectra, rates = own(kernels.family.spectrum), kernels.rates
-    sources, rubbed = jnp.zeros((rates.size, 3)).at[:, 0].set(1.0), None
-    if rubbing is not None:
-        all_of_it = rubbing.spectra(shape)
-        rubbed, lasting = all_of_it[0], rubbing.lasting(all_of_it)
-        spectra = jnp.concatenate([spectra, lasting[:, 0], lasting[:, 1]])
-        rates = jnp.concatenate([rates, rubbing.rates, rubbing.rates])
-        sources = jnp.concatenate([sources, jnp.repeat(jnp.eye(3)[1:], rubbing.rates.size, 0)])
-    return MovingMemory(
-        spectra,
-        own(kernels.family.circulant),
-        rates,
-        sources,
-        rubbed,
-        rubbing,
-        spectral.inverse(spectra[1:], shape, kernels.family.periodic)[:, :, 0],
-        ratio,
-        kernels,
-        Observer.of(profile, ratio, kernels.family.periodic),
-    )
-
-
-def absorption(n: int, padded: int) -> Array:
-    """Per cell moved: zero in the window of n cells, a bump in the padding if there is any, (padded,)."""
-    i = jnp.arange(padded)
-    length = padded - n + 1
-    bump = jnp.sin(jnp.pi * (i - n + 1) / length) ** 2 * (2.0 * ABSORPTION / length)
-    return jnp.where(i < n, 0.0, bump)
-
-
-def absorb(
-    fields: Fields, motion: Motion, ratio: Array, shape: tuple[int, int], periodic: spectral.Periodic
-) -> Fields:
-    """Let the absorbing layer act for the way moved since it last did, once that is long enough."""
-    if all(periodic):
-        return fields
-    (nx, ny), (mx, my) = shape, spectral.padded_shape(shape, periodic)
-    across = motion.shift.y is not None
-    way_y = jnp.abs(motion.shift.y) / (ratio * my) if across else jnp.zeros(())
-    moved = fields.moved + jnp.stack([jnp.abs(motion.shift.x) / mx, way_y])
-
-    def act(fields: Fields) -> tuple[Array, Array]:
-        rows = jnp.fft.ifft(fields.eta, axis=-1) * jnp.exp(-absorption(nx, mx) * mx * moved[0])
-        if across and not periodic[1]:
-            share = jnp.exp(-absorption(ny, my) * my * moved[1])[:, None]
-            rows = jnp.fft.rfft(share * jnp.fft.irfft(rows, n=my, axis=-2), axis=-2)
-        eta = jnp.fft.fft(rows, axis=-1)
-        return eta, fields.lost + (fields.eta - eta)[:, 0, 0].real
-
-    due = jnp.max(moved) >= ABSORB_AFTER
-    eta, lost = jax.lax.cond(due, act, lambda f: (f.eta, f.lost), fields)
-    return fields._replace(eta=eta, moved=jnp.where(due, 0.0, moved), lost=lost)
-
-
-def moved_on(trail: Trail, shift: Shift) -> Trail:
-    """The trail from the indenter's new place."""
-    moved = jnp.stack([shift.x, jnp.zeros_like(shift.x) if shift.y is None else shift.y])
-    away = moved[:, None] * jnp.array([1.0, -1.0])
-    return Trail(jnp.maximum(trail.reach + away, 0.0), trail.inside - away)
-
-
-def with_losses(trail: Trail, clear: Array) -> Trail:
-    """The trail, where the end of the track with the contact upon it is now beyond the window's side."""
-    return trail._replace(inside=jnp.where(trail.reach > clear, jnp.maximum(trail.inside, 0.0), trail.inside))
+        strain = jnp.tensordot(row.film, increments, 1) / self.images.scale.compliance
+        return {"film_strain": deepest_strain(self.images.film_coefficients, strain)}
+
+
+def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elastic: bool) -> LagRow:
+    """The tables for all steps, stacked: weights (n, n, J) and film (n, n); zero where j > n."""
+    before = jnp.append(times[:1], times[:-1])
+    start = jnp.maximum(times[:, None] - times[None, :], 0.0)
+    end = jnp.maximum(times[:, None] - before[None, :], 0.0)
+    weights = image_weights(body, indenter, start, end, quasi_elastic=quasi_elastic)
+    top, n = top_layer(body), times.shape[0]
+    film = jnp.zeros((n, n))
+    if top is not None:
+        film = jnp.tril(film_creep(top).mean_creep(start, end))
+    return LagRow(jnp.arange(n), weights, film)

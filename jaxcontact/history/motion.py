@@ -89,6 +89,19 @@ def over_times(velocity: Array, times: Array) -> Array:
     return jnp.broadcast_to(vector, (times.shape[0], 2))
 
 
+def ways(velocity: Any, times: Any, grid: Grid) -> tuple[Any, Any]:
+    """Return the ways [cells] between two times at the velocity of the first and at that of the second, (nt - 1, 2) each.
+
+    velocity: a number, (2,) or (nt, 2). Known values stay in numpy, since operations of jax are traced inside jit.
+    """
+    numbers: Any = np if is_concrete(velocity, times, grid) else jnp
+    v = numbers.asarray(velocity, float)
+    v = numbers.broadcast_to(numbers.stack([v, 0.0 * v]) if v.ndim == 0 else v, (np.shape(times)[0], 2))
+    spacing = numbers.stack([numbers.asarray(d, float) for d in grid.spacing])
+    per_cell = numbers.diff(numbers.asarray(times, float))[:, None] / spacing
+    return v[:-1] * per_cell, v[1:] * per_cell
+
+
 def shifts(velocity: Array, times: Array, substeps: int) -> Shift:
     """The move in each inner step, (nt, substeps), for a velocity in cells per second."""
     start, end = at_fine_times(over_times(velocity, times), substeps)

@@ -1,4 +1,12 @@
-"""Kernels: the response of body and indenter on a grid, ready for the march in time."""
+"""Kernels: the response of body and indenter on a grid, ready for the march in time.
+
+    body -> ``expansion``: its response as images and rates, the same for every grid
+         -> ``assembled``: influence coefficients of the images on a grid, their spectra, scaled -> ``Kernels``
+
+What follows ``Kernels`` and its making is for particular contacts: the strain of a film, friction (``Rubbing`` where all of
+the contact slides, ``TractionKernels`` where it sticks in part), the quasi-elastic correspondence (``ImageKernels``), and
+films whose thickness varies in the plane (``ThicknessSeries``).
+"""
 
 from __future__ import annotations
 
@@ -12,9 +20,9 @@ from jax import Array
 from jaxcontact._compile.programs import Program
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
+from jaxcontact._support.fields import Scale
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static, value_in_words
 from jaxcontact._support.reductions import total
-from jaxcontact._support.scale import Scale
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.bodies.materials import Elastic, Material
@@ -39,6 +47,334 @@ from jaxcontact.response.interface import DEFAULT_NODES, Response, Separable, ch
 from jaxcontact.response.normal import response_of, sideways_compliance
 from jaxcontact.response.stack import film_shape
 from jaxcontact.response.tangential import TangentialExpansion, half_space_shares, tangential_expansion
+
+SAME = 1e-9  # relative difference within which two cell sizes are equal
+MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
+
+
+class Errors(NamedTuple):
+    """Relative errors of the response on a grid: of shared rates, of images, and of the series in the thickness of a
+    film that varies in the plane, () each; horizon: the latest time for which they hold [s], ()."""
+
+    separation: Array
+    images: Array
+    horizon: Array
+    thickness: Array | float = 0.0
+
+
+@pytree
+class Kernels:
+    """Discretised response of a body and an indenter on a grid; made by ``jaxcontact.kernels``, passed as ``kernels=``.
+
+    family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.interface``;
+    separation_error: relative error of sharing the rates between wavenumbers up to the horizon, (); horizon [s]: latest
+    valid time, inf where there is no limit, (); image_errors: relative errors of the
+    images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
+    at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``; varying: for a film
+    whose thickness varies in the plane, or None; all else is then of one thickness, until ``at``; indenter: the kernels of
+    an indenter that creeps or is coated, in the same scale, or None: an elastic one is in C_0; rigid_base: whether the
+    displacement of a periodic grid has a mean.
+    """
+
+    family: Family
+    rates: Array
+    mix: Array
+    film_strain: FilmStrain | None
+    scale: Scale
+    separation_error: Array
+    horizon: Array
+    image_errors: Array
+    at_zero: Array
+    grid: Grid
+    nodes: int = static()
+    varying: VaryingThickness | None = None
+    indenter: Kernels | None = None
+    rigid_base: bool = static(default=False)
+
+    def __repr__(self) -> str:
+        rates = "none" if self.rates.size == 0 else f"{value_in_words(self.rates)} 1/s"
+        rows = [
+            f"Kernels on {self.grid!r}",
+            f"  {self.mix.shape[0]} shapes and an instantaneous response, nodes={self.nodes}",
+            f"  decay rates {rates}",
+            f"  separation error {value_in_words(self.separation_error)}",
+            f"  image error {value_in_words(self.image_error)}",
+        ]
+        if self.indenter is not None:
+            rows += ["of the indenter:", *repr(self.indenter).splitlines()[1:]]
+        return "\n".join(rows)
+
+    @property
+    def image_error(self) -> Array:
+        """The largest of ``image_errors``, ()."""
+        return jnp.max(self.image_errors[:, 1])
+
+    def works(self, pressure: Array) -> Array:
+        """Return <p, C_0 p> and <p, lambda_k C_k p> [1/s] of a pressure (nx, ny), (1 + K,), from the periodic operators
+        nearest to C_0 and S_m."""
+        circulants, shape = self.family.nearest(pressure), pressure.shape
+        periodic = self.grid.periodic
+        if all(periodic) and not self.rigid_base:  # the displacement is measured from the mean
+            pressure = pressure - jnp.mean(pressure)
+        waves = spectral.transform(pressure, (True, True))
+        squares = jnp.sum(circulants * (waves.real**2 + waves.imag**2), -1)
+        works = squares @ spectral.both_signs(shape[1])
+        return jnp.concatenate([works[:1], self.mix.T @ works[1:]])
+
+    def errors(self, duration: Array | float = jnp.inf) -> Errors:
+        """Return the errors reported for a run of a duration [s]."""
+        images = largest_until(self.image_errors, jnp.minimum(duration, self.horizon))
+        thickness = 0.0 if self.varying is None else self.varying.error
+        own = Errors(self.separation_error, images, self.horizon, thickness)
+        if self.indenter is None:
+            return own
+        other = self.indenter.errors(duration)
+        separation, images = jnp.maximum(own.separation, other.separation), jnp.maximum(images, other.images)
+        return Errors(separation, images, jnp.minimum(own.horizon, other.horizon), thickness)
+
+    def at(self, thickness: Array) -> Kernels:
+        """Return the kernels for a thickness (nx, ny) [m] of a film that varies in the plane."""
+        varying, lifts = self.varying, None
+        assert varying is not None and self.film_strain is not None
+        shares = varying.series.shares(thickness)
+        if all(self.grid.periodic):
+            # displacement by a mean pressure of one, less its mean, (M + 1, nx, ny)
+            mean = jnp.mean(thickness)
+            excess = (thickness - mean) / self.scale.length
+            raised = sideways_compliance(varying.body, mean, wavenumbers(self.grid)) / self.scale.compliance
+            lifts = varying.slopes[:, None, None] * excess
+            lifts = lifts.at[0].add(-spectral.apply_circulant(raised, excess))
+        family = replace(varying.family, weights=shares[1:], lifts=lifts)
+        film = VaryingFilmStrain(varying.film_series, shares, thickness > 0.0, self.film_strain.weights)
+        return replace(self, family=family, film_strain=film, varying=None)
+
+
+def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: int = DEFAULT_NODES) -> Kernels:
+    """Compute the kernels of a body, an indenter and a grid, for use in several runs (``indent(kernels=...)``).
+
+    Args:
+        body: a ``LayeredHalfSpace``.
+        indenter: the indenter, of which only the material is used; one that creeps or is coated has kernels of its own.
+        grid: the ``Grid`` of the runs.
+        nodes: number of common decay rates in each band of rates, static, 1 to 8. With two, the error of the displacement
+            is 4e-7 for a film a tenth as stiff as its substrate and 3e-4 for a film as stiff as its substrate; use more for
+            a stiffer film. The measured error is ``separation_error``. For several layers, or on a viscoelastic
+            substrate, each node stands for 12 rates spread over the times of the materials, and for 4 coefficient
+            functions; for 18 and 10 if a layer that does not flow lies over one that may, in which case the response is
+            valid up to the time ``horizon``.
+
+    Returns:
+        ``Kernels``.
+
+    Raises:
+        ValueError: an invalid or unsupported body, indenter or grid.
+
+    Example:
+        >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
+        >>> ball, grid = jc.Sphere(radius=5e-3), jc.Grid.square(n=16, width=500e-6)
+        >>> ready = jc.kernels(glass, ball, grid)
+        >>> history = jc.indent(glass, ball, jc.Load(20.0), [0.0], grid=grid, kernels=ready)
+    """
+    body, valid = checked_body(body)
+    valid = valid & check_grid(grid) & checked_indenter(indenter, grid) & check_stiffness(body)
+    indenter = with_layers_apart(indenter)
+    surface = indenter.surface()
+    if surface is not None:
+        valid = valid & check_stiffness(surface)
+    checks.whole("nodes", nodes, 1, 8)
+    built = compiled_build(*as_float64((body, indenter, grid)), nodes=nodes)
+    return built if valid is True else jax.tree.map(lambda a: jnp.where(valid, a, jnp.nan), built)
+
+
+def check_kernels(kernels: Kernels, grid: Grid, indenter: Indenter) -> Verdict:
+    """Kernels of that grid, with those of an indenter that has kernels of its own."""
+    built, names = kernels.grid, ("of one that is elastic or rigid", "of one that creeps or is coated")
+    has, needs = kernels.indenter is not None, indenter.surface() is not None
+    checks.require(
+        has == needs, f"kernels: expected those {names[needs]}, as the indenter is, got those {names[has]}"
+    )
+    checks.require(
+        tuple(built.shape) == tuple(grid.shape),
+        f"kernels: expected those of a grid of {tuple(grid.shape)} cells, got {tuple(built.shape)}",
+    )
+    checks.require(
+        built.periodic == grid.periodic,
+        f"kernels: expected those of a grid with periodic={grid.periodic}, got periodic={built.periodic}",
+    )
+    pairs = zip(built.spacing, grid.spacing, strict=True)
+    near = jnp.stack([jnp.isclose(a, b, rtol=SAME, atol=0.0) for a, b in pairs])
+    if not is_concrete(near):
+        return jnp.all(near)
+    ours, theirs = (tuple(float(f"{float(d):.10g}") for d in g.spacing) for g in (built, grid))
+    checks.require(bool(np.all(near)), f"kernels: expected those of cells of {theirs} m, got {ours} m")
+    return True
+
+
+def check_stiffness(body: LayeredHalfSpace) -> Verdict:
+    """A film that images can stand for: not more than a million times as stiff as its substrate."""
+    ratio = stiffness_ratio(body)
+    if not is_concrete(ratio):
+        return ratio <= MOST_STIFF
+    checks.require(
+        float(ratio) <= MOST_STIFF * (1.0 + 1e-9),
+        f"layer: expected at most {MOST_STIFF:g} times the substrate's modulus, got {float(ratio):.4g} times:"
+        " the response of a stiffer film cannot be put on a grid",
+    )
+    return True
+
+
+def compiled_build(
+    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES
+) -> Kernels:
+    """``build`` in two programs: an expensive one, the same for all grids, and one for each shape of them."""
+    of_body = compiled_expansion(body, nodes=nodes)
+    return _assembled(body, indenter, grid, of_body, _compiled_own(indenter, nodes), nodes=nodes)
+
+
+def _compiled_own(indenter: Indenter, nodes: int) -> Expansion | None:
+    """Return the expansion of an indenter that creeps or is coated, None of any other."""
+    surface = indenter.surface()
+    return None if surface is None else compiled_expansion(surface, nodes=nodes)
+
+
+def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:
+    """``kernels`` without checks, for use inside jit."""
+    surface = indenter.surface()
+    own = None if surface is None else expansion(surface, nodes)
+    return assembled(body, indenter, grid, expansion(body, nodes), own, nodes)
+
+
+def build_surface(body: LayeredHalfSpace, grid: Grid, scale: Scale, nodes: int = DEFAULT_NODES) -> Kernels:
+    """Return the kernels of one surface alone, of a body or an indenter, in a scale; for use inside jit."""
+    found = expansion(body, nodes)
+    return _of_surface(body, grid, found, scaled_images(found, None, scale), scale, nodes)
+
+
+def scale_of(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> Scale:
+    """Return dx, and the compliance of a very wide contact, which is held constant in derivatives.
+
+    The length is not held: it is by dx itself that cells are counted, also where no unit is converted, as in the cells that
+    a velocity passes in a second.
+    """
+    compliance = jax.lax.stop_gradient(relaxed_compliance(body) + indenter.relaxed_compliance())
+    return Scale(jnp.asarray(grid.spacing[0]), compliance, jnp.asarray(grid.cell_area))
+
+
+class Expansion(NamedTuple):
+    """Grid-independent part of the kernels: the response as a sum of products, its images (M + 1, J + 1), and errors
+    (t, 2)."""
+
+    separable: Separable
+    images: Images
+    errors: Array
+
+
+def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
+    """Return the expansion of a body, with ``nodes`` as in ``kernels``."""
+    response = response_of(body)
+    separable = response.separate(nodes)
+    images = _images(response, separable)
+    return Expansion(separable, images, _image_errors(response, separable, images))
+
+
+def assembled(
+    body: LayeredHalfSpace,
+    indenter: Indenter,
+    grid: Grid,
+    expansion: Expansion,
+    of_indenter: Expansion | None,
+    nodes: int,
+) -> Kernels:
+    """The kernels of the expansion of a body, and of that of an indenter that has one, else with the indenter's compliance,
+    on a grid."""
+    scale, surface = scale_of(body, indenter, grid), indenter.surface()
+    images = scaled_images(expansion, indenter, scale)
+    kernels = _of_surface(body, grid, expansion, images, scale, nodes)
+    if surface is None or of_indenter is None:
+        return kernels
+    images = scaled_images(of_indenter, None, scale)
+    return replace(kernels, indenter=_of_surface(surface, grid, of_indenter, images, scale, nodes))
+
+
+compiled_expansion = Program(expansion, ("nodes",))
+_assembled = Program(assembled, ("nodes",))
+
+
+def _of_surface(
+    body: LayeredHalfSpace, grid: Grid, expansion: Expansion, scaled: Images, scale: Scale, nodes: int
+) -> Kernels:
+    """Return the kernels of one surface, from its expansion and its images in the scale of the contact."""
+    top, (separable, _, errors) = top_layer(body), expansion
+    mean = None
+    if body.substrate is None:
+        mean = separable.terms[:, 0] * body.height / scale.length
+        mean = mean.at[0].divide(scale.compliance)
+    family, coefficients = on_grid(grid, scaled, mean)
+    mix = separable.mix / scale.compliance
+    film = None
+    if top is not None:
+        weights = separable.own_factors / scale.compliance
+        film = FilmStrain(
+            coefficients[1] * scale.length / top.thickness, weights
+        )  # of S_1, the top layer's own shape
+    at_zero = separable.terms[1:, 0]
+    horizon = jnp.asarray(separable.horizon)
+    return Kernels(
+        family,
+        separable.rates,
+        mix,
+        film,
+        scale,
+        separable.error,
+        horizon,
+        errors,
+        at_zero,
+        grid,
+        nodes,
+        rigid_base=mean is not None,
+    )
+
+
+def scaled_images(expansion: Expansion, indenter: Indenter | None, scale: Scale) -> Images:
+    """Return the images of C_0, with the compliance of an elastic indenter, and of the shapes, scaled; depths in m."""
+    images, elastic = expansion.images, indenter is not None and indenter.surface() is None
+    own = indenter.compliance() if indenter is not None and elastic else 0.0
+    heights = images.heights.at[0].add(own) / scale.length
+    return Images(images.depths, heights.at[0].divide(scale.compliance))
+
+
+def on_grid(grid: Grid, images: Images, mean: Array | None = None) -> tuple[Family, Array]:
+    """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny).
+
+    mean: displacement under a uniform pressure of one, of bodies on a rigid base, (m,); None: relative to the mean.
+    """
+    if all(grid.periodic):
+        response = periodic_response(grid, images, 0.0 if mean is None else mean)
+        family = Family.of_spectra(response)
+        return family, periodic_coefficients(grid, images, mean)
+    coefficients = (strip_coefficients if any(grid.periodic) else influence_coefficients)(grid, images)
+    return Family.of(coefficients, grid.periodic), coefficients
+
+
+def _images(response: Response, separable: Separable) -> Images:
+    """The images of C_0 and of the shapes, (M + 1, J + 1)."""
+    return response.expand_shapes(separable.terms[:1], separable.terms[1:2], separable.terms[2:])
+
+
+def _image_errors(response: Response, separable: Separable, images: Images) -> Array:
+    """Return time and error at times spread around every rate, (t, 2)."""
+    response, separable, images = jax.lax.stop_gradient((response, separable, images))
+    times, wavenumbers = check_times(separable.rates), response.wavenumbers()
+    exact = products(separable, separable.terms, times[:, None])
+    fitted = products(separable, images.at(wavenumbers), times[:, None])
+    return jnp.stack([times, image_errors(fitted, exact)], -1)
+
+
+def largest_until(errors: Array, last: Array) -> Array:
+    """Return the largest of errors (t, 2), each behind its time [s], up to a last time, and at least of the earliest, ()."""
+    times, each = errors.T
+    return jnp.max(jnp.where(times <= jnp.maximum(last, jnp.min(times)), each, 0.0))
+
 
 # The shortening of a film at the deepest point of a contact, over its thickness there.
 
@@ -101,6 +437,230 @@ def _around(coefficients: Array, i: Array, j: Array) -> Array:
     """Return the coefficients at the offsets of all cells from cell (i, j)."""
     nx, ny = coefficients.shape
     return coefficients[jnp.abs(jnp.arange(nx) - i)][:, jnp.abs(jnp.arange(ny) - j)]
+
+
+# The normal displacement under the tractions of sliding friction, which come with the pressure.
+#
+# Where all of a contact slides along the unit vector e, the traction on the body is q = mu p e (C. A. Coulomb), and sinks
+# the surface by K_zx * mu p e_x + K_zy * mu p e_y, kernels that are odd in the offset along the traction. They vanish for
+# two similar solids, and are then no concern of the pressure.
+
+
+@pytree
+class Rubbing:
+    """The kernels of friction, and its coefficient.
+
+    coefficient: mu, () or (nx, ny); along: K_zx and K_zy of C_0 and of the S_m at offsets (i, j) >= 0, (M + 1, 2, nx, ny);
+    rates lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; expansion: the tangential response
+    that they come from.
+    """
+
+    coefficient: Array
+    along: Array
+    rates: Array
+    mix: Array
+    expansion: TangentialExpansion
+
+    @property
+    def scale(self) -> Array:
+        """The factor of the kernels, (): mu where it is one number, and the kernels then act on the pressure itself."""
+        return self.coefficient if self.coefficient.ndim == 0 else jnp.ones(())
+
+    @property
+    def weights(self) -> Array | None:
+        """The factor of the pressure before the kernels act on it, (nx, ny): mu where it varies, otherwise None."""
+        return self.coefficient if self.coefficient.ndim else None
+
+    def sheared(self, pressure: Array) -> Array:
+        """Return the field on which the kernels act, (nx, ny)."""
+        return pressure if self.weights is None else self.weights * pressure
+
+    def coulomb_force(self, pressure: Array) -> Array:
+        """Return the sum of mu p, ()."""
+        return jnp.sum(self.coefficient * pressure)
+
+    def added_to(self, operator: Operator, kernel: Array) -> Operator:
+        """Return the operator of pressure and traction, from that of the pressure and the spectrum of the kernel.
+
+        kernel: (my/2 + 1, mx), along the direction of sliding. The preconditioner stays that of the pressure.
+        """
+        if self.weights is None:
+            return replace(operator, spectra=operator.spectra + kernel)
+        spectra = jnp.concatenate([operator.spectra, kernel[None]])
+        return replace(operator, spectra=spectra, weights=self.weights[None], entries=((0, 0, 0), (0, 1, 1)))
+
+    def spectra(self, shape: tuple[int, int]) -> Array:
+        """Return the spectra of ``scale`` K on the first cells, (M + 1, 2, my/2 + 1, mx)."""
+        x, y = jnp.moveaxis(self.along[..., : shape[0], : shape[1]], 1, 0)
+        return self.scale * jnp.stack([spectrum(x, -1, 1), spectrum(y, 1, -1)], 1)
+
+    def lasting(self, spectra: Array) -> Array:
+        """Return those of ``scale`` lambda_k C_k, (K, 2, my/2 + 1, mx)."""
+        return jnp.tensordot(self.mix.T, spectra[1:], 1)
+
+    def point_strength(self) -> Array:
+        """Return ``scale`` lambda_k C_k a length of one ahead of a unit force, times 2 pi, (K,)."""
+        return self.scale * (self.expansion.separable.terms[2, 1:, 0] @ self.mix)
+
+
+def rub(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array) -> Rubbing:
+    """For use inside jit."""
+    expansion = tangential_expansion(body)
+    kernels = scaled_coefficients(expansion, indenter, grid, scale)
+    along = -jnp.stack([kernels.x, kernels.y], 1)
+    mix = expansion.separable.mix / scale.compliance
+    return Rubbing(coefficient, along, expansion.separable.rates, mix, expansion)
+
+
+# Kernels of traction: the response of body and indenter in three directions on a grid, ready for the march.
+
+
+@pytree
+class TractionKernels:
+    """normal: as in ``indent``; family: the tangential operators C_0 and S_m; rates [1/s], (K,); mix (M, K); expansion: the
+    tangential response that they come from; indenter: those of an indenter that creeps or is coated, or None.
+
+    The tangential rates are their own; what a pressure draws along, too, is remembered at them.
+    """
+
+    normal: Kernels
+    family: CoupledFamily
+    rates: Array
+    mix: Array
+    expansion: TangentialExpansion
+    indenter: TractionKernels | None = None
+
+    def errors(self, duration: Array | float = jnp.inf) -> Errors:
+        """Return the errors of a run of a duration [s], the larger ones of the normal and the tangential response."""
+        found = joint_errors(self.normal, self.expansion, duration)
+        if self.indenter is None:
+            return found
+        other = self.indenter.errors(duration)
+        separation = jnp.maximum(found.separation, other.separation)
+        images = jnp.maximum(found.images, other.images)
+        return Errors(separation, images, jnp.minimum(found.horizon, other.horizon))
+
+
+def joint_errors(
+    normal: Kernels, expansion: TangentialExpansion, duration: Array | float = jnp.inf
+) -> Errors:
+    """Return the larger errors of a normal and a tangential response in a run of a duration [s]."""
+    errors = normal.errors(duration)
+    images = largest_until(expansion.image_errors, jnp.minimum(duration, errors.horizon))
+    separation = jnp.maximum(errors.separation, expansion.separation_error)
+    return Errors(separation, jnp.maximum(errors.images, images), errors.horizon)
+
+
+def assembled_traction(
+    normal: Kernels,
+    expansion: TangentialExpansion,
+    of_indenter: TangentialExpansion | None,
+    indenter: Indenter,
+    grid: Grid,
+    *,
+    coupled: bool,
+) -> TractionKernels:
+    """Return the kernels of the expansions of body and indenter on a grid; ``normal``: those of the same body, indenter and
+    grid; of_indenter: of one that creeps or is coated, or None.
+
+    Tangential compliances of the two solids add, while their couplings of normal and tangential subtract.
+    """
+
+    def of(normal: Kernels, expansion: TangentialExpansion) -> TractionKernels:
+        coefficients = scaled_coefficients(expansion, indenter, grid, normal.scale)
+        family = CoupledFamily(Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic))
+        mix = expansion.separable.mix / normal.scale.compliance
+        return TractionKernels(normal, family, expansion.separable.rates, mix, expansion)
+
+    kernels = of(normal, expansion)
+    if of_indenter is None or normal.indenter is None:
+        return kernels
+    separable, images = of_indenter.separable, of_indenter.images
+    facing = lambda a: a * jnp.array([1.0, 1.0, -1.0])[:, None, None]  # of alpha (L, T, K)
+    mirrored = of_indenter._replace(
+        separable=replace(separable, terms=facing(separable.terms)),
+        images=replace(images, weights=facing(images.weights)),
+    )
+    return replace(kernels, indenter=of(normal.indenter, mirrored))
+
+
+def compiled_traction(
+    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, coupled: bool
+) -> TractionKernels:
+    """Return the kernels of a body, an indenter and a grid; the programs of the expansions hold for all grids."""
+    normal, surface = compiled_build(body, indenter, grid), indenter.surface()
+    own = None if surface is None else _expansion(surface)
+    return _assembled_tractions(normal, _expansion(body), own, indenter, grid, coupled=coupled)
+
+
+_expansion = Program(tangential_expansion)
+_assembled_tractions = Program(assembled_traction, ("coupled",))
+
+
+def scaled_coefficients(
+    expansion: TangentialExpansion, indenter: Indenter, grid: Grid, scale: Scale
+) -> SurfaceKernels:
+    """The coefficients of C_0, with the indenter's, and of the S_m, (M + 1, nx, ny) in cells."""
+    images = expansion.images
+    weights = images.weights.at[:, 0, 0].add(_of_indenter(indenter))
+    coefficients_of = tangential_lines if grid.plane_strain else tangential_coefficients
+    coefficients = coefficients_of(grid, TangentialImages(images.depths, weights))
+    scaled = jax.tree.map(lambda a: a / scale.length, coefficients)
+    return jax.tree.map(lambda a: a.at[0].divide(scale.compliance), scaled)
+
+
+def _of_indenter(indenter: Indenter) -> Array:
+    """Return the contribution of an elastic indenter to alpha (L, T, K) [1/Pa], (3,); zero of any other."""
+    material = indenter.material
+    if not isinstance(material, Elastic):
+        return jnp.zeros(3)
+    shares = half_space_shares(material) * jnp.array([1.0, 1.0, -1.0])
+    return shares * material.spectrum().instantaneous
+
+
+# Kernels whose weights of the images are given for each pair of times, as the quasi-elastic correspondence needs them
+# (``history.memory.DirectMemory``).
+
+
+@pytree
+class ImageKernels:
+    """Step by step, for kernels at any lag: the operators of all steps of the staircase; film_coefficients: as in
+    ``FilmStrain``; image_error: as in ``Kernels``."""
+
+    family: Family
+    film_coefficients: Array | None
+    scale: Scale
+    image_error: Array
+
+
+def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> ImageKernels:
+    """The steps of the staircase one by one."""
+    response, top, scale = response_of(body), top_layer(body), scale_of(body, indenter, grid)
+    alpha = response.wavenumbers()
+    shape = jnp.zeros_like(alpha) if top is None else film_shape(top, alpha)
+    on_base = response.expand_shapes(jnp.zeros((0, alpha.size)), shape[None], jnp.zeros((0, alpha.size)))
+    unit = jnp.eye(on_base.depths.size + 1) / (scale.length * scale.compliance)
+    family, _ = on_grid(grid, Images(on_base.depths, unit))
+    film = None if top is None else on_grid(grid, on_base)[1][0] / top.thickness
+    return ImageKernels(family, film, scale, _quasi_elastic_error(response, surface_material(body)))
+
+
+def _quasi_elastic_error(response: Response, surface: Material) -> Array:
+    """Return the largest error at times spread around the rates of the surface."""
+    response, surface = jax.lax.stop_gradient((response, surface))
+    times, wavenumbers = check_times(surface.spectrum().rates)[:, None], response.wavenumbers()
+    values = response.quasi_elastic(wavenumbers, times, times)
+    return jnp.max(image_errors(response.expand(values).at(wavenumbers), values))
+
+
+def image_weights(
+    body: LayeredHalfSpace, indenter: Indenter, start: Array, end: Array, *, quasi_elastic: bool
+) -> Array:
+    """Heights (..., J + 1) [1/Pa] of the staircase for the mean response over lags start to end, both (...)."""
+    response = response_of(body)
+    respond = response.quasi_elastic if quasi_elastic else response.mean_response
+    values = respond(response.wavenumbers(), start[..., None], end[..., None])
+    return response.expand(values).heights + indenter.compliance()
 
 
 # Operators of a film whose thickness h varies in the plane.
@@ -211,554 +771,6 @@ class VaryingThickness:
     film_series: Array
     slopes: Array
     error: Array
-
-
-SAME = 1e-9  # relative difference within which two cell sizes are equal
-MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
-
-
-class Errors(NamedTuple):
-    """Relative errors of the response on a grid: of shared rates, of images, and of the series in the thickness of a
-    film that varies in the plane, () each; horizon: the latest time for which they hold [s], ()."""
-
-    separation: Array
-    images: Array
-    horizon: Array
-    thickness: Array | float = 0.0
-
-
-@pytree
-class Kernels:
-    """Discretised response of a body and an indenter on a grid; made by ``jaxcontact.kernels``, passed as ``kernels=``.
-
-    family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.interface``;
-    separation_error: relative error of sharing the rates between wavenumbers up to the horizon, (); horizon [s]: latest
-    valid time, inf where there is no limit, (); image_errors: relative errors of the
-    images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
-    at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``; varying: for a film
-    whose thickness varies in the plane, or None; all else is then of one thickness, until ``at``; indenter: the kernels of
-    an indenter that creeps or is coated, in the same scale, or None: an elastic one is in C_0; rigid_base: whether the
-    displacement of a periodic grid has a mean.
-    """
-
-    family: Family
-    rates: Array
-    mix: Array
-    film_strain: FilmStrain | None
-    scale: Scale
-    separation_error: Array
-    horizon: Array
-    image_errors: Array
-    at_zero: Array
-    grid: Grid
-    nodes: int = static()
-    varying: VaryingThickness | None = None
-    indenter: Kernels | None = None
-    rigid_base: bool = static(default=False)
-
-    def __repr__(self) -> str:
-        rates = "none" if self.rates.size == 0 else f"{value_in_words(self.rates)} 1/s"
-        rows = [
-            f"Kernels on {self.grid!r}",
-            f"  {self.mix.shape[0]} shapes and an instantaneous response, nodes={self.nodes}",
-            f"  decay rates {rates}",
-            f"  separation error {value_in_words(self.separation_error)}",
-            f"  image error {value_in_words(self.image_error)}",
-        ]
-        if self.indenter is not None:
-            rows += ["of the indenter:", *repr(self.indenter).splitlines()[1:]]
-        return "\n".join(rows)
-
-    @property
-    def image_error(self) -> Array:
-        """The largest of ``image_errors``, ()."""
-        return jnp.max(self.image_errors[:, 1])
-
-    def works(self, pressure: Array) -> Array:
-        """Return <p, C_0 p> and <p, lambda_k C_k p> [1/s] of a pressure (nx, ny), (1 + K,), from the periodic operators
-        nearest to C_0 and S_m."""
-        circulants, shape = self.family.nearest(pressure), pressure.shape
-        periodic = self.grid.periodic
-        if all(periodic) and not self.rigid_base:  # the displacement is measured from the mean
-            pressure = pressure - jnp.mean(pressure)
-        waves = spectral.transform(pressure, (True, True))
-        squares = jnp.sum(circulants * (waves.real**2 + waves.imag**2), -1)
-        works = squares @ spectral.both_signs(shape[1])
-        return jnp.concatenate([works[:1], self.mix.T @ works[1:]])
-
-    def errors(self, duration: Array | float = jnp.inf) -> Errors:
-        """Return the errors reported for a run of a duration [s]."""
-        images = largest_until(self.image_errors, jnp.minimum(duration, self.horizon))
-        thickness = 0.0 if self.varying is None else self.varying.error
-        own = Errors(self.separation_error, images, self.horizon, thickness)
-        if self.indenter is None:
-            return own
-        other = self.indenter.errors(duration)
-        separation, images = jnp.maximum(own.separation, other.separation), jnp.maximum(images, other.images)
-        return Errors(separation, images, jnp.minimum(own.horizon, other.horizon), thickness)
-
-    def at(self, thickness: Array) -> Kernels:
-        """Return the kernels for a thickness (nx, ny) [m] of a film that varies in the plane."""
-        varying, lifts = self.varying, None
-        assert varying is not None and self.film_strain is not None
-        shares = varying.series.shares(thickness)
-        if all(self.grid.periodic):
-            # displacement by a mean pressure of one, less its mean, (M + 1, nx, ny)
-            mean = jnp.mean(thickness)
-            excess = (thickness - mean) / self.scale.length
-            raised = sideways_compliance(varying.body, mean, wavenumbers(self.grid)) / self.scale.compliance
-            lifts = varying.slopes[:, None, None] * excess
-            lifts = lifts.at[0].add(-spectral.apply_circulant(raised, excess))
-        family = replace(varying.family, weights=shares[1:], lifts=lifts)
-        film = VaryingFilmStrain(varying.film_series, shares, thickness > 0.0, self.film_strain.weights)
-        return replace(self, family=family, film_strain=film, varying=None)
-
-
-def largest_until(errors: Array, last: Array) -> Array:
-    """Return the largest of errors (t, 2), each behind its time [s], up to a last time, and at least of the earliest, ()."""
-    times, each = errors.T
-    return jnp.max(jnp.where(times <= jnp.maximum(last, jnp.min(times)), each, 0.0))
-
-
-@pytree
-class ImageKernels:
-    """Step by step, for kernels at any lag: the operators of all steps of the staircase; film_coefficients: as in
-    ``FilmStrain``; image_error: as in ``Kernels``."""
-
-    family: Family
-    film_coefficients: Array | None
-    scale: Scale
-    image_error: Array
-
-
-def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: int = DEFAULT_NODES) -> Kernels:
-    """Compute the kernels of a body, an indenter and a grid, for use in several runs (``indent(kernels=...)``).
-
-    Args:
-        body: a ``LayeredHalfSpace``.
-        indenter: the indenter, of which only the material is used; one that creeps or is coated has kernels of its own.
-        grid: the ``Grid`` of the runs.
-        nodes: number of common decay rates in each band of rates, static, 1 to 8. With two, the error of the displacement
-            is 4e-7 for a film a tenth as stiff as its substrate and 3e-4 for a film as stiff as its substrate; use more for
-            a stiffer film. The measured error is ``separation_error``. For several layers, or on a viscoelastic
-            substrate, each node stands for 12 rates spread over the times of the materials, and for 4 coefficient
-            functions; for 18 and 10 if a layer that does not flow lies over one that may, in which case the response is
-            valid up to the time ``horizon``.
-
-    Returns:
-        ``Kernels``.
-
-    Raises:
-        ValueError: an invalid or unsupported body, indenter or grid.
-
-    Example:
-        >>> glass = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25))
-        >>> ball, grid = jc.Sphere(radius=5e-3), jc.Grid.square(n=16, width=500e-6)
-        >>> ready = jc.kernels(glass, ball, grid)
-        >>> history = jc.indent(glass, ball, jc.Load(20.0), [0.0], grid=grid, kernels=ready)
-    """
-    body, valid = checked_body(body)
-    valid = valid & check_grid(grid) & checked_indenter(indenter, grid) & check_stiffness(body)
-    indenter = with_layers_apart(indenter)
-    surface = indenter.surface()
-    if surface is not None:
-        valid = valid & check_stiffness(surface)
-    checks.whole("nodes", nodes, 1, 8)
-    built = compiled_build(*as_float64((body, indenter, grid)), nodes=nodes)
-    return built if valid is True else jax.tree.map(lambda a: jnp.where(valid, a, jnp.nan), built)
-
-
-def check_kernels(kernels: Kernels, grid: Grid, indenter: Indenter) -> Verdict:
-    """Kernels of that grid, with those of an indenter that has kernels of its own."""
-    built, names = kernels.grid, ("of one that is elastic or rigid", "of one that creeps or is coated")
-    has, needs = kernels.indenter is not None, indenter.surface() is not None
-    checks.require(
-        has == needs, f"kernels: expected those {names[needs]}, as the indenter is, got those {names[has]}"
-    )
-    checks.require(
-        tuple(built.shape) == tuple(grid.shape),
-        f"kernels: expected those of a grid of {tuple(grid.shape)} cells, got {tuple(built.shape)}",
-    )
-    checks.require(
-        built.periodic == grid.periodic,
-        f"kernels: expected those of a grid with periodic={grid.periodic}, got periodic={built.periodic}",
-    )
-    pairs = zip(built.spacing, grid.spacing, strict=True)
-    near = jnp.stack([jnp.isclose(a, b, rtol=SAME, atol=0.0) for a, b in pairs])
-    if not is_concrete(near):
-        return jnp.all(near)
-    ours, theirs = (tuple(float(f"{float(d):.10g}") for d in g.spacing) for g in (built, grid))
-    checks.require(bool(np.all(near)), f"kernels: expected those of cells of {theirs} m, got {ours} m")
-    return True
-
-
-def check_stiffness(body: LayeredHalfSpace) -> Verdict:
-    """A film that images can stand for: not more than a million times as stiff as its substrate."""
-    ratio = stiffness_ratio(body)
-    if not is_concrete(ratio):
-        return ratio <= MOST_STIFF
-    checks.require(
-        float(ratio) <= MOST_STIFF * (1.0 + 1e-9),
-        f"layer: expected at most {MOST_STIFF:g} times the substrate's modulus, got {float(ratio):.4g} times:"
-        " the response of a stiffer film cannot be put on a grid",
-    )
-    return True
-
-
-def scale_of(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> Scale:
-    """Return dx, and the compliance of a very wide contact, which is held constant in derivatives.
-
-    The length is not held: it is by dx itself that cells are counted, also where no unit is converted, as in the cells that
-    a velocity passes in a second.
-    """
-    compliance = jax.lax.stop_gradient(relaxed_compliance(body) + indenter.relaxed_compliance())
-    return Scale(jnp.asarray(grid.spacing[0]), compliance, jnp.asarray(grid.cell_area))
-
-
-class Expansion(NamedTuple):
-    """Grid-independent part of the kernels: the response as a sum of products, its images (M + 1, J + 1), and errors
-    (t, 2)."""
-
-    separable: Separable
-    images: Images
-    errors: Array
-
-
-def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
-    """Return the expansion of a body, with ``nodes`` as in ``kernels``."""
-    response = response_of(body)
-    separable = response.separate(nodes)
-    images = _images(response, separable)
-    return Expansion(separable, images, _image_errors(response, separable, images))
-
-
-def assembled(
-    body: LayeredHalfSpace,
-    indenter: Indenter,
-    grid: Grid,
-    expansion: Expansion,
-    of_indenter: Expansion | None,
-    nodes: int,
-) -> Kernels:
-    """The kernels of the expansion of a body, and of that of an indenter that has one, else with the indenter's compliance,
-    on a grid."""
-    scale, surface = scale_of(body, indenter, grid), indenter.surface()
-    images = scaled_images(expansion, indenter, scale)
-    kernels = _of_surface(body, grid, expansion, images, scale, nodes)
-    if surface is None or of_indenter is None:
-        return kernels
-    images = scaled_images(of_indenter, None, scale)
-    return replace(kernels, indenter=_of_surface(surface, grid, of_indenter, images, scale, nodes))
-
-
-def _of_surface(
-    body: LayeredHalfSpace, grid: Grid, expansion: Expansion, scaled: Images, scale: Scale, nodes: int
-) -> Kernels:
-    """Return the kernels of one surface, from its expansion and its images in the scale of the contact."""
-    top, (separable, _, errors) = top_layer(body), expansion
-    mean = None
-    if body.substrate is None:
-        mean = separable.terms[:, 0] * body.height / scale.length
-        mean = mean.at[0].divide(scale.compliance)
-    family, coefficients = on_grid(grid, scaled, mean)
-    mix = separable.mix / scale.compliance
-    film = None
-    if top is not None:
-        weights = separable.own_factors / scale.compliance
-        film = FilmStrain(
-            coefficients[1] * scale.length / top.thickness, weights
-        )  # of S_1, the top layer's own shape
-    at_zero = separable.terms[1:, 0]
-    horizon = jnp.asarray(separable.horizon)
-    return Kernels(
-        family,
-        separable.rates,
-        mix,
-        film,
-        scale,
-        separable.error,
-        horizon,
-        errors,
-        at_zero,
-        grid,
-        nodes,
-        rigid_base=mean is not None,
-    )
-
-
-def scaled_images(expansion: Expansion, indenter: Indenter | None, scale: Scale) -> Images:
-    """Return the images of C_0, with the compliance of an elastic indenter, and of the shapes, scaled; depths in m."""
-    images, elastic = expansion.images, indenter is not None and indenter.surface() is None
-    own = indenter.compliance() if indenter is not None and elastic else 0.0
-    heights = images.heights.at[0].add(own) / scale.length
-    return Images(images.depths, heights.at[0].divide(scale.compliance))
-
-
-def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:
-    """``kernels`` without checks, for use inside jit."""
-    surface = indenter.surface()
-    own = None if surface is None else expansion(surface, nodes)
-    return assembled(body, indenter, grid, expansion(body, nodes), own, nodes)
-
-
-def build_surface(body: LayeredHalfSpace, grid: Grid, scale: Scale, nodes: int = DEFAULT_NODES) -> Kernels:
-    """Return the kernels of one surface alone, of a body or an indenter, in a scale; for use inside jit."""
-    found = expansion(body, nodes)
-    return _of_surface(body, grid, found, scaled_images(found, None, scale), scale, nodes)
-
-
-def compiled_build(
-    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES
-) -> Kernels:
-    """``build`` in two programs: an expensive one, the same for all grids, and one for each shape of them."""
-    of_body = compiled_expansion(body, nodes=nodes)
-    return _assembled(body, indenter, grid, of_body, _compiled_own(indenter, nodes), nodes=nodes)
-
-
-def _compiled_own(indenter: Indenter, nodes: int) -> Expansion | None:
-    """Return the expansion of an indenter that creeps or is coated, None of any other."""
-    surface = indenter.surface()
-    return None if surface is None else compiled_expansion(surface, nodes=nodes)
-
-
-compiled_expansion = Program(expansion, ("nodes",))
-_assembled = Program(assembled, ("nodes",))
-
-
-def on_grid(grid: Grid, images: Images, mean: Array | None = None) -> tuple[Family, Array]:
-    """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny).
-
-    mean: displacement under a uniform pressure of one, of bodies on a rigid base, (m,); None: relative to the mean.
-    """
-    if all(grid.periodic):
-        response = periodic_response(grid, images, 0.0 if mean is None else mean)
-        family = Family.of_spectra(response)
-        return family, periodic_coefficients(grid, images, mean)
-    coefficients = (strip_coefficients if any(grid.periodic) else influence_coefficients)(grid, images)
-    return Family.of(coefficients, grid.periodic), coefficients
-
-
-def _images(response: Response, separable: Separable) -> Images:
-    """The images of C_0 and of the shapes, (M + 1, J + 1)."""
-    return response.expand_shapes(separable.terms[:1], separable.terms[1:2], separable.terms[2:])
-
-
-def _image_errors(response: Response, separable: Separable, images: Images) -> Array:
-    """Return time and error at times spread around every rate, (t, 2)."""
-    response, separable, images = jax.lax.stop_gradient((response, separable, images))
-    times, wavenumbers = check_times(separable.rates), response.wavenumbers()
-    exact = products(separable, separable.terms, times[:, None])
-    fitted = products(separable, images.at(wavenumbers), times[:, None])
-    return jnp.stack([times, image_errors(fitted, exact)], -1)
-
-
-def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> ImageKernels:
-    """The steps of the staircase one by one."""
-    response, top, scale = response_of(body), top_layer(body), scale_of(body, indenter, grid)
-    alpha = response.wavenumbers()
-    shape = jnp.zeros_like(alpha) if top is None else film_shape(top, alpha)
-    on_base = response.expand_shapes(jnp.zeros((0, alpha.size)), shape[None], jnp.zeros((0, alpha.size)))
-    unit = jnp.eye(on_base.depths.size + 1) / (scale.length * scale.compliance)
-    family, _ = on_grid(grid, Images(on_base.depths, unit))
-    film = None if top is None else on_grid(grid, on_base)[1][0] / top.thickness
-    return ImageKernels(family, film, scale, _quasi_elastic_error(response, surface_material(body)))
-
-
-def _quasi_elastic_error(response: Response, surface: Material) -> Array:
-    """Return the largest error at times spread around the rates of the surface."""
-    response, surface = jax.lax.stop_gradient((response, surface))
-    times, wavenumbers = check_times(surface.spectrum().rates)[:, None], response.wavenumbers()
-    values = response.quasi_elastic(wavenumbers, times, times)
-    return jnp.max(image_errors(response.expand(values).at(wavenumbers), values))
-
-
-def image_weights(
-    body: LayeredHalfSpace, indenter: Indenter, start: Array, end: Array, *, quasi_elastic: bool
-) -> Array:
-    """Heights (..., J + 1) [1/Pa] of the staircase for the mean response over lags start to end, both (...)."""
-    response = response_of(body)
-    respond = response.quasi_elastic if quasi_elastic else response.mean_response
-    values = respond(response.wavenumbers(), start[..., None], end[..., None])
-    return response.expand(values).heights + indenter.compliance()
-
-
-# Kernels of traction: the response of body and indenter in three directions on a grid, ready for the march.
-
-
-@pytree
-class TractionKernels:
-    """normal: as in ``indent``; family: the tangential operators C_0 and S_m; rates [1/s], (K,); mix (M, K); expansion: the
-    tangential response that they come from; indenter: those of an indenter that creeps or is coated, or None.
-
-    The tangential rates are their own; what a pressure draws along, too, is remembered at them.
-    """
-
-    normal: Kernels
-    family: CoupledFamily
-    rates: Array
-    mix: Array
-    expansion: TangentialExpansion
-    indenter: TractionKernels | None = None
-
-    def errors(self, duration: Array | float = jnp.inf) -> Errors:
-        """Return the errors of a run of a duration [s], the larger ones of the normal and the tangential response."""
-        found = joint_errors(self.normal, self.expansion, duration)
-        if self.indenter is None:
-            return found
-        other = self.indenter.errors(duration)
-        separation = jnp.maximum(found.separation, other.separation)
-        images = jnp.maximum(found.images, other.images)
-        return Errors(separation, images, jnp.minimum(found.horizon, other.horizon))
-
-
-def joint_errors(
-    normal: Kernels, expansion: TangentialExpansion, duration: Array | float = jnp.inf
-) -> Errors:
-    """Return the larger errors of a normal and a tangential response in a run of a duration [s]."""
-    errors = normal.errors(duration)
-    images = largest_until(expansion.image_errors, jnp.minimum(duration, errors.horizon))
-    separation = jnp.maximum(errors.separation, expansion.separation_error)
-    return Errors(separation, jnp.maximum(errors.images, images), errors.horizon)
-
-
-def assembled_traction(
-    normal: Kernels,
-    expansion: TangentialExpansion,
-    of_indenter: TangentialExpansion | None,
-    indenter: Indenter,
-    grid: Grid,
-    *,
-    coupled: bool,
-) -> TractionKernels:
-    """Return the kernels of the expansions of body and indenter on a grid; ``normal``: those of the same body, indenter and
-    grid; of_indenter: of one that creeps or is coated, or None.
-
-    Tangential compliances of the two solids add, while their couplings of normal and tangential subtract.
-    """
-
-    def of(normal: Kernels, expansion: TangentialExpansion) -> TractionKernels:
-        coefficients = scaled_coefficients(expansion, indenter, grid, normal.scale)
-        family = CoupledFamily(Tangential.of(coefficients, coupled=coupled, periodic=grid.periodic))
-        mix = expansion.separable.mix / normal.scale.compliance
-        return TractionKernels(normal, family, expansion.separable.rates, mix, expansion)
-
-    kernels = of(normal, expansion)
-    if of_indenter is None or normal.indenter is None:
-        return kernels
-    separable, images = of_indenter.separable, of_indenter.images
-    facing = lambda a: a * jnp.array([1.0, 1.0, -1.0])[:, None, None]  # of alpha (L, T, K)
-    mirrored = of_indenter._replace(
-        separable=replace(separable, terms=facing(separable.terms)),
-        images=replace(images, weights=facing(images.weights)),
-    )
-    return replace(kernels, indenter=of(normal.indenter, mirrored))
-
-
-def compiled_traction(
-    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, coupled: bool
-) -> TractionKernels:
-    """Return the kernels of a body, an indenter and a grid; the programs of the expansions hold for all grids."""
-    normal, surface = compiled_build(body, indenter, grid), indenter.surface()
-    own = None if surface is None else _expansion(surface)
-    return _assembled_tractions(normal, _expansion(body), own, indenter, grid, coupled=coupled)
-
-
-_expansion = Program(tangential_expansion)
-_assembled_tractions = Program(assembled_traction, ("coupled",))
-
-
-def scaled_coefficients(
-    expansion: TangentialExpansion, indenter: Indenter, grid: Grid, scale: Scale
-) -> SurfaceKernels:
-    """The coefficients of C_0, with the indenter's, and of the S_m, (M + 1, nx, ny) in cells."""
-    images = expansion.images
-    weights = images.weights.at[:, 0, 0].add(_of_indenter(indenter))
-    coefficients_of = tangential_lines if grid.plane_strain else tangential_coefficients
-    coefficients = coefficients_of(grid, TangentialImages(images.depths, weights))
-    scaled = jax.tree.map(lambda a: a / scale.length, coefficients)
-    return jax.tree.map(lambda a: a.at[0].divide(scale.compliance), scaled)
-
-
-def _of_indenter(indenter: Indenter) -> Array:
-    """Return the contribution of an elastic indenter to alpha (L, T, K) [1/Pa], (3,); zero of any other."""
-    material = indenter.material
-    if not isinstance(material, Elastic):
-        return jnp.zeros(3)
-    shares = half_space_shares(material) * jnp.array([1.0, 1.0, -1.0])
-    return shares * material.spectrum().instantaneous
-
-
-# The normal displacement under the tractions of sliding friction, which come with the pressure.
-#
-# Where all of a contact slides along the unit vector e, the traction on the body is q = mu p e (C. A. Coulomb), and sinks
-# the surface by K_zx * mu p e_x + K_zy * mu p e_y, kernels that are odd in the offset along the traction. They vanish for
-# two similar solids, and are then no concern of the pressure.
-
-
-@pytree
-class Rubbing:
-    """The kernels of friction, and its coefficient.
-
-    coefficient: mu, () or (nx, ny); along: K_zx and K_zy of C_0 and of the S_m at offsets (i, j) >= 0, (M + 1, 2, nx, ny);
-    rates lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; expansion: the tangential response
-    that they come from.
-    """
-
-    coefficient: Array
-    along: Array
-    rates: Array
-    mix: Array
-    expansion: TangentialExpansion
-
-    @property
-    def scale(self) -> Array:
-        """The factor of the kernels, (): mu where it is one number, and the kernels then act on the pressure itself."""
-        return self.coefficient if self.coefficient.ndim == 0 else jnp.ones(())
-
-    @property
-    def weights(self) -> Array | None:
-        """The factor of the pressure before the kernels act on it, (nx, ny): mu where it varies, otherwise None."""
-        return self.coefficient if self.coefficient.ndim else None
-
-    def sheared(self, pressure: Array) -> Array:
-        """Return the field on which the kernels act, (nx, ny)."""
-        return pressure if self.weights is None else self.weights * pressure
-
-    def coulomb_force(self, pressure: Array) -> Array:
-        """Return the sum of mu p, ()."""
-        return jnp.sum(self.coefficient * pressure)
-
-    def added_to(self, operator: Operator, kernel: Array) -> Operator:
-        """Return the operator of pressure and traction, from that of the pressure and the spectrum of the kernel.
-
-        kernel: (my/2 + 1, mx), along the direction of sliding. The preconditioner stays that of the pressure.
-        """
-        if self.weights is None:
-            return replace(operator, spectra=operator.spectra + kernel)
-        spectra = jnp.concatenate([operator.spectra, kernel[None]])
-        return replace(operator, spectra=spectra, weights=self.weights[None], entries=((0, 0, 0), (0, 1, 1)))
-
-    def spectra(self, shape: tuple[int, int]) -> Array:
-        """Return the spectra of ``scale`` K on the first cells, (M + 1, 2, my/2 + 1, mx)."""
-        x, y = jnp.moveaxis(self.along[..., : shape[0], : shape[1]], 1, 0)
-        return self.scale * jnp.stack([spectrum(x, -1, 1), spectrum(y, 1, -1)], 1)
-
-    def lasting(self, spectra: Array) -> Array:
-        """Return those of ``scale`` lambda_k C_k, (K, 2, my/2 + 1, mx)."""
-        return jnp.tensordot(self.mix.T, spectra[1:], 1)
-
-    def point_strength(self) -> Array:
-        """Return ``scale`` lambda_k C_k a length of one ahead of a unit force, times 2 pi, (K,)."""
-        return self.scale * (self.expansion.separable.terms[2, 1:, 0] @ self.mix)
-
-
-def rub(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array) -> Rubbing:
-    """For use inside jit."""
-    expansion = tangential_expansion(body)
-    kernels = scaled_coefficients(expansion, indenter, grid, scale)
-    along = -jnp.stack([kernels.x, kernels.y], 1)
-    mix = expansion.separable.mix / scale.compliance
-    return Rubbing(coefficient, along, expansion.separable.rates, mix, expansion)
 
 
 # Kernels of a film whose thickness varies in the plane.

@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
-from jaxcontact._support.npz import write_whole
+from jaxcontact._support.files import write_whole
 
 SIZE = (5.2, 4.0)  # of one panel, in inches
 PALEST = 0.88

@@ -13,8 +13,8 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from jaxcontact._support.npz import write_whole
-from jaxcontact._support.progress import working
+from jaxcontact._support.files import write_whole
+from jaxcontact._support.terminal import working
 from jaxcontact._support.version import __version__
 from jaxcontact.paper import (
     claims,

@@ -86,19 +86,6 @@ def pressure(r, t, relaxation, contact_radius, radius, nu):
     return 4.0 / (np.pi * (1.0 - nu) * radius) * (relaxation(t) * first + growth)
 
 
-def held_load(t, relaxation, approach, radius, nu):
-    """Return W(t) = 8 sqrt(R) delta^(3/2) G(t) / (3 (1 - nu)) [N] at a constant approach from t = 0, with constant
-    contact.
-    """
-    return 8.0 * np.sqrt(radius) * approach**1.5 * relaxation(np.asarray(t, float)) / (3.0 * (1.0 - nu))
-
-
-def held_pressure(r, t, relaxation, approach, radius, nu):
-    """Return p = 4 G(t) sqrt(R delta - r^2) / (pi (1 - nu) R) [Pa] at a constant approach from t = 0."""
-    root = np.sqrt(np.maximum(radius * approach - np.asarray(r) ** 2, 0.0))
-    return 4.0 * relaxation(t) * root / (np.pi * (1.0 - nu) * radius)
-
-
 def punch_approach(t, creep, load, punch_radius, nu):
     """Return delta = (1 - nu) W J(t) / (4 a) [m] of a rigid flat punch of radius a under a step load."""
     return (1.0 - nu) * load * creep(np.asarray(t, float)) / (4.0 * punch_radius)

@@ -1,7 +1,6 @@
 """The results of a normal contact: histories, steady states and the step passed to a ``save`` function."""
 
 import dataclasses
-import warnings
 from dataclasses import field
 from typing import Any, ClassVar
 
@@ -542,21 +541,8 @@ def _traction(result: Any, velocity: Array, over_time: bool = False) -> Array:
     return shear[..., None, :, :] * direction[..., None, None]
 
 
-class _RenamedTotal:
-    """The former name of the total tangential force, for one version."""
-
-    tangential_force: Array
-
-    @property
-    def total_tangential_force(self) -> Array:
-        """Deprecated name of ``tangential_force``."""
-        message = "total_tangential_force: use tangential_force, which is the total"
-        warnings.warn(message, DeprecationWarning, stacklevel=2)
-        return self.tangential_force
-
-
 @pytree
-class SlidingHistory(_RenamedTotal, ContactHistory):
+class SlidingHistory(ContactHistory):
     """A ``ContactHistory`` of a moving indenter, in the frame of the indenter, in SI units.
 
     velocity (nt, 2) [m/s] of the indenter over the body; friction (nx, ny): coefficient of Coulomb friction, zero without
@@ -597,12 +583,6 @@ class SlidingHistory(_RenamedTotal, ContactHistory):
     stored_energy: Array
     truncation_bound: Array
     temperature: Array | None = None
-
-    @property
-    def dropped(self) -> Array:
-        """Deprecated name of ``truncation_bound``."""
-        warnings.warn("dropped: use truncation_bound", DeprecationWarning, stacklevel=2)
-        return self.truncation_bound
 
     @property
     def peak_temperature(self) -> Array:
@@ -662,7 +642,7 @@ def adhesive_sliding_history(**given: Any) -> AdhesiveSlidingHistory:
 
 
 @pytree
-class SteadySliding(_RenamedTotal, SteadyContact):
+class SteadySliding(SteadyContact):
     """Steady sliding, in the frame of the indenter, SI units.
 
     velocity (2,) [m/s]; profile, displacement [m] and pressure [Pa]: (nx, ny); approach [m]; load [N]; contact_area [m^2]

@@ -17,7 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxcontact._support.fields import fields_of
-from jaxcontact._support.npz import read_npz, write_npz, write_whole
+from jaxcontact._support.files import read_npz, write_npz, write_whole
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.results.contact import ContactHistory, SteadyContact
 from jaxcontact.results.interior import InteriorFields

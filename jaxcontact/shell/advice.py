@@ -15,9 +15,9 @@ from jax import Array
 from scipy.optimize import brentq
 
 from jaxcontact._support.fields import FIELDS, VECTOR
+from jaxcontact._support.files import UNFINISHED
 from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.pytree import replace
-from jaxcontact._support.run_directory import UNFINISHED
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body, thickest
 from jaxcontact.bodies.controls import Load
 from jaxcontact.bodies.materials import Material, Spectrum, relaxation_modes

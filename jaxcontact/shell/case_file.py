@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from jaxcontact._support.fields import FIELDS
-from jaxcontact._support.npz import read_npy
+from jaxcontact._support.files import read_npy
 from jaxcontact._support.prefixes import prefixed
 from jaxcontact.bodies import materials
 from jaxcontact.bodies.body import Layer, LayeredHalfSpace, at_its_thickest

@@ -21,7 +21,7 @@ import numpy as np
 
 from jaxcontact._support import sources
 from jaxcontact._support.fields import FIELDS, TIME, following_from_maps
-from jaxcontact._support.npz import Stacked, read_npz, write_npz, write_whole
+from jaxcontact._support.files import Stacked, read_npz, write_npz, write_whole
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.results.contact import ContactHistory
 from jaxcontact.results.labels import numbers_of

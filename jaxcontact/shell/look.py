@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from jaxcontact._support import citation
-from jaxcontact._support.npz import read_npz, write_whole
+from jaxcontact._support import version
+from jaxcontact._support.files import read_npz, write_whole
 from jaxcontact.results import storage
 from jaxcontact.results.labels import extra
 from jaxcontact.results.storage import pieces_folder
@@ -106,7 +106,7 @@ def _check_new(path: Path, force: bool) -> None:
 
 def cite(options: argparse.Namespace) -> int:
     """Print how to cite the package and its paper."""
-    print(citation.cite())
+    print(version.cite())
     return FINE
 
 

@@ -21,10 +21,9 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, TextIO, TypeVar
 
-from jaxcontact._support import run_directory
-from jaxcontact._support.progress import Progress, working
-from jaxcontact._support.recorded_warnings import recorded_warnings
+from jaxcontact._support import files
 from jaxcontact._support.status import Status
+from jaxcontact._support.terminal import Progress, recorded_warnings, working
 from jaxcontact.results.notes import in_one_line, kind_of
 from jaxcontact.results.summaries import lines_of
 from jaxcontact.shell import advice
@@ -193,13 +192,13 @@ def _case(path: Path, save: str | None) -> Case:
 
 def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
     maps = chosen(case.kept, case.times.size)
-    folder, result = directory / run_directory.UNFINISHED, case.result
+    folder, result = directory / files.UNFINISHED, case.result
     steps = FinishedSteps(folder, fingerprint(case), maps, result)
     if options.resume and (ended := _ended(directory, steps.fingerprint)) is not None:
         count = f"{ended.resume_point.steps} of {case.times.size} steps are finished"
         tell(f"{directory}: {count}; --resume has nothing left to compute", sys.stdout)
         return _finish(ended, case, options)
-    with run_directory.claimed(directory, force=options.force, resume=options.resume) as taken:
+    with files.claimed(directory, force=options.force, resume=options.resume) as taken:
         if not options.resume:
             steps.remove()
         experiment = case.experiment()
@@ -222,7 +221,7 @@ def _ended(directory: Path, digest: str) -> Ending | None:
         resume_point = ResumePoint(steps=summary["steps_finished_count"], status=summary["status"])
     except (OSError, ValueError, KeyError, TypeError):  # none, or one of an earlier version
         return None
-    left = (directory / run_directory.UNFINISHED).exists() or not (directory / "result.npz").exists()
+    left = (directory / files.UNFINISHED).exists() or not (directory / "result.npz").exists()
     return None if stopped or left else Ending(resume_point, None, None, [])
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from jaxcontact._support.fields import FIELDS
-from jaxcontact._support.npz import Stacked, write_npz, write_whole
+from jaxcontact._support.files import Stacked, write_npz, write_whole
 from jaxcontact._support.version import __version__
 from jaxcontact.results import figures, labels, plotting, storage
 from jaxcontact.results.summaries import figures_in, values_of

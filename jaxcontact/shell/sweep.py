@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from jaxcontact._compile.compilation_cache import enable_compilation_cache
-from jaxcontact._support import run_directory
-from jaxcontact._support.npz import write_whole
+from jaxcontact._support import files
+from jaxcontact._support.files import write_whole
 from jaxcontact._support.status import Status
 from jaxcontact._support.version import __version__
 from jaxcontact.results.summaries import figures_in, values_of
@@ -39,7 +39,7 @@ def run_study(options: argparse.Namespace) -> int:
     directory, table = options.directory, options.directory / TABLE
     # the directory is new, empty, or that of a study
     if directory.is_dir() and any(directory.iterdir()) and not (directory / FUNCTION).exists():
-        raise run_directory.DirectoryTakenError(
+        raise files.DirectoryTakenError(
             f"{directory}: found a directory that is not empty, accepted: a new one, or that of this study"
         )
     if table.exists() and not options.force:  # with no case that the new one would lack
@@ -49,7 +49,7 @@ def run_study(options: argparse.Namespace) -> int:
             written = [tuple(row.get(name) for name in names) for row in csv.DictReader(file)]
         dropped = [row for row in written if row not in requested]
         if dropped:
-            raise run_directory.DirectoryTakenError(
+            raise files.DirectoryTakenError(
                 f"{table}: found {len(dropped)} cases that {study.path} does not have; --force leaves them out of the"
                 " table (their results stay in the directory), or take another directory"
             )

@@ -24,7 +24,7 @@ from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.history.memory import Motion, moving_memory
-from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directions, shifts
+from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directions, shifts, ways
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.operators.kernels import Kernels, check_stiffness, compiled_build
 from jaxcontact.operators.operator import Operator
@@ -164,7 +164,7 @@ def deflection(
     else:
         valid = valid & ~jnp.asarray(rigid)
     if substeps is None:
-        substeps = _needed(velocity, times, grid)
+        substeps = _least_substeps(velocity, times, grid)
     checks.whole("substeps", substeps, 1, MOST_SUBSTEPS)
     valid = valid & checked_track(velocity, times, grid, substeps)
     body, grid, pressure, times, velocity = as_float64((body, grid, pressure, times, velocity))
@@ -177,18 +177,14 @@ def deflection(
     return found
 
 
-def _needed(velocity: Any, times: Any, grid: Grid) -> int:
+def _least_substeps(velocity: Any, times: Any, grid: Grid) -> int:
     """Return the least number of inner steps of which none is longer than a part ``FARTHEST`` of the grid, or farther than
     ``OFF_THE_WAY`` from the way."""
     shape, count = np.shape(velocity), np.shape(times)[0]
     if not is_concrete(velocity, times, grid) or all(grid.periodic) or shape not in ((), (2,), (count, 2)):
         return 1
     checks.finite("velocity [m/s]", velocity)
-    # in numpy, since operations of jax are traced inside jit, and these numbers are known
-    vector = np.asarray(velocity, float)
-    vector = np.broadcast_to(np.array([float(vector), 0.0]) if vector.ndim == 0 else vector, (count, 2))
-    dt, width = np.diff(np.asarray(times, float))[:, None], np.asarray(grid.width, float)
-    starts, ends = vector[:-1] * dt / width, vector[1:] * dt / width
+    starts, ends = (way / np.array(grid.shape) for way in ways(velocity, times, grid))
 
     # of inner steps in which the velocity is linear the first or the last one is the longest
     def longest(n: int) -> float:

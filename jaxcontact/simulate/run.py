@@ -25,8 +25,8 @@ from jax import Array
 from jaxcontact._compile.programs import Program
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
+from jaxcontact._support.fields import Scale
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static, untupled
-from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import LARGEST_ERROR, LARGEST_STEP_ERROR, REFINED, Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, checked_body
 from jaxcontact.bodies.controls import Control, Load, check_control

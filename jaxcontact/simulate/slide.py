@@ -12,8 +12,8 @@ import numpy as np
 from jax import Array
 
 from jaxcontact._support import checks
+from jaxcontact._support.fields import Scale
 from jaxcontact._support.pytree import as_float64, pytree, replace
-from jaxcontact._support.scale import Scale
 from jaxcontact._support.status import Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.controls import Control

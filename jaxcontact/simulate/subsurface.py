@@ -19,7 +19,7 @@ from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace,
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.history.memory import Shift, along
-from jaxcontact.history.motion import as_array, check_along_x, shifts
+from jaxcontact.history.motion import as_array, check_along_x, shifts, ways
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum as padded_spectrum
@@ -280,12 +280,7 @@ def _checked_motion(
 
     # the inner steps, whose velocity is linear, and the places of the load at their ends before the last one [cells]
     numbers: Any = np if known else jnp
-    v = numbers.asarray(velocity, float)
-    v = numbers.broadcast_to(numbers.stack([v, 0.0 * v]) if v.ndim == 0 else v, (nt, 2))
-    per_cell = numbers.diff(numbers.asarray(times, float))[:, None] / numbers.stack(
-        [numbers.asarray(d, float) for d in grid.spacing]
-    )
-    start, end = v[:-1] * per_cell, v[1:] * per_cell
+    start, end = ways(velocity, times, grid)
     fastest = numbers.max(numbers.maximum(numbers.abs(start), numbers.abs(end)), initial=0.0)
     if substeps is None:
         substeps = max(1, math.ceil(min(float(fastest) / STEP, 1e9) * (1.0 - 1e-12)))

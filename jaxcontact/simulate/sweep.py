@@ -20,9 +20,8 @@ from tqdm import tqdm
 
 from jaxcontact._compile.compilation_cache import enable_compilation_cache
 from jaxcontact._support import checks, fingerprint
-from jaxcontact._support.npz import read_npz, write_npz, write_whole
-from jaxcontact._support.recorded_warnings import recorded_warnings
-from jaxcontact._support.run_directory import locked
+from jaxcontact._support.files import locked, read_npz, write_npz, write_whole
+from jaxcontact._support.terminal import recorded_warnings
 from jaxcontact.results.notes import Note, counts_in_words, in_one_line, kind_of
 
 Case = dict[str, Any]

@@ -17,7 +17,7 @@ from test_storage import made_up
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
-from jaxcontact._support.npz import write_npz, write_whole
+from jaxcontact._support.files import write_npz, write_whole
 from jaxcontact.paper import pictures, reproduce
 from jaxcontact.shell import sweep
 from jaxcontact.simulate.sweep import _check_identity, sweep_of

@@ -8,7 +8,7 @@ import pytest
 from scipy import special
 
 import jaxcontact as jc
-from jaxcontact._support.mittag_leffler import mittag_leffler
+from jaxcontact._support.exponential import mittag_leffler
 
 mp.mp.dps = 40
 

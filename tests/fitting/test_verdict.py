@@ -9,7 +9,7 @@ from scipy import optimize, stats
 
 import fitting
 import jaxcontact as jc
-from fitting.data.weights import noise_floor
+from fitting.data.weights import error_ratio
 from fitting.inference import verdict
 from fitting.inference.noise import RHO, ErrorModels, basis, lag_one, noise_model
 from tests.benchmarks import coverage
@@ -58,7 +58,7 @@ def test_the_error_is_estimated_as_it_was_put_in(a, b):
     J = 5e-7 * t**0.6
     for seed in range(5):
         noisy = J + np.hypot(a, b * J) * np.random.default_rng(seed).standard_normal(t.size)
-        assert 0.5 < noise_floor(t, noisy) / (a / b) < 2.0
+        assert 0.5 < error_ratio(t, noisy) / (a / b) < 2.0
 
 
 @pytest.mark.parametrize("seed", range(4))

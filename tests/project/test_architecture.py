@@ -221,13 +221,13 @@ def test_fitting_uses_public_names_and_what_both_stand_on():
         "jaxcontact._support.exponential.",
         "jaxcontact.bodies.materials",
         "jaxcontact._compile.programs",
-        "jaxcontact._support.npz",
+        "jaxcontact._support.files",
         "jaxcontact._support.plugins",
         "jaxcontact._support.prefixes.",
         "jaxcontact._support.pytree.as_float64",
         "jaxcontact._support.pytree.refuse_masked",
         "jaxcontact._support.status.",
-        "jaxcontact._support.usage.",
+        "jaxcontact._support.terminal.",
     )
     for path in (ROOT / "fitting").rglob("*.py"):
         own = [name for name in imports(path, "jaxcontact") if not name.startswith(common)]

@@ -112,16 +112,16 @@ ELSEWHERE = {  # reached by no row, and why
     **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_refuse", "_function")},
     "sources.py: identity": "sources that change: test_fingerprint.py",
     "storage.py: _inputs": "test_storage.py, every name",
-    "npz.py: write_whole": "needs a full disk: test_full_disk.py",
+    "files.py: write_whole": "needs a full disk: test_full_disk.py",
     **{
         f"storage.py: {name}": "test_storage.py, forged files"
         for name in ("_check_arrays", "_check_notes", "_check_axis", "_count_of_times", "_read_netcdf")
     },
-    "npz.py: _members": "test_storage.py, forged files",
-    "npz.py: _array": "test_storage.py, forged files",
+    "files.py: _members": "test_storage.py, forged files",
+    "files.py: _array": "test_storage.py, forged files",
     "run.py: _raise": "needs a signal: test_stopped_runs.py",
     "run.py: planned": "a NotImplementedError: a steady state is not marched",
-    "run_directory.py: locked": "needs two runs: test_stopped_runs.py",
+    "files.py: locked": "needs two runs: test_stopped_runs.py",
     "finished_steps.py: resume_point": "needs a stopped run: test_stopped_runs.py",
     "sweep.py: run_study": "a folder of another study: test_study_files.py; a table of more cases: test_full_disk.py",
     "sweep.py: _executor": "without the extra",
@@ -130,12 +130,11 @@ ELSEWHERE = {  # reached by no row, and why
     "sensitivity.py: plot": "needs a computed table: test_gradients.py",
     "case_file.py: _indenter": "a word of the schema",
     "contact.py: peak_pressure": "an AttributeError: test_summaries.py",
-    "status.py: __getattr__": "an AttributeError: test_exports.py",
     **{
         place: "a request or an option of the page: test_play_page.py"
         for place in (
-            "play.py: play",
-            "options.py: port_number",
+            "server.py: play",
+            "__init__.py: port_number",
             "contacts.py: checked",
             "server.py: _request",
         )

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
-from jaxcontact._compile import memory_maps
+from jaxcontact._compile import programs
 
 LIMIT = Path("/proc/sys/vm/max_map_count")
 pytestmark = pytest.mark.skipif(not LIMIT.exists(), reason="this system has no limit of memory maps")
@@ -27,10 +27,10 @@ def maps():
 @pytest.fixture
 def watch(monkeypatch):
     """The watch of this process, which counts after every compilation and whose limit a test may lower."""
-    found = memory_maps.watch()
+    found = programs.watch_memory_maps()
     for name in ("limit", "allowed", "compiling", "counting", "releases"):
         monkeypatch.setattr(found, name, getattr(found, name))
-    monkeypatch.setattr(memory_maps, "COUNTING", np.inf)
+    monkeypatch.setattr(programs, "COUNTING", np.inf)
     return found
 
 
@@ -96,7 +96,7 @@ def test_a_process_that_solves_300_problems_of_different_shapes_lives():
     script = """
         import numpy as np
         import jaxcontact as jc
-        from jaxcontact._compile import memory_maps
+        from jaxcontact._compile import programs
         film = jc.Layer(jc.StandardLinearSolid(G1=1e9, G2=1e8, eta2=1e9, nu=0.4), 3e-5)
         body = jc.LayeredHalfSpace([film], substrate=jc.Elastic(G=2e10, nu=0.3))
         def solved(nx, ny, nt):
@@ -110,7 +110,7 @@ def test_a_process_that_solves_300_problems_of_different_shapes_lives():
             solved(*shape)
             most = max(most, len(open("/proc/self/maps").readlines()))
         assert np.array_equal(solved(12, 12, 2), first)
-        print(len(shapes[:300]), most, memory_maps.watch().releases)
+        print(len(shapes[:300]), most, programs.watch_memory_maps().releases)
     """
     ran = subprocess.run(
         [sys.executable, "-W", "ignore", "-c", textwrap.dedent(script)], capture_output=True, text=True

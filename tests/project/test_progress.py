@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from jaxcontact._support.progress import Progress, working
+from jaxcontact._support.terminal import Progress, working
 
 
 class Terminal(io.StringIO):

@@ -18,7 +18,7 @@ from test_storage import made_up
 import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact._support.prefixes import told_apart
-from jaxcontact._support.recorded_warnings import recorded_warnings
+from jaxcontact._support.terminal import recorded_warnings
 from jaxcontact.reference import hertz
 from jaxcontact.results import storage
 from jaxcontact.results.notes import Diagnostics, Note

@@ -12,7 +12,6 @@ from jaxcontact._support import fields
 from jaxcontact.results import labels, storage
 
 WORDS = {"notes"}  # in the attributes, see test_notes.py
-FORMER = {"total_tangential_force", "dropped"}  # names of an earlier version, which warn
 PLACES = {"peak"}  # the largest of the von Mises stresses, which are exported, and its place on the axes
 MAPS = {
     "gap",
@@ -25,7 +24,7 @@ MAPS = {
 def derived(kind):
     """The names of all public properties of a kind of result that are quantities."""
     found = {name for name, _ in inspect.getmembers(kind, lambda member: isinstance(member, property))}
-    return {name for name in found if not name.startswith("_")} - WORDS - PLACES - FORMER
+    return {name for name in found if not name.startswith("_")} - WORDS - PLACES
 
 
 KINDS = pytest.mark.parametrize("kind", storage.result_classes().values(), ids=storage.result_classes())
@@ -122,15 +121,3 @@ def test_the_gap_of_steady_rolling_closes_in_the_contact():
     gap = np.asarray(rolling.gap) / float(rolling.approach)
     np.testing.assert_allclose(gap[rolling.pressure > 0.0], 0.0, atol=1e-4)
     assert gap.min() > -1e-4 and gap.max() > 0.1
-
-
-def test_former_names_still_work_and_warn():
-    result = made_up(jc.SlidingHistory)
-    for former, name in (("dropped", "truncation_bound"), ("total_tangential_force", "tangential_force")):
-        with pytest.warns(DeprecationWarning, match=f"use {name}"):
-            np.testing.assert_array_equal(getattr(result, former), getattr(result, name))
-    for former, name in (("SLIDES", "GROSS_SLIP"), ("CAME_BACK", "REENTERED_TRACK")):
-        with pytest.warns(DeprecationWarning, match=f"use Status.{name}"):
-            assert getattr(jc.Status, former) is jc.Status[name]
-    with pytest.raises(AttributeError, match="SLIPS"):
-        jc.Status.SLIPS  # noqa: B018

@@ -14,7 +14,7 @@ import pytest
 from test_command_line import CASE
 
 from jaxcontact.__main__ import main
-from jaxcontact._support.run_directory import claimed
+from jaxcontact._support.files import claimed
 from jaxcontact.shell.run import signals_interrupt, tell
 
 ROOT = Path(__file__).parents[2]
@@ -73,7 +73,7 @@ def interrupted(long_case, tmp_path, monkeypatch):
         others = {other: signal.signal(other, signal.SIG_DFL) for other in (signal.SIGTERM, signal.SIGHUP)}
         try:
             with monkeypatch.context() as patch:
-                patch.setattr("jaxcontact._support.progress.Progress.advance", update)
+                patch.setattr("jaxcontact._support.terminal.Progress.advance", update)
                 status = main(["run", str(long_case), "-o", str(tmp_path / "out")])
         finally:
             signal.signal(signal.SIGINT, before)
@@ -129,7 +129,7 @@ def test_a_run_that_was_stopped_or_killed_goes_on_to_the_same_files(
 SLOWLY = """
 import time
 from jaxcontact.__main__ import enter
-from jaxcontact._support.progress import Progress
+from jaxcontact._support.terminal import Progress
 advance = Progress.advance
 Progress.advance = lambda self, count: (advance(self, count), time.sleep(1.0))
 enter()

@@ -8,7 +8,7 @@ from scipy.optimize import nnls
 from scipy.special import ellipe, ellipk, j0, j1
 
 import jaxcontact as jc
-from jaxcontact.simulate.deflection import _needed
+from jaxcontact.simulate.deflection import _least_substeps
 
 
 def under_a_disc(r, a):
@@ -141,7 +141,7 @@ def test_inner_steps_are_as_many_as_a_velocity_that_changes_needs(speeds):
     """None is longer than half the width of 1.6 m in 1 s, or a tenth of a cell off the way, also where a reversal returns
     to its start."""
     velocity, (start, end) = np.stack([speeds, np.zeros(2)], 1), speeds
-    n = _needed(velocity, np.array([0.0, 1.0]), SMALL)
+    n = _least_substeps(velocity, np.array([0.0, 1.0]), SMALL)
 
     def fits(n):
         way = lambda t: start * t + (end - start) * t**2 / 2.0

@@ -1,12 +1,15 @@
-"""The server of the page: its files, the presets, the stage of the solver, and runs for the values of the sliders, one at a
-time."""
+"""The command ``jaxcontact play`` and the server of its page: the files of the page, the presets, the stage of the solver,
+and runs for the values of the sliders, one at a time."""
 
+import argparse
 import dataclasses
 import functools
 import json
 import os
 import sys
 import threading
+import time
+import webbrowser
 from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -14,7 +17,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 from urllib.parse import urlsplit
 
-from jaxcontact.shell.playground.contacts import PRESETS, SPAN, checked
+from jaxcontact.shell.playground.contacts import PRESETS, SPAN, checked, solve
 
 PAGE = Path(__file__).parent / "page"
 FILES = {
@@ -150,3 +153,30 @@ class _Handler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Write no line for each request."""
+
+
+def play(options: argparse.Namespace) -> int:
+    """Serve the page until an interrupt; the first contact is prepared while the browser loads the page.
+
+    Raises ValueError if the port cannot be used.
+    """
+    # Before scipy is loaded, whose BLAS solves the small systems of a run: its threads wait for one another in a busy
+    # loop, which takes up to a second of processor time per move where other programs use the processor as well.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    try:
+        server = PageServer(options.port, solve)
+    except OSError as error:
+        raise ValueError(f"--port: expected a free port, got {options.port}: {error.strerror}") from error
+    _in_background(server.serve_forever)
+    address = f"http://127.0.0.1:{server.server_port}/"
+    print(f"{address} (Ctrl-C ends it)", flush=True)
+    if options.browser:  # a browser in a terminal would keep this thread
+        _in_background(webbrowser.open, address)
+    name, preset = next(iter(PRESETS.items()))
+    _in_background(server.runs.answer, name, preset.values)
+    while True:
+        time.sleep(3600.0)
+
+
+def _in_background(function: Callable[..., Any], *arguments: Any) -> None:
+    threading.Thread(target=function, args=arguments, daemon=True).start()

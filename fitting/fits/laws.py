@@ -1,4 +1,7 @@
-"""Fractional laws fitted to a creep curve, in the coordinates log G, log V and alpha.
+"""Laws that are no series of springs and dashpots, fitted to a creep curve or a modulus: fractional ones, in the coordinates
+log G, log V and alpha, and materials of the user's own, in the logarithms of their parameters.
+
+Creep of fractional laws
 
 After a step of stress the strain is the exact J(t) of the law, up to alpha = 1, where a springpot is a dashpot. Under a
 stress history that is linear between its knots, the strain of a power law is a sum of powers of the times since each
@@ -12,11 +15,12 @@ any gap of the data are represented by one fast retardation time, because a spri
 step.
 """
 
+import abc
 import dataclasses
 import functools
 import itertools
 import math
-from typing import Any
+from typing import Any, Self
 
 import jax.numpy as jnp
 import numpy as np
@@ -26,9 +30,18 @@ import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.models import history
 from fitting.models.parameters import Parameters
-from fitting.models.structure import ParameterList, Sought, Structure, by_name, resolve
+from fitting.models.structure import (
+    Compressibility,
+    ParameterList,
+    Sought,
+    Structure,
+    by_name,
+    limits,
+    resolve,
+)
 from fitting.search import nonlinear, varpro
-from fitting.search.nonlinear import Objective
+from fitting.search.nonlinear import Objective, minimise
+from jaxcontact.bodies.materials import Material
 
 LAWS = {law.__name__: law for law in (jc.Springpot, jc.FractionalKelvinVoigt, jc.FractionalMaxwell)}
 EXACT = 1e-8  # relative error of the Prony approximation used in the fit
@@ -39,7 +52,6 @@ MOST = 4_000_000  # largest number of samples times knots for the sum of powers
 OFF = 60  # number of times at which two laws are compared
 FAST = 40.0  # rate of the unresolved modes, times the shortest gap of the data
 STARTS = tuple(itertools.product((0.1, 0.3, 0.5, 0.7, 0.9), (0.1, 0.5, 0.9)))  # alpha, spring's share
-
 
 UNITS = {"G": "Pa", "V": "Pa s^alpha", "alpha": ""}
 
@@ -83,8 +95,11 @@ class Law(ParameterList):
         )
 
 
-def creep_structure(model: type | str) -> Structure:
-    """Return the structure of a classical or fractional material, given as a class or by name."""
+def creep_structure(model: Any, data: Any = None) -> Structure:
+    """Return the structure of a classical or fractional material, given as a class or by name, or, for measured data, of an
+    instance of any material (``own_structure``)."""
+    if data is not None and isinstance(model, Material):
+        return own_structure(model, data)
     law = by_name(model, LAWS.values()) if isinstance(model, str) else model
     if law not in LAWS.values():
         return resolve(model, also=tuple(LAWS))
@@ -121,8 +136,23 @@ def _undetermined(names: tuple[str, ...], theta: np.ndarray, ends: np.ndarray) -
     return np.array([[{"V": reached, "G": found, "alpha": False}[name]] for name in names])
 
 
+class _OverSpan(abc.ABC):
+    """The search for a fractional law over the times that its data resolve, the same for a creep curve and for a modulus."""
+
+    @property
+    @abc.abstractmethod
+    def span(self) -> tuple[float, float]:
+        """Shortest and longest time [s] of the data."""
+
+    def bounded(self, sought: Sought) -> Sought:
+        """Return the sought law with bounds of alpha, its material approximated over the times of the data."""
+        assert isinstance(sought.structure, Law)
+        law = dataclasses.replace(sought.structure, span=self.span)
+        return sought._replace(structure=law, table=orders(sought.table))
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
-class ScaledCreepCurve:
+class ScaledCreepCurve(_OverSpan):
     """A padded creep curve scaled by its duration, largest response and largest stress.
 
     decades: decades between the shortest gap and the end of the curve; n: number of points.
@@ -151,12 +181,6 @@ class ScaledCreepCurve:
     def span(self) -> tuple[float, float]:
         """Shortest and longest times [s] that the data resolve."""
         return self.duration * 10.0**-self.decades, self.duration
-
-    def bounded(self, sought: Sought) -> Sought:
-        """Return the sought structure with bounds of alpha, its material approximated over the times of the data."""
-        assert isinstance(sought.structure, Law)
-        law = dataclasses.replace(sought.structure, span=self.span)
-        return sought._replace(structure=law, table=orders(sought.table))
 
     def space(self, sought: Sought) -> Parameters:
         """Return the search space with its bounds."""
@@ -256,7 +280,7 @@ MODULUS_STARTS = tuple(itertools.product((0.2, 0.5, 0.8), (0.0, 0.5, 1.0)))  # a
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Relaxed:
+class Relaxed(_OverSpan):
     """A modulus over times [s] or angular frequencies [rad/s] x (n,), G' followed by G'' of an oscillation.
 
     y (n,): the modulus over its largest value ``unit`` [Pa].
@@ -272,12 +296,6 @@ class Relaxed:
         """Shortest and longest time [s] of the data."""
         low, high = float(self.x.min()), float(self.x.max())
         return (low, high) if self.relaxed else (1.0 / high, 1.0 / low)
-
-    def bounded(self, sought: Sought) -> Sought:
-        """Return the sought law with bounds of alpha, its material approximated over the times of the data."""
-        assert isinstance(sought.structure, Law)
-        law = dataclasses.replace(sought.structure, span=self.span)
-        return sought._replace(structure=law, table=orders(sought.table))
 
     def space(self, sought: Sought) -> Parameters:
         """Return the search space of log G, log V and alpha, in SI units."""
@@ -325,3 +343,166 @@ def _moduli(theta: Array, inputs: tuple[Array, Array], model: type, relaxed: boo
     values |= {"G": jnp.exp(spring[0] - log_unit)} if spring else {}
     once = x if relaxed else x[: x.size // 2]
     return modulus(model, values, once, relaxed).ravel()
+
+
+# Materials of the user's own, fitted to a creep curve or a modulus in the logarithms of their parameters.
+#
+# The material is a subclass of ``jaxcontact.abc.Material``. An instance is given in place of a model: its numbers are the
+# start of the search, and what is not fitted (nu or a bulk modulus) is kept. All its other fields are numbers > 0. The
+# strain under a stress history that is linear between its knots is exact for the material's retardation spectrum
+# (``fitting/models/history.py``); moduli are its ``relaxation`` and ``complex_modulus``.
+#
+# A search begins at the given numbers, and at the ``BEST`` of ``TRIED`` places within ``DECADES`` of them; the lowest of
+# the minima counts, and of equal ones that of the given numbers. Two elements of a kind are exchanged in it if the start
+# does not tell them apart.
+
+TRIED, BEST = 400, 8  # places at which the residuals are computed, and of these the starts of searches
+EQUAL = 1e-6  # relative difference of the sums of squares of two minima that count as equal
+DECADES = 3.0  # factor of a parameter at such a place over the given one, either way
+HELD = ("nu", "bulk_modulus")
+# the names that materials of jaxcontact have (``Material.shifted``), by their first letters, with units
+OWN_UNITS = {"fluidity": "1/(Pa s)", "eta": "Pa s", "tau": "s", "G": "Pa", "J": "1/Pa"}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class OwnLaw(Law):
+    """A material of one's own as the list of its parameters; start: the material at which the search begins."""
+
+    start: Any = None
+
+    @classmethod
+    def of_material(cls, start: Material) -> Self:
+        """Return the structure of a material; ValueError unless its parameters are numbers > 0."""
+        fields = [field for field in dataclasses.fields(start) if not field.metadata.get("static")]  # type: ignore[arg-type]
+        names = [field.name for field in fields if field.name not in HELD]
+        for name in names:
+            value = getattr(start, name)
+            if np.ndim(value) != 0 or not (np.isreal(value) and 0.0 < float(value) < math.inf):
+                raise ValueError(
+                    f"model: expected numbers > 0 as the start of the search, got {name} = {value!r}"
+                )
+        if not names:
+            raise ValueError(
+                f"model: expected a material with parameters, got {type(start).__name__} without any"
+            )
+        dimensions = {
+            name: next((unit for known, unit in OWN_UNITS.items() if name.startswith(known)), "")
+            for name in names
+        }
+        where = {name: place for place, name in enumerate(names)}
+        return cls(type(start), where, 0, None, dimensions=dimensions, start=start)
+
+    def compliances(self, values: Array) -> Any:
+        """Return the material, which provides ``creep``."""
+        return self.material(self.parameters(values), None)
+
+    def material(self, values: dict[str, Any], volume: Any) -> Any:
+        """Return the material with these parameters and its own Poisson's ratio or bulk modulus."""
+        return dataclasses.replace(self.start, **values)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """None: the material is no approximation."""
+        return ()
+
+    @property
+    def first(self) -> np.ndarray:
+        """Logarithms (m,) of the start."""
+        return np.log([float(getattr(self.start, name)) for name in self.where])
+
+
+def own_structure(model: Material, data: Any) -> OwnLaw:
+    """Return the structure of an instance of a material.
+
+    ValueError where measured values were converted to shear with another Poisson's ratio than the material's, which would
+    then not describe what was measured.
+    """
+    tensile = getattr(data, "nu", None)
+    elastic = model.bulk_modulus is not None or model.nu is None
+    if tensile is not None and (elastic or float(model.nu) != float(tensile)):
+        own = "a bulk modulus" if elastic else f"nu = {float(model.nu):g}"
+        raise ValueError(
+            f"model: expected a material of nu = {tensile:g}, that of the data in tension, got {own}"
+        )
+    return OwnLaw.of_material(model)
+
+
+class _OwnCoordinates:
+    """The coordinates, bounds and starts of a material of one's own, the same for a creep curve and for a modulus."""
+
+    def bounded(self, sought: Sought) -> Sought:
+        """Return the sought material with its own Poisson's ratio or bulk modulus in the place of the default."""
+        assert isinstance(sought.structure, OwnLaw)
+        own = (getattr(sought.structure.start, name) for name in HELD)
+        return sought._replace(
+            volume=Compressibility.of(*(None if value is None else float(value) for value in own))
+        )
+
+    def space(self, sought: Sought) -> Parameters:
+        """Return the logarithms of the parameters within their bounds, and within ``EDGE`` e-folds of the start."""
+        assert isinstance(sought.structure, OwnLaw)
+        rows = []
+        for (low, high), start in zip(sought.table.values(), sought.structure.first, strict=True):
+            low, high = math.log(low) if low > 0.0 else -math.inf, math.log(high)
+            rows.append((low, high) if low == high else (max(low, start - EDGE), min(high, start + EDGE)))
+        return Parameters.of(sought.structure, rows, logarithmic=True)
+
+    def starts(self, law: Any) -> list[np.ndarray]:
+        """Return the coordinates (m,) of the lowest minimum with the first weights, where the search begins."""
+        objective = self.objective(self.space(Sought(law, limits(law, None, None), None)))  # type: ignore[attr-defined]
+        apart = math.log(10.0) * DECADES
+        places = law.first + apart * np.random.default_rng(0).uniform(-1.0, 1.0, (TRIED, law.first.size))
+        sizes = np.array([float(np.sum(objective.at(place) ** 2)) for place in places])
+        best = places[np.argsort(np.where(np.isfinite(sizes), sizes, np.inf))[:BEST]]
+        found = [minimise(objective, start) for start in (law.first, *best)]
+        # of equal minima, such as those with two elements exchanged, that of the given numbers
+        low = min(one.rss for one in found) * (1.0 + EQUAL) + objective.floor
+        return [next(one for one in found if one.rss <= low).theta]
+
+
+class OwnCreepCurve(_OwnCoordinates, ScaledCreepCurve):
+    """A padded creep curve, scaled, for a material of one's own."""
+
+    def objective(self, space: Parameters) -> Objective:
+        """Return the least-squares objective over the coordinates (m,)."""
+        assert isinstance(space.structure, OwnLaw)
+        inputs = self.stressed, self.compliance, self.duration, space.structure.start
+        names = tuple(space.structure.where)
+        return Objective.of(
+            _own_response, inputs, self.y, self.weight, space, points=slice(self.n), static=(names,)
+        )
+
+
+def _own_response(theta: Array, inputs: tuple[Any, Array, Array, Any], names: tuple[str, ...]) -> Array:
+    """Return the scaled strain (n,): J0 E + sum_i J_i D(tau_i) + fluidity F of ``history.columns``."""
+    basis, compliance, duration, start = inputs
+    spectrum = dataclasses.replace(start, **dict(zip(names, jnp.exp(theta), strict=True))).spectrum()
+    rates = jnp.atleast_1d(spectrum.rates) * duration
+    flow = 0.0 if spectrum.fluidity is None else spectrum.fluidity * duration
+    parts = [jnp.stack([jnp.asarray(part, float)]) for part in (spectrum.instantaneous, flow)]
+    amounts = jnp.concatenate([parts[0], jnp.atleast_1d(spectrum.amplitudes), parts[1]]) / compliance
+    return history.columns(basis, rates) @ amounts
+
+
+class OwnModulus(_OwnCoordinates, Relaxed):
+    """A modulus over times or angular frequencies, scaled, for a material of one's own."""
+
+    def objective(self, space: Parameters, weights: np.ndarray | None = None) -> Objective:
+        """Return the least-squares objective for weights (n,) of y, by default its reciprocals."""
+        assert isinstance(space.structure, OwnLaw)
+        weights = 1.0 / np.maximum(np.abs(self.y), np.finfo(float).tiny) if weights is None else weights
+        inputs = self.x, self.unit, space.structure.start
+        names = tuple(space.structure.where)
+        return Objective.of(_own_moduli, inputs, self.y, weights, space, static=(names, self.relaxed))
+
+
+def _own_moduli(
+    theta: Array, inputs: tuple[Array, Array, Any], names: tuple[str, ...], relaxed: bool
+) -> Array:
+    """Return the scaled moduli (n,), G' followed by G'' of an oscillation."""
+    x, unit, start = inputs
+    material = dataclasses.replace(start, **dict(zip(names, jnp.exp(theta), strict=True)))
+    if relaxed:
+        return material.relaxation(x) / unit
+    found = material.complex_modulus(x[: x.size // 2]) / unit
+    return jnp.concatenate([found.real, found.imag])
