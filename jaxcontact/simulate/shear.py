@@ -133,7 +133,7 @@ class Shearing(Experiment):
 
     @property
     def work(self) -> float:
-        return 16.0 * super().work  # the searches for the traction
+        return 40.0 * super().work  # the searches for the traction
 
     def planned(self) -> Plan:
         """Return the march: the memory of pressure and traction, and the tangential control at the inner steps."""
