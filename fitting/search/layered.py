@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -165,6 +166,12 @@ def divided(knots: np.ndarray, fine: int) -> np.ndarray:
     return np.append((knots[:-1, None] + np.diff(knots)[:, None] * shares).ravel(), knots[-1])
 
 
+def _march(film: FilmTest) -> float:
+    """Return the work of a march in cell steps, of which ``Program`` decides; a derivative takes as much longer to compile
+    as to run."""
+    return float(math.prod(film.grid.shape) * film.times.size)
+
+
 def respond(theta: Array, film: FilmTest) -> tuple[Array, Array, Array, Array]:
     """Return the scaled depth (or load) at the samples (n,), and status, contact radius [m] and strain of the top layer at
     the march times (m,)."""
@@ -190,7 +197,7 @@ def respond(theta: Array, film: FilmTest) -> tuple[Array, Array, Array, Array]:
     return (found + offset if by_load else found), run.status, run.contact_radius, run.film_strain
 
 
-@Program
+@functools.partial(Program, work=lambda theta, film: _march(film))
 def evaluate(theta: Array, film: FilmTest) -> tuple[Array, Array, Array, Array]:
     """Return the weighted residuals (n,), and status, contact radius [m] and strain of the top layer at the march times
     (m,)."""
@@ -198,14 +205,14 @@ def evaluate(theta: Array, film: FilmTest) -> tuple[Array, Array, Array, Array]:
     return film.weights * (found + film.correction - film.response), status, radius, strain
 
 
-@Program
+@functools.partial(Program, work=lambda theta, free, film: _march(film))
 def slopes(theta: Array, free: Array, film: FilmTest) -> Array:
     """Return the Jacobian (n, k) of the residuals with respect to the coordinates at the places ``free`` (k,)."""
     some = lambda x: film.weights * respond(theta.at[free].set(x), film)[0]
     return jax.jacfwd(some)(theta[free])
 
 
-@functools.partial(Program, static_argnames=("name",))
+@functools.partial(Program, static_argnames=("name",), work=lambda theta, film, name: _march(film))
 def nuisance_slope(theta: Array, film: FilmTest, name: str) -> Array:
     """Return the derivative (n,) of the weighted response with respect to nu, bulk modulus or thickness."""
 

@@ -13,6 +13,8 @@ A steady state takes steps 1, 2 and 4.
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Self
@@ -278,6 +280,12 @@ class Experiment:
         return [self.body] if own is None else [self.body, own]
 
     @property
+    def work(self) -> float:
+        """The work of the march in cell steps (``Program``); that of direct superposition grows with the square of time."""
+        steps = self.times.size * self.substeps
+        return float(math.prod(self.grid.shape) * steps * (1 if self.correspondence == "exact" else steps))
+
+    @property
     def load_controlled(self) -> bool:
         return isinstance(self.control, Load)
 
@@ -388,7 +396,7 @@ class Plan:
         return self.makes(saved=outcomes.saved, diagnostics=told, **course, **self.beside, **in_si)
 
 
-@Program
+@functools.partial(Program, work=lambda experiment: experiment.work)
 def _run(experiment: Experiment) -> tuple[ContactHistory, Errors]:
     """March over all times, compiled once for equal shapes and options; return the result and the errors of the kernels."""
     plan, save = experiment.planned(), experiment.save

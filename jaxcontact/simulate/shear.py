@@ -131,6 +131,10 @@ class Shearing(Experiment):
         kernels = compiled_traction(self.body, self.indenter, self.grid, coupled=self.coupled)
         return replace(self, kernels=kernels)
 
+    @property
+    def work(self) -> float:
+        return 40.0 * super().work  # the searches for the traction
+
     def planned(self) -> Plan:
         """Return the march: the memory of pressure and traction, and the tangential control at the inner steps."""
         kernels: TractionKernels = self.kernels

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 
 import jax
@@ -641,7 +642,7 @@ def _tilts_or_thins(grid: Grid, body: LayeredHalfSpace) -> bool:
     return all(grid.periodic) or (grid.plane_strain and creeps_far(body))
 
 
-@Program
+@functools.partial(Program, work=lambda experiment, *_: 8.0 * experiment.work)
 def _run(
     experiment: Experiment,
     velocity: Array,

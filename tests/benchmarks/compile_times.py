@@ -1,6 +1,6 @@
 """What a first call costs: the processor time to trace, lower and compile its programs, and how much there is to compile.
 
-    python -m tests.benchmarks.compile_times              # every case: ten minutes of processor time
+    python -m tests.benchmarks.compile_times              # every case: twenty minutes of processor time
     python -m tests.benchmarks.compile_times shear roll   # selected cases
 
 Each case runs in processes of its own without a store of compiled programs, with the compiler options of a user. The time
@@ -23,8 +23,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+import fitting
 import jaxcontact as jc
-from tests.support.bodies import BALL, BODY, STEEL
+from tests.support.bodies import BALL, BODY, FILM, STEEL
 
 RUNS = 2
 NO_CODE = {"parameter", "constant", "get-tuple-element", "tuple", "bitcast", "while", "conditional", "call"}
@@ -35,6 +36,42 @@ def film(n: int = 128) -> jax.Array:
     """``indent`` of the Burgers film on steel, 31 times within two hours."""
     times, grid = jnp.linspace(0.0, 7200.0, 31), jc.Grid.square(n, 600e-6)
     return jc.indent(BODY, BALL, jc.Load(60.0), times, grid=grid).pressure
+
+
+def half_space(n: int = 128) -> jax.Array:
+    """``indent`` of steel, once."""
+    steel, grid = jc.LayeredHalfSpace([], STEEL), jc.Grid.square(n, 600e-6)
+    return jc.indent(steel, BALL, jc.Load(60.0), [0.0], grid=grid).pressure
+
+
+def slid(n: int = 128) -> jax.Array:
+    """``slide_steady`` of that film."""
+    grid = jc.Grid.square(n, 600e-6)
+    return jc.slide_steady(BODY, BALL, jc.Load(60.0), velocity=1e-7, grid=grid).pressure
+
+
+def rubbed(n: int = 128) -> jax.Array:
+    """``rub`` of that film, which wears."""
+    times, grid = np.linspace(0.0, 7200.0, 11), jc.Grid.square(n, 600e-6)
+    return jc.rub(BODY, BALL, jc.Load(60.0), times, velocity=0.1, law=jc.Archard(1e-22), grid=grid).thickness
+
+
+def creep_fitted() -> float:
+    """``fit_creep`` of 60 points."""
+    times = np.geomspace(1.0, 1e5, 60)
+    noise = 1.0 + 0.005 * np.random.default_rng(0).standard_normal(60)
+    return fitting.fit_creep(fitting.CreepData(times, np.asarray(FILM.creep(times)) * noise)).material.G1
+
+
+def film_fitted() -> float:
+    """``fit_indentation`` of a hold of 21 points on that film, through the contact solver on 32 x 32 cells."""
+    times = np.linspace(0.0, 2e4, 21)
+    grid = jc.Grid.square(32, 600e-6)
+    noise = 1.0 + 0.005 * np.random.default_rng(0).standard_normal(21)
+    depth = np.asarray(jc.indent(BODY, BALL, jc.Load(60.0), times, grid=grid, save="last").approach) * noise
+    data = fitting.IndentationData(t=times, load=np.full(21, 60.0), depth=depth)
+    given = {"nu": 0.3, "weights": "relative", "layer": 150e-9, "substrate": STEEL}
+    return fitting.fit_indentation(data, indenter=BALL, **given).material.G1
 
 
 def sheared(friction: Any) -> jax.Array:
@@ -64,6 +101,11 @@ def line_rolled(friction: Any) -> jax.Array:
 
 CASES: dict[str, Callable[[], Any]] = {
     "film": film,
+    "half-space": half_space,
+    "slide_steady": slid,
+    "rub": rubbed,
+    "fit creep": creep_fitted,
+    "fit indentation, film": film_fitted,
     "shear": lambda: sheared(0.3),
     "shear, gradient": lambda: jax.grad(sheared)(0.3),
     "roll": lambda: rolled(0.3),

@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 
 import jaxcontact as jc
-from jaxcontact.operators.operator import Family
+from jaxcontact.operators.operator import Family, continuing
 
 SHAPE = (40, 37)
 KERNEL = 1.0 / np.hypot(np.arange(SHAPE[0])[:, None], np.arange(SHAPE[1])[None, :] + 1e-300)
@@ -26,8 +26,9 @@ CONTACTS = {
 def products(cells, fields):
     """The operator, its inverse on the torus and that of continued fields, each times all fields (m, nx, ny)."""
     operator = Family.of(jnp.asarray(KERNEL)[None]).combined([1.0])
-    continued = lambda r: operator.preconditioner_on_contact()(r, cells)
-    return [jax.lax.map(linear, fields) for linear in (operator, operator.preconditioner(), continued)]
+    inverse = operator.preconditioner()
+    continued = lambda r: continuing(inverse)(r, cells)
+    return [jax.lax.map(linear, fields) for linear in (operator, inverse, continued)]
 
 
 @pytest.mark.parametrize("name", CONTACTS)

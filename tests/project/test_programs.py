@@ -66,6 +66,17 @@ def test_an_unoptimised_program_returns_the_same(monkeypatch):
         made()(BALL, X)
 
 
+def test_a_program_of_known_work_is_optimised_when_its_calls_are_no_longer_brief(monkeypatch):
+    monkeypatch.setattr(programs, "fast_compile_options", lambda: {"no such option": True})
+    program = Program(spread, ("power",), work=lambda ball, x, power: 0.4 * programs.BRIEF * x.size / 7)
+    for x, power in ((X, 2), (X, 3), (X[:3], 2), (X, 2), (X, 3)):
+        found = program(BALL, x, power=power)["depth"]
+        np.testing.assert_allclose(found, spread(BALL, x, power)["depth"], rtol=LAST_BITS)
+    with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):  # the third with these shapes
+        program(BALL, X, power=2)
+    program(BALL, X[:3], power=2)
+
+
 def test_a_compiler_without_the_fast_compile_options_optimises(monkeypatch):
     monkeypatch.setattr(programs, "FAST_COMPILE", {"no such option": True})
     monkeypatch.setattr(programs, "fast_compile_options", programs.fast_compile_options.__wrapped__)
