@@ -387,7 +387,9 @@ class SlideStepper(PressStepper):
         ):  # the lateral force of a dented body ploughs, whether or not the body creeps
             memory, fields = self._of_body, self.memory.of_body(contact.memory)
             parts = [memory.by_traction(fields, step.more, contact.dent.shape)]
-            parts = [part for part in [*parts, outcome.fields.get("indenter_displacement")] if part is not None]
+            parts = [
+                part for part in [*parts, outcome.fields.get("indenter_displacement")] if part is not None
+            ]
             displaced = sum(parts[1:], start=parts[0]) if parts else None
             force = memory.observer.hysteresis(contact.pressure, displaced, step.more.direction)
             outcome = outcome._replace(numbers=outcome.numbers | {"hysteresis_force": force})

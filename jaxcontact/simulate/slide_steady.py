@@ -762,7 +762,9 @@ def _run(
         }
     )
     in_si = with_totals(scale.to_si(**fields), vector)
-    rubbings = [] if rubbed is None else [each for each in (rubbed.rubbing, rubbed.facing) if each is not None]
+    rubbings = (
+        [] if rubbed is None else [each for each in (rubbed.rubbing, rubbed.facing) if each is not None]
+    )
     errors = joint_errors(kernels, *(each.expansion for each in rubbings)) if rubbings else kernels.errors()
     mu = jnp.broadcast_to(mu, profile.shape)
     return SteadySliding(grid=grid, velocity=vector, friction=mu, **in_si), errors

@@ -1,7 +1,7 @@
 """Kalker's coefficients of elliptic contacts beside a spectral solution of the linear theory.
 
     python -m tests.benchmarks.rolling                  # ratios of half-axes from 0.1 to 10; 48 and 96 cells
-    python -m tests.benchmarks.rolling --cells 32 64
+    python -m tests.benchmarks.rolling --cells 32 64 --poisson 0.25 --ratios 1 2
 
 Equal solids roll with a creepage so small against friction that nothing slips. C11 and C22 are the forces along and across
 the rolling direction over G a b times the creepage, C23 the force across over G (a b)^(3/2) times the spin; a is the
@@ -52,12 +52,15 @@ def coefficients(ratio: float, nu: float, cells: int) -> np.ndarray:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cells", type=int, nargs=2, default=(48, 96))
-    coarse, fine = parser.parse_args().cells
+    parser.add_argument("--poisson", type=float, nargs="+", default=POISSON)
+    parser.add_argument("--ratios", type=float, nargs="+", default=RATIOS)
+    asked = parser.parse_args()
+    coarse, fine = asked.cells
     print(
         f"| a/b | nu | C11, C22, C23 | {coarse} cells [%] | {fine} cells [%] | extrapolated [%] |\n|---|---|---|---|---|---|"
     )
-    for nu in POISSON:
-        for ratio in RATIOS:
+    for nu in asked.poisson:
+        for ratio in asked.ratios:
             linear, _ = forces(np.sqrt(ratio), 1.0 / np.sqrt(ratio), nu)
             exact = np.abs([linear[0, 0], linear[1, 1], linear[2, 1]])
             first, second = (coefficients(ratio, nu, cells) for cells in (coarse, fine))
