@@ -202,7 +202,9 @@ class Sliding(Experiment):
         """Check the arguments of ``slide``; given: further arguments of ``Experiment.of``."""
         adheres = check_adhesion(adhesion)
         checks.require(
-            adhesion is None or thermal is None, "thermal: expected None with adhesion, got Thermal"
+            adhesion is None or thermal is None,
+            "thermal: expected None with adhesion, got Thermal: the heat of the pressure that contact carries is available in"
+            " rub alone",
         )
         adheres = adheres & check_shear_strength(shear_strength, grid.shape, adhesive=adhesion is not None)
         friction = 0.0 if friction is None and shear_strength is not None else friction
@@ -219,6 +221,12 @@ class Sliding(Experiment):
         valid = checked_track(velocity, times, experiment.grid, experiment.substeps)
         valid = valid & check_thermal(thermal, experiment.grid, "slide")
         if thermal is not None:
+            # one factor for all times, by the law of the body's material
+            checks.require(
+                thermal.shift is None or experiment.indenter.surface() is None,
+                "indenter material: expected Elastic or None with a shift in thermal=, got"
+                f" {type(experiment.indenter.material).__name__}",
+            )
             # heat: a velocity at which the temperature is steady, friction, and a diffusivity
             shape = np.shape(velocity)
             checks.require(

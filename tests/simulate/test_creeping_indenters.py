@@ -165,8 +165,8 @@ def test_friction_under_a_creeping_ball_on_a_stiff_flat_is_that_of_a_stiff_ball_
     expected = jc.slide_steady(unit, jc.Sphere(R), control, velocity=-velocity, **given)
     for t, pressure, moved in zip(times, found.pressure, found.indenter_displacement, strict=True):
         size = np.max(expected.pressure)
-        np.testing.assert_allclose(pressure / solid().relaxation(t), expected.pressure, atol=1e-3 * size)
-        np.testing.assert_allclose(moved, expected.displacement, atol=1e-3 * np.max(expected.displacement))
+        np.testing.assert_allclose(pressure / solid().relaxation(t), expected.pressure, atol=3e-4 * size)
+        np.testing.assert_allclose(moved, expected.displacement, atol=3e-4 * np.max(expected.displacement))
     same = jc.slide_steady(unit, jc.Sphere(R), control, velocity=velocity, **given)
     assert np.max(np.abs(same.pressure - expected.pressure)) > 0.1 * np.max(same.pressure)
 

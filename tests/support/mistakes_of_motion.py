@@ -127,6 +127,19 @@ MOTION = {
         ),
         r"thermal: expected None with adhesion, got Thermal",
     ),
+    "a shift of the times of a ball that creeps in a slide": (
+        lambda: jc.slide(
+            BODY,
+            jc.Sphere(1e-3, jc.Maxwell(1e9, 1e9)),
+            LOAD,
+            TIMES,
+            velocity=1e-9,
+            grid=GRID,
+            friction=0.3,
+            thermal=jc.Thermal(300.0, 50.0, diffusivity=1e-5, shift=jc.ArrheniusShift(1e-19, 300.0)),
+        ),
+        r"indenter material: expected Elastic or None with a shift in thermal=, got Maxwell",
+    ),
     "heat without friction in a slide": (
         lambda: slide(1e-9, thermal=HOT),
         r"friction: expected a coefficient with thermal=, got None",
