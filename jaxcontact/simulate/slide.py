@@ -203,8 +203,8 @@ class Sliding(Experiment):
         adheres = check_adhesion(adhesion)
         checks.require(
             adhesion is None or thermal is None,
-            "thermal: expected None with adhesion, got Thermal: the heat of the pressure that contact carries is available in"
-            " rub alone",
+            "thermal: expected None with adhesion, got Thermal: the heat of the pressure that contact carries is available"
+            " in rub alone",
         )
         adheres = adheres & check_shear_strength(shear_strength, grid.shape, adhesive=adhesion is not None)
         friction = 0.0 if friction is None and shear_strength is not None else friction
