@@ -376,7 +376,7 @@ class RubExperiment(Experiment):
             exchanged=self.exchanged,
         )
         errors = kernels.errors(self.duration)
-        beside = {"grid": grid}
+        beside: dict[str, Any] = {"grid": grid}
         if self.wears == "indenter":
             beside["initial_indenter_film"] = self.at_first
         known = course, beside

@@ -92,7 +92,7 @@ def test_the_layers_of_a_coated_indenter_are_drawn_and_named():
 
 def test_the_moment_of_rolling_with_spin_is_the_end_of_its_curve():
     grid = jc.Grid((6, 5), (2e-6, 3e-6))
-    x, y = (np.asarray(axis) for axis in grid.coordinates())
+    x, y = np.broadcast_arrays(*grid.coordinates())
     traction = np.stack([-2.0 * y, 3.0 * x])
     moment = float(np.sum(3.0 * x**2 + 2.0 * y**2) * grid.cell_area)
     state = SimpleNamespace(grid=grid, traction=traction, pressure=np.ones(grid.shape), moment=moment)
