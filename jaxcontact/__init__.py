@@ -76,6 +76,7 @@ from jaxcontact.results.contact import ShearHistory as ShearHistory  # noqa: E40
 from jaxcontact.results.contact import SlidingHistory as SlidingHistory  # noqa: E402
 from jaxcontact.results.contact import SteadyRolling as SteadyRolling  # noqa: E402
 from jaxcontact.results.contact import SteadySliding as SteadySliding  # noqa: E402
+from jaxcontact.results.deflected_surface import Deflection as Deflection  # noqa: E402
 from jaxcontact.results.interior import InteriorFields as InteriorFields  # noqa: E402
 from jaxcontact.results.storage import load as load  # noqa: E402
 from jaxcontact.results.storage import save as save  # noqa: E402
@@ -87,7 +88,6 @@ from jaxcontact.results.surface_statistics import contact_clusters as contact_cl
 from jaxcontact.results.surface_statistics import contact_statistics as contact_statistics  # noqa: E402
 from jaxcontact.results.surface_statistics import pressure_histogram as pressure_histogram  # noqa: E402
 from jaxcontact.results.surface_statistics import surface_statistics as surface_statistics  # noqa: E402
-from jaxcontact.simulate.deflection import Deflection as Deflection  # noqa: E402
 from jaxcontact.simulate.deflection import deflection as deflection  # noqa: E402
 from jaxcontact.simulate.indent import indent as indent  # noqa: E402
 from jaxcontact.simulate.roll_steady import roll_steady as roll_steady  # noqa: E402

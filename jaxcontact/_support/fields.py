@@ -143,11 +143,15 @@ FIELDS: dict[str, Field] = {  # in the order in which summaries show them
         PLANE, "J m-2", "energy dissipated by friction per area from the first time to the last"
     ),
     "thickness": Field(MAP, "m", "thickness of the film, or of the material added to the indenter"),
+    "initial_indenter_film": Field(
+        PLANE, "m", "thickness of the indenter's film at the first time, where it is what wears"
+    ),
     "dent": Field(MAP, "m", "depth by which the surface of the body has yielded"),
     "temperature": Field(MAP, "K", "temperature of the surface"),
     "time_step_error": Field(TIME, "1", "estimated relative error of the pressure due to the time steps"),
     "step_error": Field(TIME, "m", "estimated error of the thickness due to the time steps"),
     "truncation_bound": Field(TIME, "m", "bound on the displacement due to the history that left the grid"),
+    "response_error": Field((), "1", "largest relative error of the response of the body on the grid"),
 }
 
 INSIDE: dict[str, Field] = {  # fields below the surface

@@ -115,7 +115,8 @@ class Memory(abc.ABC):
     ) -> dict[str, Array]:
         """Return scaled numbers by the names of a result, ``film_strain`` among them, from the fields after the step.
 
-        other: the displacement of the other surface of the contact where it creeps (``BothSurfaces``), (nx, ny), or None.
+        other: the displacement of the other surface of the contact where it creeps (``BothSurfaces``): under the pressure
+        and, with friction in sliding, under the traction, (1 or 2, nx, ny); or None.
         """
 
 
@@ -216,13 +217,15 @@ class RecursiveMemory(Memory):
 # Under one pressure the displacements of body and indenter add, and each surface remembers the pressure at its own rates
 # and with its own velocity: the body may move past the contact, while the surface of an indenter that slides is at rest in
 # it. So the operator of a step is the sum of those of the surfaces, and what earlier pressure has left is the sum of theirs.
+# So too under the traction of friction in sliding: the memory of the indenter is then one that moves nowhere.
 
 
 @pytree
 class BothSurfaces(Memory):
     """The memories of the surfaces, that of the body first; the others, of an indenter, are at rest.
 
-    Fields: a tuple of those of each; step: that of the body's memory, of which the others take the time alone.
+    Fields: a tuple of those of each; step: that of the body's memory, of which the others take the time alone, or with
+    friction in sliding all but the way.
     """
 
     memories: tuple[Any, ...]
@@ -234,7 +237,8 @@ class BothSurfaces(Memory):
     def _each(self, fields: tuple[Any, ...], step: Any) -> list[tuple[Any, Any, Any]]:
         """Return memory, fields and step of each surface."""
         at_rest = getattr(step, "dt", step)
-        steps = [step, *[at_rest] * (len(self.memories) - 1)]
+        here = lambda memory: step.standing() if isinstance(memory, MovingMemory) else at_rest
+        steps = [step, *(here(memory) for memory in self.memories[1:])]
         return list(zip(self.memories, fields, steps, strict=True))
 
     def start(self, shape: tuple[int, int]) -> tuple[Any, ...]:
@@ -242,10 +246,12 @@ class BothSurfaces(Memory):
 
     def predict(self, fields: tuple[Any, ...], traction: Array, step: Any) -> Prediction:
         found = [memory.predict(own, traction, at) for memory, own, at in self._each(fields, step)]
-        operator, earlier = found[0].operator, found[0].earlier
+        operator, earlier, _, raised, drag = found[0]
         for more in found[1:]:
             operator, earlier = operator.plus(more.operator), earlier + more.earlier
-        return Prediction(operator, earlier, tuple(each.fields for each in found), found[0].raised)
+            if drag is not None and more.drag is not None:
+                drag = replace(drag, displacement=drag.displacement.plus(more.drag.displacement))
+        return Prediction(operator, earlier, tuple(each.fields for each in found), raised, drag)
 
     def update(self, fields: tuple[Any, ...], traction: Array, step: Any) -> tuple[Any, ...]:
         return tuple(memory.update(own, traction, at) for memory, own, at in self._each(fields, step))
@@ -270,11 +276,14 @@ class BothSurfaces(Memory):
         self, fields: tuple[Any, ...], traction: Array, step: Any, other: Array | None = None
     ) -> dict[str, Array]:
         """Return the observables of the body, and displacement (nx, ny) and film strain of the indenter."""
-        (body, own, at), (memory, of_indenter, time) = self._each(fields, step)
-        moved = memory.displacement(of_indenter, traction)
-        strain = memory.observe(of_indenter, traction, time)["film_strain"]
-        shown = {"indenter_displacement": moved, "indenter_film_strain": strain}
-        return body.observe(own, traction, at, moved) | shown
+        (body, own, at), (memory, of_indenter, its) = self._each(fields, step)
+        parts = memory.displacement(of_indenter, traction)[None]
+        if isinstance(memory, MovingMemory):
+            by_traction = memory.by_traction(of_indenter, its, traction.shape)
+            parts = parts if by_traction is None else jnp.stack([parts[0], by_traction])
+        strain = memory.observe(of_indenter, traction, its)["film_strain"]
+        shown = {"indenter_displacement": jnp.sum(parts, 0), "indenter_film_strain": strain}
+        return body.observe(own, traction, at, parts) | shown
 
 
 def with_indenter(memory: Memory, kernels: Kernels | TractionKernels) -> Memory:
@@ -404,6 +413,10 @@ class Motion(NamedTuple):
     direction: Array
     aside: Shift | None = None
     sheared: Array | None = None
+
+    def standing(self) -> "Motion":
+        """Return the step of a surface that is at rest in the frame of the fields, under the same tractions."""
+        return self._replace(shift=Shift(jnp.zeros(()), None), aside=None)
 
 
 def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
@@ -576,7 +589,13 @@ class MovingMemory(Memory):
             return (of_pressure + of_traction) * fields.pressure
         return of_pressure * fields.pressure + of_traction * fields.sheared
 
-    def _by_traction(self, fields: Fields, motion: Motion, shape: tuple[int, int]) -> Array | None:
+    def displacement(self, fields: Fields, pressure: Array) -> Array:
+        """Return the displacement under the pressure, (nx, ny), from the fields after a step."""
+        k = self.kernels.rates.size
+        spectrum = self.spectra[0] * fields.pressure + jnp.sum(self.spectra[1 : k + 1] * fields.eta[:k], 0)
+        return spectral.inverse(spectrum, pressure.shape, self._periodic)
+
+    def by_traction(self, fields: Fields, motion: Motion, shape: tuple[int, ...]) -> Array | None:
         """Return the displacement u_q of ``history.memory`` under the traction, (nx, ny); None without friction."""
         if self.rubbed is None:
             return None
@@ -600,14 +619,16 @@ class MovingMemory(Memory):
         k, padded = self.kernels.rates.size, self._padded(pressure.shape)
         spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
         stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)
-        force, centre, leading_peak = self.observer.surface(pressure, motion.direction, other)
+        pressed = None if other is None else other[0]
+        force, centre, leading_peak = self.observer.surface(pressure, motion.direction, pressed)
 
         # forces against the motion: of hysteresis, zero on an elastic body, and Coulomb's
         hysteresis = coulomb = jnp.zeros(())
         if self.inherits:
-            displaced = self._by_traction(fields, motion, pressure.shape)
+            displaced = self.by_traction(fields, motion, pressure.shape)
             if other is not None:
-                displaced = other if displaced is None else displaced + other
+                moved = jnp.sum(other, 0)
+                displaced = moved if displaced is None else displaced + moved
             hysteresis = self.observer.hysteresis(pressure, displaced, motion.direction)
         if self.rubbing is not None:
             rubbed = pressure if motion.sheared is None else motion.sheared
@@ -708,7 +729,8 @@ def absorb(
 #
 # which is zero on an elastic body, and times the speed the power of the dashpots in the steady state. An indenter that
 # creeps is at rest in its own frame: its displacement u_i under the pressure is that of a surface which keeps its place, and
-# the pressure acts on the profile f + u_i. Once relaxed it takes no force, int p grad u_i dA = 0. The difference,
+# the pressure acts on the profile f + u_i. Once relaxed it takes no force, int p grad u_i dA = 0. Its displacement under
+# the traction is a part of u_q, as is that of an elastic indenter. The difference,
 # int p grad u_q dA, is of the order of Dundurs' constant times mu W times a slope of the profile. Linear theory knows
 # such terms in part only (the slope under the traction and the elastic part of the slip velocity are of the same
 # order), so that the totals below leave them out: the coefficient of friction of an elastic body is mu.
@@ -774,7 +796,7 @@ class Observer:
         self, pressure: Array, direction: Array, of_indenter: Array | None = None
     ) -> tuple[Array, Array, Array]:
         """Return the lateral force (2,), the centre (2,), and the peak ahead of the axis, (); of_indenter: the displacement
-        of an indenter that creeps, (nx, ny), or None."""
+        of an indenter that creeps under the pressure, (nx, ny), or None."""
         total = jnp.sum(pressure)
         force = -jnp.sum(self._slopes_with(of_indenter) * pressure, (1, 2))
         centre = jnp.sum(self.places * pressure, (1, 2)) / jnp.where(total > 0.0, total, 1.0)

@@ -166,13 +166,10 @@ def check_rubbing(friction: Any, grid: Grid, body: LayeredHalfSpace, indenter: I
     """None, or a coefficient of friction as in ``shear`` and bonded layers; tangential responses are those of free space."""
     if friction is None:
         return True
-    checks.require(
-        indenter.surface() is None,
-        "friction: expected None with an indenter that creeps or is coated: the normal displacement of its surface under the"
-        " traction is not available",
-    )
     checks.require(not any(grid.periodic), "friction: expected None on a periodic grid or in plane strain")
-    check_bonded(body, "friction")
+    for surface in (body, indenter.surface()):
+        if surface is not None:
+            check_bonded(surface, "friction")
     return check_friction(friction, grid.shape)
 
 

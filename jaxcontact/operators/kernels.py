@@ -447,7 +447,8 @@ def _around(coefficients: Array, i: Array, j: Array) -> Array:
 #
 # Where all of a contact slides along the unit vector e, the traction on the body is q = mu p e (C. A. Coulomb), and sinks
 # the surface by K_zx * mu p e_x + K_zy * mu p e_y, kernels that are odd in the offset along the traction. They vanish for
-# two similar solids, and are then no concern of the pressure.
+# two similar solids, and are then no concern of the pressure. The surface of an indenter that creeps or is coated has
+# kernels of the opposite sign, since the normal and the traction on it are both reversed.
 
 
 @pytree
@@ -508,8 +509,21 @@ class Rubbing:
 
 
 def rub(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array) -> Rubbing:
-    """For use inside jit."""
-    expansion = tangential_expansion(body)
+    """Return the kernels of a body, with the compliance of an elastic indenter; for use inside jit."""
+    return _rubbed(tangential_expansion(body), indenter, grid, scale, coefficient)
+
+
+def rub_indenter(indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array) -> Rubbing | None:
+    """Return the kernels of the surface of an indenter that creeps or is coated, None of any other; for use inside jit."""
+    surface = indenter.surface()
+    if surface is None:
+        return None
+    return _rubbed(mirrored(tangential_expansion(surface)), indenter, grid, scale, coefficient)
+
+
+def _rubbed(
+    expansion: TangentialExpansion, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array
+) -> Rubbing:
     kernels = scaled_coefficients(expansion, indenter, grid, scale)
     along = -jnp.stack([kernels.x, kernels.y], 1)
     mix = expansion.separable.mix / scale.compliance
@@ -536,7 +550,7 @@ class TractionKernels:
 
     def errors(self, duration: Array | float = jnp.inf) -> Errors:
         """Return the errors of a run of a duration [s], the larger ones of the normal and the tangential response."""
-        found = joint_errors(self.normal, self.expansion, duration)
+        found = joint_errors(self.normal, self.expansion, duration=duration)
         if self.indenter is None:
             return found
         other = self.indenter.errors(duration)
@@ -546,13 +560,17 @@ class TractionKernels:
 
 
 def joint_errors(
-    normal: Kernels, expansion: TangentialExpansion, duration: Array | float = jnp.inf
+    normal: Kernels, *expansions: TangentialExpansion, duration: Array | float = jnp.inf
 ) -> Errors:
-    """Return the larger errors of a normal and a tangential response in a run of a duration [s]."""
-    errors = normal.errors(duration)
-    images = largest_until(expansion.image_errors, jnp.minimum(duration, errors.horizon))
-    separation = jnp.maximum(errors.separation, expansion.separation_error)
-    return Errors(separation, jnp.maximum(errors.images, images), errors.horizon)
+    """Return the larger errors of normal and tangential responses in a run of a duration [s]."""
+    separation, images, horizon, _ = normal.errors(duration)
+    for expansion in expansions:
+        tangential = largest_until(expansion.image_errors, jnp.minimum(duration, horizon))
+        images, separation = (
+            jnp.maximum(images, tangential),
+            jnp.maximum(separation, expansion.separation_error),
+        )
+    return Errors(separation, images, horizon)
 
 
 def assembled_traction(
@@ -579,13 +597,17 @@ def assembled_traction(
     kernels = of(normal, expansion)
     if of_indenter is None or normal.indenter is None:
         return kernels
-    separable, images = of_indenter.separable, of_indenter.images
+    return replace(kernels, indenter=of(normal.indenter, mirrored(of_indenter)))
+
+
+def mirrored(expansion: TangentialExpansion) -> TangentialExpansion:
+    """Return the expansion of a surface that faces down, with the opposite coupling of normal and tangential."""
+    separable, images = expansion.separable, expansion.images
     facing = lambda a: a * jnp.array([1.0, 1.0, -1.0])[:, None, None]  # of alpha (L, T, K)
-    mirrored = of_indenter._replace(
+    return expansion._replace(
         separable=replace(separable, terms=facing(separable.terms)),
         images=replace(images, weights=facing(images.weights)),
     )
-    return replace(kernels, indenter=of(normal.indenter, mirrored))
 
 
 def compiled_traction(

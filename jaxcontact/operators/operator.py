@@ -127,13 +127,17 @@ class Operator:
         return Operator(spectrum[None], circulant, periodic=self.periodic)
 
     def plus(self, other: Operator) -> Operator:
-        """K + K', with one even or moving kernel K' of the same grid: both surfaces of a contact under one pressure."""
-        assert other.entries == SINGLE and other.lift is None and self.entries[0] == SINGLE[0]
+        """K + K', of the same grid: both surfaces of a contact under one pressure.
+
+        K' has one even or moving kernel, or the weights and entries of K.
+        """
+        assert other.entries in (SINGLE, self.entries) and other.lift is None and self.entries[0] == SINGLE[0]
         both = lambda a, b: None if a is None or b is None else a + b
+        count = len(other.spectra)
         window = None if self.window is None or other.window is None else self.window.plus(other.window)
         return replace(
             self,
-            spectra=jnp.concatenate([self.spectra[:1] + other.spectra, self.spectra[1:]]),
+            spectra=jnp.concatenate([self.spectra[:count] + other.spectra, self.spectra[count:]]),
             circulant=self.circulant + other.circulant,
             window=window,
             wide=both(self.wide, other.wide),

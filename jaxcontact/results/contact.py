@@ -14,6 +14,7 @@ from jaxcontact._support.status import Status
 from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.history.motion import speed_of
+from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.results.labels import arrays_of, dataset, derived_of, table
 from jaxcontact.results.notes import Diagnostics, Note, notes_of
 from jaxcontact.results.summaries import html, is_one_result, summary
@@ -93,7 +94,7 @@ class ContactResult:
         attributes = {"kind": type(self).__name__, "notes": "\n".join(self.notes)}
         return dataset(arrays_of(self) | derived_of(self), attributes)
 
-    def plot(self, body: LayeredHalfSpace | None = None, inside: Any = None) -> Any:
+    def plot(self, body: LayeredHalfSpace | None = None, inside: Any = None, *, indenter: Any = None) -> Any:
         """Return a figure of the result: one sheet with the contact in cross-section, its dimensions, and its quantities.
 
         An axisymmetric contact is shown by pressure profiles, and approach, load, contact radius and peak pressure over
@@ -104,9 +105,10 @@ class ContactResult:
         Args:
             body: the ``LayeredHalfSpace`` of the call, whose layers and materials the cross-section then names.
             inside: what ``subsurface`` returned for this result: the sheet then shows the von Mises stress as well.
+            indenter: the indenter of the call, whose material and, if it is coated, layers the cross-section then names.
 
         Raises:
-            ValueError: body or inside is of another type.
+            ValueError: body, inside or indenter is of another type.
         """
         from jaxcontact.results import figures
 
@@ -118,7 +120,11 @@ class ContactResult:
             inside is None or getattr(inside, "view", "") == "interior",
             f"inside: expected the result of subsurface or None, got {type(inside).__name__}",
         )
-        return figures.figure_of(self, body, inside)
+        checks.require(
+            indenter is None or isinstance(indenter, Indenter),
+            f"indenter: expected an indenter such as Sphere or None, got {type(indenter).__name__}",
+        )
+        return figures.figure_of(self, body, inside, indenter)
 
 
 def _check_one(result: Any) -> None:
@@ -469,6 +475,9 @@ class RubbingHistory(ContactHistory):
     touch of the initial surfaces. With ``path=`` all maps are those of the body, position (nt, 2) [m] is that of the
     indenter on it, and moved_profile (nt, nx, ny) [m] is the profile at the position of the indenter.
 
+    initial_indenter_film (nx, ny) [m]: with ``wears="indenter"`` the thickness of its film at the first time, zero without
+    one; otherwise None, and the film is that of the body.
+
     With adhesion: contact_pressure (nt, nx, ny) [Pa], the pressure that contact carries, which is ``pressure`` plus the
     attraction where the gap is zero, and on which growth, wear and friction depend; jumps, jump_energy, cohesive_cells and
     tabor_number as in ``AdhesiveHistory``. None without.
@@ -482,6 +491,7 @@ class RubbingHistory(ContactHistory):
     friction_work: Array
     step_error: Array
     temperature: Array | None = None
+    initial_indenter_film: Array | None = None
     position: Array | None = None
     moved_profile: Array | None = None
     contact_pressure: Array | None = None

@@ -176,29 +176,36 @@ def last_map(field: Any) -> np.ndarray:
     return values[-1] if values.ndim == 3 else values
 
 
-def contact_section(ax: Axes, result: Any, body: LayeredHalfSpace | None = None, single: bool = True) -> Axes:
+def contact_section(
+    ax: Axes,
+    result: Any,
+    body: LayeredHalfSpace | None = None,
+    indenter: Any = None,
+    single: bool = True,
+) -> Axes:
     """Draw indenter and deformed surface along x at y = 0 and the last time, with load, approach and width of contact.
 
-    Lengths along x are to scale, heights are enlarged, and layers, named where ``body`` is given, are not to scale. The
-    displacement of both surfaces is drawn on the body, so that the indenter keeps its shape; a dashed line is the dent that
-    would be left without load. The film of a body that is rubbed is drawn as it has grown, in the scale of the heights.
-    single: the contact is one patch around x = 0, whose approach and width are drawn as arrows.
+    Lengths along x are to scale, heights are enlarged, and layers, named where ``body`` or ``indenter`` is given, are not to
+    scale. The displacement of both surfaces is drawn on the body, so that the indenter keeps its shape; a dashed line is the
+    dent that would be left without load. The film that is rubbed is drawn as it has grown, in the scale of the heights, on
+    the body or on the indenter. single: the contact is one patch around x = 0, whose approach and width are drawn as arrows.
     """
     x, outline, surface = _lines(result)
     low = float(np.min(surface))
     high = max(float(np.max(outline)), -0.4 * low)
     span = max(high - low, np.finfo(float).tiny)
     bottom, top = low - DEPTH * span, high + 0.6 * span
-    ax.fill_between(x, outline, top, color=INDENTER, lw=0.0)
-    film = _film(result, body)
-    if film is not None and body is not None:
+    film, on_indenter = _film(result, body), _on_indenter(result)
+    if film is not None and not on_indenter and body is not None:
         body = LayeredHalfSpace([], body.substrate)
+    _draw_indenter(ax, x, outline, (top, span), None if film is not None and on_indenter else indenter)
     _draw_body(ax, x, surface, (bottom, low - 0.42 * span), body)
     if film is not None:
         here = np.isin(np.asarray(result.grid.axes()[0]), x)
-        ax.fill_between(x, surface - film[here], surface, color=LAYER, lw=0.0)
-        ax.plot(x, surface - film[here], color="black", ls="-", lw=0.6)
-        thickest = f"film up to {_short(float(film.max()), 'm')}"
+        edge, side = (outline, film) if on_indenter else (surface, -film)
+        ax.fill_between(x, edge, edge + side[here], color=LAYER, lw=0.0)
+        ax.plot(x, edge + side[here], color="black", ls="-", lw=0.6)
+        thickest = f"film up to {_short(float(film.max()), 'm')}{' on the indenter' if on_indenter else ''}"
         ax.text(0.0, low - 0.32 * span, thickest, ha="center", va="top", **SMALL)
     ax.plot(x, outline, color="black", ls="-", lw=1.0)
     ax.plot(x, surface, color="black", ls="-", lw=1.0)
@@ -217,13 +224,18 @@ def contact_section(ax: Axes, result: Any, body: LayeredHalfSpace | None = None,
     return ax
 
 
+def _on_indenter(result: Any) -> bool:
+    """Return whether what is rubbed is on the indenter."""
+    return getattr(result, "initial_indenter_film", None) is not None
+
+
 def _film(result: Any, body: LayeredHalfSpace | None) -> np.ndarray | None:
-    """Return the thickness (nx,) of the one layer of a body that is rubbed, at y = 0 and the last time.
+    """Return the thickness (nx,) of the one layer of a surface that is rubbed, at y = 0 and the last time.
 
     None elsewhere, and where material is worn off the indenter, whose thickness is negative.
     """
     thickness = getattr(result, "thickness", None)
-    if thickness is None or (body is not None and len(body.sublayers()) != 1):
+    if thickness is None or not (_on_indenter(result) or body is None or len(body.sublayers()) == 1):
         return None
     film = last_map(thickness)[:, result.grid.shape[1] // 2]
     return film if np.min(film) >= 0.0 < np.max(film) else None
@@ -236,10 +248,39 @@ def _lines(result: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     moved = getattr(result, "moved_profile", None)
     approach = float(np.asarray(result.approach).ravel()[-1])
     outline = row(result.profile if moved is None else moved) - approach
+    surface = -row(result.displacement)
+    if _on_indenter(
+        result
+    ):  # a displacement less the growth: what has grown changes the indenter, not the body
+        grown = row(result.thickness) - row(result.initial_indenter_film)
+        outline, surface = outline - grown, surface - grown
     touched = np.abs(x[row(result.pressure) != 0.0])
     reach = min(REACH * float(np.max(touched, initial=0.0)) or np.inf, float(x[-1]))
     shown = np.abs(x) <= max(reach, 3.0 * float(x[1] - x[0]))
-    return x[shown], outline[shown], -row(result.displacement)[shown]
+    return x[shown], outline[shown], surface[shown]
+
+
+def _draw_indenter(
+    ax: Axes, x: np.ndarray, outline: np.ndarray, above: tuple[float, float], indenter: Any
+) -> None:
+    """Fill the indenter above its outline up to a height, and name its layers; above: that height and the span of the
+    drawing."""
+    top, span = above
+    surface = None if indenter is None else indenter.surface()
+    lower = outline
+    for _ in () if surface is None else surface.sublayers()[:MOST_LAYERS]:
+        upper = np.minimum(lower + 0.12 * span, top)
+        ax.fill_between(x, lower, upper, color=LAYER, lw=0.0)
+        ax.plot(x, upper, color="black", ls="-", lw=0.6)
+        lower = upper
+    ax.fill_between(x, lower, top, color=INDENTER, lw=0.0)
+    if indenter is None:
+        return
+    if surface is not None:
+        names = _names(surface)
+    else:
+        names = ["rigid" if indenter.material is None else _material(indenter.material)]
+    ax.text(0.98 * x[-1], top, "\n".join(names[::-1]), ha="right", va="top", **SMALL)
 
 
 def _draw_body(
@@ -381,7 +422,9 @@ def is_round(history: Any) -> bool:
     return bool(np.min(np.diff(outwards)) >= -1e-6 * np.max(outwards))
 
 
-def rough_figure(history: Any, body: LayeredHalfSpace | None = None, inside: Any = None) -> Figure:
+def rough_figure(
+    history: Any, body: LayeredHalfSpace | None = None, inside: Any = None, indenter: Any = None
+) -> Figure:
     """Maps of pressure, gap and contact at the last time, above area against load, pressure distribution and section.
 
     body: names the layers in the section; inside: a fourth panel shows the stress in the body.
@@ -402,7 +445,7 @@ def rough_figure(history: Any, body: LayeredHalfSpace | None = None, inside: Any
         _fit(ax, history)
     area_against_load(graphs[0], history)
     pressure_distribution(graphs[1], history)
-    contact_section(graphs[2], history, body, single=False)
+    contact_section(graphs[2], history, body, indenter, single=False)
     if inside is not None:
         section_of_stress(graphs[3], inside)
     return figure
@@ -494,10 +537,13 @@ Panel = Callable[[Axes], Any]
 
 
 @styled
-def figure_of(result: Any, body: LayeredHalfSpace | None = None, inside: Any = None) -> Figure:
-    """Return the figure of a result; with the names of the body's layers, and with the stress ``inside`` the body."""
+def figure_of(
+    result: Any, body: LayeredHalfSpace | None = None, inside: Any = None, indenter: Any = None
+) -> Figure:
+    """Return the figure of a result; with the names of the layers of body and indenter, and with the stress ``inside`` the
+    body."""
     draw = FIGURES[result.view]
-    return draw(result) if result.view in ("interior", "deflection") else draw(result, body, inside)
+    return draw(result) if result.view in ("interior", "deflection") else draw(result, body, inside, indenter)
 
 
 @styled
@@ -506,7 +552,7 @@ def overview_of(history: Any) -> Figure | None:
     and time series show the result.
     """
     if history.view in ("shear", "rubbing", "adhesion"):
-        return FIGURES[history.view](history, None, None)
+        return FIGURES[history.view](history, None, None, None)
     return None if _is_line_or_round(history) else rough_figure(history)
 
 
@@ -526,10 +572,10 @@ def _sheet(rows: list[list[Panel]], title: str = "") -> Figure:
     return figure
 
 
-def _section(result: Any, body: Any, inside: Any) -> list[Panel]:
+def _section(result: Any, body: Any, inside: Any, indenter: Any) -> list[Panel]:
     """The panels that every sheet has: the contact in cross-section and, where it is given, the stress below it."""
     stress: list[Panel] = [] if inside is None else [lambda ax: section_of_stress(ax, inside)]
-    return [lambda ax: contact_section(ax, result, body), *stress]
+    return [lambda ax: contact_section(ax, result, body, indenter), *stress]
 
 
 def _profiles(history: Any) -> Panel:
@@ -554,15 +600,15 @@ def _over_time(history: Any, only: tuple[str, ...] = ()) -> tuple[list[list[Pane
     return [panels[i : i + size] for i in range(0, len(panels), max(size, 1))], constant
 
 
-def contact_figure(history: Any, body: Any, inside: Any) -> Figure:
+def contact_figure(history: Any, body: Any, inside: Any, indenter: Any) -> Figure:
     """Section, pressure profiles and time series; for a contact that is not axisymmetric, maps and statistics."""
     if not _is_line_or_round(history):
-        return rough_figure(history, body, inside)
+        return rough_figure(history, body, inside, indenter)
     below, constant = _over_time(history)
-    return _sheet([[*_section(history, body, inside), _profiles(history)], *below], constant)
+    return _sheet([[*_section(history, body, inside, indenter), _profiles(history)], *below], constant)
 
 
-def rubbing_figure(history: Any, body: Any, inside: Any) -> Figure:
+def rubbing_figure(history: Any, body: Any, inside: Any, indenter: Any) -> Figure:
     """The film in cross-section over time, its growth, and maps of thickness, pressure and temperature side by side.
 
     In plane strain, where a map is a line, the maps are left out; where only the last map was kept, so is the growth.
@@ -580,7 +626,7 @@ def rubbing_figure(history: Any, body: Any, inside: Any) -> Figure:
         lambda ax, name=name: plotting.quantity_map(ax, x, y, last(name), name)  # type: ignore[misc]
         for name in names
     ]
-    rows = [[*film, *growth, *_section(history, body, inside)]]
+    rows = [[*film, *growth, *_section(history, body, inside, indenter)]]
     return _sheet(rows if history.grid.plane_strain else [*rows, maps], f"film at t = {float(times[-1]):g} s")
 
 
@@ -594,16 +640,16 @@ def film_of(x: Any, lines: Mapping[str, Any], times: Any) -> Figure | None:
     return figure
 
 
-def adhesive_figure(history: Any, body: Any, inside: Any) -> Figure:
+def adhesive_figure(history: Any, body: Any, inside: Any, indenter: Any) -> Figure:
     """Section, pressure with tension, and load against approach; maps and statistics if it is not axisymmetric."""
     if not _is_line_or_round(history):
-        return rough_figure(history, body, inside)
+        return rough_figure(history, body, inside, indenter)
     below, constant = _over_time(history, ("contact radius", "peak pressure", "approach", "load"))
     path: Panel = lambda ax: load_against_approach(ax, history)
-    return _sheet([[*_section(history, body, inside), _profiles(history), path], *below], constant)
+    return _sheet([[*_section(history, body, inside, indenter), _profiles(history), path], *below], constant)
 
 
-def shear_figure(history: Any, body: Any, inside: Any) -> Figure:
+def shear_figure(history: Any, body: Any, inside: Any, indenter: Any) -> Figure:
     """Stick and slip zones, tractions along x and the loop of the tangential load, above section and time series."""
     above: list[Panel] = [
         lambda ax: plotting.stick_and_slip(ax, history),
@@ -611,25 +657,29 @@ def shear_figure(history: Any, body: Any, inside: Any) -> Figure:
         lambda ax: plotting.tangential_loop(ax, history),
     ]
     series, constant = _over_time(history, ("tangential load", "dissipated by friction"))
-    below = [*_section(history, body, inside), *(panel for row in series for panel in row)]
+    below = [*_section(history, body, inside, indenter), *(panel for row in series for panel in row)]
     when = f"t = {float(history.times[-1]):g} s"
     if history.grid.plane_strain:
         above = above[1:]
     return _sheet([above, below], f"stick, slip and tractions at {when}{'; ' * bool(constant)}{constant}")
 
 
-def rolling_figure(state: Any, body: Any, inside: Any) -> Figure:
+def rolling_figure(state: Any, body: Any, inside: Any, indenter: Any) -> Figure:
     """Stick and slip zones, tractions along the x axis, and the contact in cross-section."""
 
     def zones(ax: Axes) -> None:
         plotting.velocity_arrow(plotting.stick_and_slip(ax, state), state.velocity)
 
     tractions: Panel = lambda ax: plotting.tractions_on_the_axis(ax, state)
-    shown = [tractions] if state.grid.plane_strain else [zones, tractions]
-    return _sheet([[*shown, *_section(state, body, inside)]])
+    shown: list[Panel] = [zones, tractions]
+    if state.grid.plane_strain:
+        shown = [tractions]
+    elif float(np.asarray(state.spin)) != 0.0:
+        shown = [zones, lambda ax: plotting.moment_over_the_radius(ax, state), tractions]
+    return _sheet([[*shown, *_section(state, body, inside, indenter)]])
 
 
-def steady_sliding_figure(state: Any, body: Any, inside: Any) -> Figure:
+def steady_sliding_figure(state: Any, body: Any, inside: Any, indenter: Any) -> Figure:
     """The pressure map, the pressure along x at y = 0, and the contact in cross-section; no map in plane strain."""
     x, y = state.grid.axes()
     pressure = np.asarray(state.pressure)
@@ -639,7 +689,7 @@ def steady_sliding_figure(state: Any, body: Any, inside: Any) -> Figure:
 
     line: Panel = lambda ax: plotting.pressure_line(ax, x, pressure[:, pressure.shape[1] // 2])
     shown = [line] if state.grid.plane_strain else [pressure_map, line]
-    return _sheet([[*shown, *_section(state, body, inside)]])
+    return _sheet([[*shown, *_section(state, body, inside, indenter)]])
 
 
 def interior_figure(inside: Any) -> Figure:

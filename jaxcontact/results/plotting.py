@@ -394,6 +394,26 @@ def tractions_on_the_axis(ax: Axes, result: Any) -> Axes:
     return ax
 
 
+def moment_over_the_radius(ax: Axes, state: Any) -> Axes:
+    """Plot the moment of the traction about the normal within a distance of the indenter's axis, up to that of all of it."""
+    x, y = (np.asarray(axis) for axis in state.grid.axes())
+    traction, cell = np.asarray(state.traction), float(state.grid.cell_area)
+    turning = (x[:, None] * traction[1] - y * traction[0]).ravel() * cell
+    radius = np.hypot(x[:, None], y).ravel()
+    order = np.argsort(radius, kind="stable")
+    within, r = np.cumsum(turning[order]), radius[order]
+    (m_unit, m_name), (r_unit, r_name) = scale_of(within, "N m"), scale_of(x, "m")
+    ax.plot(r / r_unit, within / m_unit, color=colormaps[COLOURS](0.3), lw=1.6)
+    touching = radius[np.asarray(state.pressure).ravel() > 0.0]
+    ax.set(
+        xlabel=f"distance from the axis [{r_name}]",
+        ylabel=f"moment within it [{m_name}]",
+        xlim=(0.0, 1.15 * float(np.max(touching, initial=float(r[1]))) / r_unit),
+        title=f"moment about the normal {float(np.asarray(state.moment)) / m_unit:.4g} {m_name}",
+    )
+    return ax
+
+
 def tangential_loop(ax: Axes, history: Any) -> Axes:
     """Plot tangential load against displacement, along the line of the largest tangential load."""
     displacement, load = along_the_largest(history)

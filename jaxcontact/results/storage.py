@@ -20,6 +20,7 @@ from jaxcontact._support.fields import fields_of
 from jaxcontact._support.files import read_npz, write_npz, write_whole
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.results.contact import ContactHistory, SteadyContact
+from jaxcontact.results.deflected_surface import Deflection
 from jaxcontact.results.interior import InteriorFields
 from jaxcontact.results.labels import (
     arrays_of,
@@ -85,7 +86,8 @@ def _fields(result: Any, arrays: dict[str, np.ndarray]) -> Iterator[Field]:
 def _times(arrays: dict[str, np.ndarray]) -> dict[int, float]:
     """Return the times with maps by their index: all, or the last; a steady state has one."""
     times = arrays.get("times", np.zeros(1))
-    every = range(times.size) if arrays.get("pressure", np.zeros(())).ndim == 3 else [times.size - 1]
+    maps = arrays.get("pressure", arrays["displacement"])
+    every = range(times.size) if maps.ndim == 3 else [times.size - 1]
     return {index: float(times[index]) for index in every}
 
 
@@ -147,7 +149,7 @@ def _file(kind: str) -> Element:
     return Element("VTKFile", type=kind, version="1.0", byte_order="LittleEndian", header_type="UInt64")
 
 
-Result = ContactHistory | SteadyContact | InteriorFields
+Result = ContactHistory | SteadyContact | InteriorFields | Deflection
 KIND = "kind"  # the class name of a stored result
 STATUS_NAMES = "status_names"  # names of the statuses 0, 1, ...
 NOTES = "notes"  # one line each; the notes of a loaded result are formed from the diagnostics
@@ -175,13 +177,13 @@ RESERVED = {  # names of axes and attributes in the files of any result
 
 def result_classes() -> dict[str, type]:
     """Return the classes of results by name: ``ContactHistory``, its subclasses and those of ``SteadyContact``, a user's own
-    included, and ``InteriorFields``."""
+    included, ``InteriorFields`` and ``Deflection``."""
     found: list[type] = []
     pending: list[type] = [ContactHistory, *SteadyContact.__subclasses__()]
     while pending:
         found.append(pending.pop(0))
         pending += found[-1].__subclasses__()
-    return {cls.__name__: cls for cls in (*found, InteriorFields)}
+    return {cls.__name__: cls for cls in (*found, InteriorFields, Deflection)}
 
 
 def has_times(cls: type) -> bool:
@@ -194,8 +196,8 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
 
     Args:
         result: ``ContactHistory``, ``AdhesiveHistory``, ``RubbingHistory``, ``ShearHistory``, ``SlidingHistory``,
-            ``AdhesiveSlidingHistory``, ``SteadySliding``, ``SteadyRolling`` or ``InteriorFields``; the values of a ``save``
-            function are not stored.
+            ``AdhesiveSlidingHistory``, ``SteadySliding``, ``SteadyRolling``, ``InteriorFields`` or ``Deflection``; the
+            values of a ``save`` function are not stored.
         path: a file name ending in ``.npz`` or ``.nc``, or in ``.pvd`` for ParaView: an animation over all times, one
             file each in a folder of the same name beside it (with ``_vtr`` behind the name if that folder holds other
             things, as a run's does), for viewing only: it cannot be loaded again.
@@ -281,8 +283,9 @@ def load(path: str | Path) -> Any:
         _check_arrays(cls, arrays)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from error
-    others: dict[str, Any] = {"saved": None} if has_times(cls) else {}
-    if cls is not InteriorFields:
+    own = {field.name for field in dataclasses.fields(cls)}
+    others: dict[str, Any] = {"saved": None} if "saved" in own else {}
+    if "diagnostics" in own:
         others["diagnostics"] = Diagnostics(**{name: arrays[name] for name in DIAGNOSTICS if name in arrays})
     stored = {name: arrays[name] for name in stored_fields(cls) if name in arrays}
     return cls(**stored, **others, grid=_grid(arrays))
@@ -323,7 +326,7 @@ def _shapes(dims: tuple[str, ...], sizes: dict[str, int]) -> list[tuple[int, ...
 def notes_of(result: Any) -> dict[str, Any]:
     """Return what a file stores beside the arrays: the kind, notes, diagnostics, and properties of a periodic grid."""
     stored = {KIND: type(result).__name__, NOTES: "\n".join(result.notes)} | _of_grid(result.grid)
-    if isinstance(result, InteriorFields):
+    if not hasattr(result, "diagnostics"):
         return stored
     return stored | {name: float(getattr(result.diagnostics, name)) for name in DIAGNOSTICS}
 

@@ -9,7 +9,7 @@ frame of the load, which moves over the body with the velocity v,
 from __future__ import annotations
 
 import warnings
-from typing import Any, ClassVar
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -18,8 +18,7 @@ from jax import Array
 
 from jaxcontact._compile.programs import Program
 from jaxcontact._support import checks
-from jaxcontact._support.prefixes import prefixed
-from jaxcontact._support.pytree import as_float64, is_concrete, pytree, untupled
+from jaxcontact._support.pytree import as_float64, is_concrete, untupled
 from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
@@ -29,74 +28,12 @@ from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.operators.kernels import Kernels, check_stiffness, compiled_build
 from jaxcontact.operators.operator import Operator
 from jaxcontact.response.body_facts import has_zero_instantaneous_compliance, top_layer
-from jaxcontact.results.notes import IMAGE_LIMIT, Note, brief
+from jaxcontact.results.deflected_surface import Deflection
 from jaxcontact.simulate.run import fine_steps, fine_values
 
 RIGID = Sphere(1.0)  # what presses has no compliance of its own
-CUT_OFF = 0.01  # of the largest displacement: a bound on what left the grid above which there is a note
 MOST_SUBSTEPS = 1000
 OFF_THE_WAY = 0.1  # cells by which an inner step may be off the way of a velocity that changes
-
-
-@pytree
-class Deflection:
-    """The displacement of the surface under a given pressure, SI units; made by ``deflection``.
-
-    times (nt,) [s]; displacement (nt, nx, ny) [m] into the body, in the frame of the load; truncation_bound (nt,) [m]: bound
-    on the displacement under the pressure due to history that has left the grid; response_error: largest relative error of
-    the body's response on the grid, (); status (nt,): as of ``Status``.
-    """
-
-    view: ClassVar[str] = "deflection"
-    grid: Grid
-    times: Array
-    displacement: Array
-    truncation_bound: Array
-    response_error: Array
-    status: Array
-
-    def __repr__(self) -> str:
-        nx, ny = self.grid.shape
-        what = f"Deflection of {nx} x {ny} cells at {jnp.size(self.times)} times"
-        if not is_concrete(self) or not hasattr(self.displacement, "__array__"):
-            return what
-        rows = [f"{what}: at most {prefixed(float(jnp.max(jnp.abs(self.displacement))), 'm')}"]
-        return "\n".join([*rows, *(f"note: {note}" for note in self.notes)])
-
-    @property
-    def notes(self) -> tuple[Note, ...]:
-        """The warnings on this result, as text. Raises ValueError while its values are traced."""
-        if not is_concrete(self):
-            raise ValueError(
-                "notes: expected a result with known values, got one traced by jit, vmap or grad"
-            )
-        found = []
-        for code in np.unique(np.asarray(self.status)):
-            if code != Status.FINE:
-                message = Status(int(code)).message
-                found.append(Note(message, brief(message)))
-        error, lost = float(self.response_error), float(jnp.max(self.truncation_bound))
-        if IMAGE_LIMIT < error <= LARGEST_ERROR:
-            found.append(
-                Note(
-                    f"the response has a relative error of up to {error:.1g}", "error of the response", error
-                )
-            )
-        if lost > CUT_OFF * float(jnp.max(jnp.abs(self.displacement))):
-            found.append(
-                Note(
-                    f"up to {lost:.2g} m of displacement left the grid: use a wider one",
-                    "history left the grid",
-                    lost,
-                )
-            )
-        return tuple(found)
-
-    def plot(self) -> Any:
-        """Return a figure of the displacement at the last time, and along x at y = 0 at all times."""
-        from jaxcontact.results import figures
-
-        return figures.figure_of(self)
 
 
 def deflection(

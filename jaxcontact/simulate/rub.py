@@ -376,7 +376,10 @@ class RubExperiment(Experiment):
             exchanged=self.exchanged,
         )
         errors = kernels.errors(self.duration)
-        known = course, {"grid": grid}
+        beside: dict[str, Any] = {"grid": grid}
+        if self.wears == "indenter":
+            beside["initial_indenter_film"] = self.at_first
+        known = course, beside
         return Plan(stepper, self.steps(scale, motion), scale, errors, *known, RubbingHistory, RubbedStep)
 
     @property

@@ -28,7 +28,7 @@ from jaxcontact.bodies.laws import (
 from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.contact.law import Hardness
 from jaxcontact.history.growth_step import Heated, in_reduced_time, reduced
-from jaxcontact.history.memory import BothSurfaces, Motion, Shift, moving_memory, with_indenter
+from jaxcontact.history.memory import BothSurfaces, Memory, Motion, Shift, moving_memory, with_indenter
 from jaxcontact.history.motion import (
     FARTHEST,
     as_array,
@@ -46,7 +46,7 @@ from jaxcontact.history.time_loop import Bent, Lapse, Outcome, Steps, in_radii
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import Solid, rise_coefficients
-from jaxcontact.operators.kernels import Kernels, joint_errors, rub
+from jaxcontact.operators.kernels import Kernels, joint_errors, rub, rub_indenter
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined, tabor_numbers
@@ -98,7 +98,8 @@ def slide(
     ``slide_steady``.
 
     The surface of an indenter that creeps or is coated is at rest in its own frame: it creeps as in ``indent``, and once
-    relaxed takes no part in the hysteresis force. Powers and energies of the result are those of the body alone.
+    relaxed takes no part in the hysteresis force. Powers and energies of the result are those of the body alone. With
+    friction it remembers the traction, too, which moves its surface and that of the body in opposite directions.
 
     On a grid that is periodic along both axes no history leaves the grid. A step may then have any length, and the
     indenter encounters the tracks of its periodic images. In plane strain the velocity has one component.
@@ -129,8 +130,7 @@ def slide(
             the times, linear between them. With a velocity along +x, the leading edge and the higher pressure are on the
             +x side. The motion starts with the load at times[0]. An inner step has the mean of the velocities at its ends;
             ``time_step_error`` includes the error that this causes.
-        friction: as in ``slide_steady``, along the velocity at the end of each inner step; None with an indenter that creeps
-            or is coated.
+        friction: as in ``slide_steady``, along the velocity at the end of each inner step.
         thermal: None, or ``Thermal`` with a diffusivity; friction is then > 0, the velocity constant, and the grid not
             periodic.
         adhesion: as in ``indent``; None for surfaces without attraction. It is None with ``thermal``.
@@ -202,7 +202,9 @@ class Sliding(Experiment):
         """Check the arguments of ``slide``; given: further arguments of ``Experiment.of``."""
         adheres = check_adhesion(adhesion)
         checks.require(
-            adhesion is None or thermal is None, "thermal: expected None with adhesion, got Thermal"
+            adhesion is None or thermal is None,
+            "thermal: expected None with adhesion, got Thermal: the heat of the pressure that contact carries is available"
+            " in rub alone",
         )
         adheres = adheres & check_shear_strength(shear_strength, grid.shape, adhesive=adhesion is not None)
         friction = 0.0 if friction is None and shear_strength is not None else friction
@@ -219,6 +221,12 @@ class Sliding(Experiment):
         valid = checked_track(velocity, times, experiment.grid, experiment.substeps)
         valid = valid & check_thermal(thermal, experiment.grid, "slide")
         if thermal is not None:
+            # one factor for all times, by the law of the body's material
+            checks.require(
+                thermal.shift is None or experiment.indenter.surface() is None,
+                "indenter material: expected Elastic or None with a shift in thermal=, got"
+                f" {type(experiment.indenter.material).__name__}",
+            )
             # heat: a velocity at which the temperature is steady, friction, and a diffusivity
             shape = np.shape(velocity)
             checks.require(
@@ -247,13 +255,24 @@ class Sliding(Experiment):
         contact = self.contact(scale)
 
         # the response, with that of the traction mu p if there is friction
-        rubbing, friction, errors = None, jnp.zeros(()), kernels.errors(self.duration)
+        rubbing, facing, friction, errors = None, None, jnp.zeros(()), kernels.errors(self.duration)
         if self.friction is not None:
             coefficient = self.friction if self.adhesion is None else jnp.ones(grid.shape)
             rubbing = rub(self.body, self.indenter, grid, scale, coefficient)
-        memory = moving_memory(kernels, contact["profile"], grid.spacing[1] / grid.spacing[0], rubbing)
-        if self.friction is not None and memory.rubbing is not None:
-            friction, errors = self.friction, joint_errors(kernels, memory.rubbing.expansion, self.duration)
+            facing = rub_indenter(self.indenter, grid, scale, coefficient)
+            expansions = [each.expansion for each in (rubbing, facing) if each is not None]
+            friction, errors = self.friction, joint_errors(kernels, *expansions, duration=self.duration)
+        ratio, shear = grid.spacing[1] / grid.spacing[0], None
+        if self.adhesion is not None and self.friction is not None:
+            strength = jnp.zeros(()) if self.shear_strength is None else self.shear_strength
+            shear = (friction, scale.from_si("pressure", strength))
+        remembers = lambda kernels, rubbing: replace(
+            moving_memory(kernels, contact["profile"], ratio, rubbing), shear=shear
+        )
+        of_body = remembers(kernels, rubbing)
+        memory: Memory = with_indenter(of_body, kernels)
+        if facing is not None:  # the indenter remembers the traction, too, at rest
+            memory = BothSurfaces((of_body, remembers(kernels.indenter, facing)))
 
         # the motion; on a periodic grid a step may have any length
         shift = shifts(self.velocity / scale.length, self.times, substeps)
@@ -266,7 +285,7 @@ class Sliding(Experiment):
         farthest = jnp.full(2, jnp.inf)
         if not all(grid.periodic):
             nx, ny = grid.shape
-            farthest = FARTHEST * jnp.stack([nx * jnp.ones(()), ny * memory.ratio])
+            farthest = FARTHEST * jnp.stack([nx * jnp.ones(()), ny * ratio])
 
         # the flash temperature under a pressure, by a convolution with the rise under a cell, whose middle is the origin
         heating = None
@@ -281,17 +300,14 @@ class Sliding(Experiment):
             speed = speed_of(over_times(self.velocity, self.times)[0])
             heating = Heating(heated, self.friction * speed * scale.unit("pressure"))
 
-        stepper = SlideStepper(with_indenter(memory, kernels), **contact, farthest=farthest, heating=heating)
+        stepper = SlideStepper(memory, **contact, farthest=farthest, heating=heating)
         course, makes = {"velocity": over_times(self.velocity, self.times)}, sliding_history
         if self.adhesion is not None:
             law = Attraction(self.adhesion.scaled(scale.length, scale.compliance), grid.periodic)
             stepper = replace(stepper, law=law)
             course["tabor_number"], makes = tabor_numbers(self.adhesion, self), adhesive_sliding_history
         beside = {"grid": grid, "friction": jnp.broadcast_to(friction, grid.shape)}
-        if self.adhesion is not None and self.friction is not None:
-            strength = jnp.zeros(()) if self.shear_strength is None else self.shear_strength
-            memory = replace(memory, shear=(friction, scale.from_si("pressure", strength)))
-            stepper = replace(stepper, memory=memory)
+        if shear is not None:
             beside["shear_strength"] = jnp.broadcast_to(strength, grid.shape)
         course["times"] = self.times
         return Plan(stepper, self.steps(scale, motion), scale, errors, course, beside, makes)
@@ -378,9 +394,11 @@ class SlideStepper(PressStepper):
             contact.dent is not None
         ):  # the lateral force of a dented body ploughs, whether or not the body creeps
             memory, fields = self._of_body, self.memory.of_body(contact.memory)
-            displaced = memory._by_traction(fields, step.more, contact.dent.shape)
-            if displaced is None:  # there is no friction with an indenter that creeps
-                displaced = outcome.fields.get("indenter_displacement")
+            parts = [memory.by_traction(fields, step.more, contact.dent.shape)]
+            parts = [
+                part for part in [*parts, outcome.fields.get("indenter_displacement")] if part is not None
+            ]
+            displaced = sum(parts[1:], start=parts[0]) if parts else None
             force = memory.observer.hysteresis(contact.pressure, displaced, step.more.direction)
             outcome = outcome._replace(numbers=outcome.numbers | {"hysteresis_force": force})
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]

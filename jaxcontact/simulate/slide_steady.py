@@ -38,6 +38,7 @@ from jaxcontact.operators.kernels import (
     deepest_strain,
     joint_errors,
     rub,
+    rub_indenter,
 )
 from jaxcontact.operators.operator import Family, Operator, series_entries
 from jaxcontact.response.body_facts import creeps_far, is_fluid
@@ -441,11 +442,13 @@ def film_wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, thic
 
 @pytree
 class RubbedWake:
-    """wake: of the pressure; rubbing: on the doubled grid; direction: e, (2,), zero at rest."""
+    """wake: of the pressure; rubbing: on the doubled grid; direction: e, (2,), zero at rest; facing: of the surface of an
+    indenter that creeps or is coated, on the grid, else None. It has relaxed."""
 
     wake: Wake
     rubbing: Rubbing
     direction: Array
+    facing: Rubbing | None
 
     def added_to(self, operator: Operator) -> Operator:
         """Return the operator with friction."""
@@ -454,6 +457,12 @@ class RubbedWake:
     def displacement(self, pressure: Array) -> Array:
         """Return the normal displacement under the tractions alone, (nx, ny)."""
         return spectral.convolve(self.spectrum(), self.rubbing.sheared(pressure), self.wake.periodic)
+
+    def of_indenter(self, pressure: Array) -> Array | float:
+        """Return the part of ``displacement`` of an indenter that creeps or is coated, (nx, ny)."""
+        if self.facing is None:
+            return 0.0
+        return spectral.convolve(self.relaxed(), self.rubbing.sheared(pressure), self.wake.periodic)
 
     def coulomb_force(self, pressure: Array) -> Array:
         """Return the sum of mu p against the motion, (); zero at rest."""
@@ -468,10 +477,23 @@ class RubbedWake:
         total = jnp.sum(self.rubbing.sheared(pressure))
         return jnp.sum(jnp.where(flows, strength, 0.0)) * total / self.wake.speed
 
+    def _along(self, spectra: Array) -> Array:
+        """Return spectra (..., 2, my/2 + 1, mx) of tractions along x and y for one along the velocity."""
+        return jnp.tensordot(spectra, self.direction, ((-3,), (0,)))
+
+    def relaxed(self) -> Array:
+        """(my/2 + 1, mx) of the displacement of the indenter over p, under a traction that has stood for ever."""
+        assert self.facing is not None
+        spectra, rates = self.facing.spectra(self.wake.shape), self.facing.rates
+        times = jnp.where(rates > 0.0, 1.0 / jnp.where(rates > 0.0, rates, 1.0), 0.0)
+        return self._along(spectra[0] + jnp.tensordot(times, self.facing.lasting(spectra), 1))
+
     def spectrum(self) -> Array:
         """(my/2 + 1, mx) of all of it over p."""
-        along = lambda spectra: jnp.tensordot(spectra, self.direction, ((-3,), (0,)))
-        shape, rubbing = self.wake.shape, self.rubbing
+        return self._of_body() if self.facing is None else self._of_body() + self.relaxed()
+
+    def _of_body(self) -> Array:
+        along, shape, rubbing = self._along, self.wake.shape, self.rubbing
         at_once = along(rubbing.spectra(shape)[0])
         if not rubbing.rates.size:
             return at_once
@@ -526,7 +548,7 @@ def slide_steady(
             in its own frame, so that in the steady state it has relaxed; its material does not flow without limit.
         friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
             contact slips. With None, and at zero velocity, there is no traction. ``friction_coefficient`` of the result is
-            the total, which includes hysteresis. None with an indenter that creeps or is coated.
+            the total, which includes hysteresis.
         adhesion: as in ``indent``; the control may then be negative. Coulomb's friction is mu times the pressure that
             contact carries, the net pressure plus the attraction (``contact_pressure`` of the result). The surfaces approach
             from a distance, under a load from a contact that is pressed with the size of the load; a state that is reached
@@ -670,7 +692,8 @@ def _run(
         wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
         coefficient = friction if adhesion is None else jnp.ones(())
         rubbing = rub(experiment.body, experiment.indenter, wide, scale, coefficient)
-        rubbed = RubbedWake(wake, rubbing, direction)
+        facing = rub_indenter(experiment.indenter, grid, scale, coefficient)
+        rubbed = RubbedWake(wake, rubbing, direction, facing)
         if adhesion is None:
             operator = rubbed.added_to(operator)
         else:
@@ -713,9 +736,11 @@ def _run(
     of_indenter: dict[str, Array] = {}
     if of_its_own is not None:
         stood = of_its_own.steady(p)
-        displaced = of_its_own.displacement(stood, p)
+        pressed = of_its_own.displacement(stood, p)
+        displaced = pressed if displaced is None else displaced + pressed
+        moved = pressed if rubbed is None else pressed + rubbed.of_indenter(sheared)
         strain = of_its_own.observe(stood, p, none)["film_strain"]
-        of_indenter = {"indenter_displacement": displaced, "indenter_film_strain": strain}
+        of_indenter = {"indenter_displacement": moved, "indenter_film_strain": strain}
     observer = Observer.of(experiment.indenter.profile(grid) / scale.length, wake.ratio, wake.periodic)
     pushed, centre, leading = observer.surface(p, direction)
     hysteresis = observer.hysteresis(p, displaced, direction) if wake.kernels.rates.size else none
@@ -738,7 +763,10 @@ def _run(
         }
     )
     in_si = with_totals(scale.to_si(**fields), vector)
-    errors = kernels.errors() if rubbed is None else joint_errors(wake.kernels, rubbed.rubbing.expansion)
+    rubbings = (
+        [] if rubbed is None else [each for each in (rubbed.rubbing, rubbed.facing) if each is not None]
+    )
+    errors = joint_errors(kernels, *(each.expansion for each in rubbings)) if rubbings else kernels.errors()
     mu = jnp.broadcast_to(mu, profile.shape)
     return SteadySliding(grid=grid, velocity=vector, friction=mu, **in_si), errors
 

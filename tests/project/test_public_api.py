@@ -73,7 +73,7 @@ MEMBERS = {
     " friction_work",
     jc.RubbingHistory: "thickness temperature friction_work step_error pressure gap notes plot",
     jc.InteriorFields: "depths stress displacement von_mises peak plot notes summary to_xarray",
-    jc.Deflection: "grid times displacement truncation_bound response_error status notes",
+    jc.Deflection: "grid times displacement truncation_bound response_error status notes to_xarray",
     jc.NumpyFunction: "apply vjp",
     jc.Study: "folder cases failures notes notes_in_words done stacked",
     jc.SteadyRolling: "pressure traction slip_ratio stick tangential_load creepage power plot gap peak_pressure"

@@ -23,7 +23,8 @@ from jaxcontact.reference import hertz
 from jaxcontact.results import storage
 from jaxcontact.results.notes import Diagnostics, Note
 
-RESULTS = {name: kind for name, kind in storage.result_classes().items() if kind is not jc.InteriorFields}
+UNDER_NO_CONTACT = jc.InteriorFields, jc.Deflection
+RESULTS = {name: kind for name, kind in storage.result_classes().items() if kind not in UNDER_NO_CONTACT}
 BALL = jc.Sphere(5e-3, STEEL)
 GRID = jc.Grid.square(n=16, width=300e-6)
 

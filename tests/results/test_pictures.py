@@ -55,6 +55,54 @@ def test_the_film_of_a_rubbed_body_is_below_its_surface_in_the_scale_of_the_heig
     assert not any(text.get_text().startswith("film") for text in ax.texts)
 
 
+def test_what_grows_on_the_indenter_is_drawn_on_the_indenter():
+    """Its lower side touches the surface, and its upper side is the indenter as it was."""
+    pressed = (np.abs(X) < 20e-6).astype(float)[:, None]
+    profile = 1e2 * X[:, None] ** 2
+    result = SimpleNamespace(
+        grid=GRID, pressure=pressed, profile=profile, displacement=1e-7 - profile * pressed, load=1.0, approach=1e-7,
+        contact_radius=20e-6, diagnostics=SimpleNamespace(), thickness=2e-8 + 5e-8 * pressed,
+        initial_indenter_film=np.full_like(pressed, 2e-8),
+    )  # fmt: skip
+    ax = Figure().subplots()
+    figures.contact_section(ax, result)
+    assert any(text.get_text() == "film up to 70 nm on the indenter" for text in ax.texts)
+    film, outline, surface, *_ = (np.asarray(line.get_ydata()) for line in ax.lines)
+    here = np.abs(X) < 43e-6
+    np.testing.assert_allclose(film, (profile[:, 0] - 1e-7 + 2e-8)[here], atol=1e-15)
+    np.testing.assert_allclose(film - outline, result.thickness[here, 0], atol=1e-15)
+    touching = np.abs(X[here]) < 20e-6
+    np.testing.assert_allclose(outline[touching], surface[touching], atol=1e-15)
+
+
+def test_the_layers_of_a_coated_indenter_are_drawn_and_named():
+    steel = jc.Elastic(80e9)
+    coat = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9), 2e-6), jc.Layer(jc.Elastic(3e9), 5e-6)], steel)
+    result = SimpleNamespace(
+        grid=GRID, pressure=np.ones((100, 1)), profile=1e2 * X[:, None] ** 2, displacement=np.zeros((100, 1)), load=1.0,
+        approach=1e-7, contact_radius=20e-6, diagnostics=SimpleNamespace(),
+    )  # fmt: skip
+    plain, coated = Figure().subplots(), Figure().subplots()
+    figures.contact_section(plain, result)
+    figures.contact_section(coated, result, None, jc.Sphere(1e-3, coat))
+    assert len(coated.lines) == len(plain.lines) + 2
+    names = "Elastic, G = 80 GPa\nElastic, G = 3 GPa, 5 µm\nElastic, G = 1 GPa, 2 µm"
+    assert names in [text.get_text() for text in coated.texts]
+
+
+def test_the_moment_of_rolling_with_spin_is_the_end_of_its_curve():
+    grid = jc.Grid((6, 5), (2e-6, 3e-6))
+    x, y = np.broadcast_arrays(*grid.coordinates())
+    traction = np.stack([-2.0 * y, 3.0 * x])
+    moment = float(np.sum(3.0 * x**2 + 2.0 * y**2) * grid.cell_area)
+    state = SimpleNamespace(grid=grid, traction=traction, pressure=np.ones(grid.shape), moment=moment)
+    ax = plotting.moment_over_the_radius(Figure().subplots(), state)
+    (line,) = ax.lines
+    unit = plotting.scale_of(np.array([moment]), "N m")[0]
+    np.testing.assert_allclose(line.get_ydata()[-1] * unit, moment, rtol=1e-12)
+    np.testing.assert_allclose(line.get_xdata()[-1], np.hypot(x, y).max() * 1e6, rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("times", "decades"),
     [

@@ -129,6 +129,109 @@ def test_slide_of_a_creeping_ball_on_a_stiff_flat_is_its_indentation():
     assert np.max(np.abs(found.hysteresis_force)) < 1e-6 * np.max(found.load)
 
 
+# Coefficients of friction that are a number and a field. With 0.6 the pressure changes by a fifth.
+MU = [0.6, 0.6 * np.linspace(0.5, 1.0, 256).reshape(GRID.shape)]
+RUBBED = ("pressure", "displacement", "approach", "lateral_force", "hysteresis_force", "coulomb_force")
+
+
+def alike(found, expected, rtol, names=RUBBED):
+    for name in names:
+        a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=rtol * np.max(np.abs(b)), err_msg=name)
+
+
+@pytest.mark.parametrize("friction", MU)
+def test_slide_steady_with_friction_of_a_ball_coated_with_its_own_material_is_that_of_the_elastic_ball(
+    friction,
+):
+    """Askew, over a body that creeps and is dissimilar, whose hysteresis contains a part by the traction."""
+    steel = jc.Elastic(G=1.2e6, nu=0.45)
+    coat, body = jc.LayeredHalfSpace([jc.Layer(steel, 1.5e-4)], steel), as_body(solid(1.5))
+    given = {"velocity": (1e-4, -2e-4), "grid": GRID, "friction": friction}
+    found = jc.slide_steady(body, jc.Sphere(R, coat), STEADY, **given)
+    alike(found, jc.slide_steady(body, jc.Sphere(R, steel), STEADY, **given), 1e-10)
+
+
+@pytest.mark.parametrize("friction", MU)
+def test_slide_steady_with_friction_of_a_creeping_ball_is_that_of_a_ball_of_its_relaxed_modulus(friction):
+    body, relaxed = as_body(solid(1.5)), jc.Elastic(G=1e6 * 5e5 / 1.5e6, nu=0.4)
+    given = {"velocity": 2e-4, "grid": GRID, "friction": friction}
+    found = jc.slide_steady(body, jc.Sphere(R, solid()), STEADY, **given)
+    alike(found, jc.slide_steady(body, jc.Sphere(R, relaxed), STEADY, **given), 1e-10)
+
+
+def test_friction_under_a_creeping_ball_on_a_stiff_flat_is_that_of_a_stiff_ball_which_moves_the_other_way():
+    """The traction on the ball is the opposite of that on the flat. At a constant approach the pressure of a contact that
+    does not change its size is G(t) times that of unit modulus (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438),
+    and the displacement by the traction, whatever the modulus, the same at all times."""
+    flat, unit = as_body(jc.Elastic(G=1e13, nu=0.4)), as_body(jc.Elastic(G=1.0, nu=0.4))
+    control, times, velocity = jc.Approach(2e-5), np.array([0.0, 0.25, 0.5, 1.0]), np.array([1e-4, -5e-5])
+    given = {"grid": GRID, "friction": MU[0]}
+    found = jc.slide(flat, jc.Sphere(R, solid()), control, times, velocity=velocity, substeps=16, **given)
+    expected = jc.slide_steady(unit, jc.Sphere(R), control, velocity=-velocity, **given)
+    for t, pressure, moved in zip(times, found.pressure, found.indenter_displacement, strict=True):
+        size = np.max(expected.pressure)
+        np.testing.assert_allclose(pressure / solid().relaxation(t), expected.pressure, atol=3e-4 * size)
+        np.testing.assert_allclose(moved, expected.displacement, atol=3e-4 * np.max(expected.displacement))
+    same = jc.slide_steady(unit, jc.Sphere(R), control, velocity=velocity, **given)
+    assert np.max(np.abs(same.pressure - expected.pressure)) > 0.1 * np.max(same.pressure)
+
+
+@pytest.mark.parametrize("friction", MU)
+def test_slide_with_friction_of_two_creeping_surfaces_tends_to_slide_steady(friction):
+    body, ball = as_body(solid(1.5)), jc.Sphere(R, coated())
+    times = np.array([0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 12.0])
+    given = {"velocity": 2e-4, "grid": GRID, "friction": friction}
+    end = jc.slide(body, ball, STEADY, times, substeps=4, **given)
+    steady = jc.slide_steady(body, ball, STEADY, **given)
+    for name in (*RUBBED, "indenter_displacement", "indenter_film_strain"):
+        a, b = np.asarray(getattr(end, name))[-1], np.asarray(getattr(steady, name))
+        rtol = 1e-2 if name.endswith("_force") else 2e-3
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=rtol * np.max(np.abs(b)), err_msg=name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("steady", [True, False])
+def test_gradients_of_friction_under_a_creeping_ball(steady):
+    """By the ball's moduli and viscosity, and the coefficient: both modes and central differences."""
+
+    def last(values):
+        ball = jc.Sphere(R, jc.StandardLinearSolid(1e6 * values[0], 5e5 * values[1], 4e5 * values[2], nu=0.4))
+        given = {"velocity": 2e-4, "grid": GRID, "friction": 0.6 * values[3], "tolerance": 1e-12}
+        if steady:
+            found = jc.slide_steady(as_body(solid(1.5)), ball, STEADY, **given)
+            return jnp.stack([found.approach * 1e5, found.lateral_force[0] * 1e4])
+        found = jc.slide(as_body(solid(1.5)), ball, STEADY, [0.0, 0.5, 1.0], **given)
+        return jnp.stack([found.approach[-1] * 1e5, found.lateral_force[-1, 0] * 1e4])
+
+    at, step = jnp.ones(4), 1e-5
+    run = jax.jit(last)
+    backward, forward = jax.jit(jax.jacrev(last))(at), jax.jit(jax.jacfwd(last))(at)
+    moved = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(4)]
+    np.testing.assert_allclose(forward, backward, atol=MODES * np.abs(backward).max())
+    np.testing.assert_allclose(backward, np.stack(moved, 1), atol=CENTRAL_DIFFERENCE * np.abs(backward).max())
+
+
+@pytest.mark.slow
+def test_adhesion_and_friction_under_a_ball_coated_with_its_own_material():
+    """Steady and over time, with Coulomb's friction and a shear strength."""
+    steel = jc.Elastic(G=1.2e6, nu=0.45)
+    coat, body = jc.LayeredHalfSpace([jc.Layer(steel, 1.5e-4)], steel), as_body(solid(1.5))
+    given = {
+        "velocity": 2e-4,
+        "grid": GRID,
+        "friction": 0.4,
+        "adhesion": jc.DugdaleAdhesion(work=0.02, strength=4e3),
+        "shear_strength": 2e3,
+    }
+    names = (*RUBBED, "contact_pressure")
+    found, expected = (jc.slide_steady(body, jc.Sphere(R, solid), STEADY, **given) for solid in (coat, steel))
+    alike(found, expected, 1e-6, names)
+    times = [0.0, 0.5, 1.0]
+    found, expected = (jc.slide(body, jc.Sphere(R, each), STEADY, times, **given) for each in (coat, steel))
+    alike(found, expected, 1e-6, names)
+
+
 FLOWING_FILM = jc.LayeredHalfSpace([jc.Layer(burgers(), 1e-4)], solid())
 
 

@@ -127,6 +127,19 @@ MOTION = {
         ),
         r"thermal: expected None with adhesion, got Thermal",
     ),
+    "a shift of the times of a ball that creeps in a slide": (
+        lambda: jc.slide(
+            BODY,
+            jc.Sphere(1e-3, jc.Maxwell(1e9, 1e9)),
+            LOAD,
+            TIMES,
+            velocity=1e-9,
+            grid=GRID,
+            friction=0.3,
+            thermal=jc.Thermal(300.0, 50.0, diffusivity=1e-5, shift=jc.ArrheniusShift(1e-19, 300.0)),
+        ),
+        r"indenter material: expected Elastic or None with a shift in thermal=, got Maxwell",
+    ),
     "heat without friction in a slide": (
         lambda: slide(1e-9, thermal=HOT),
         r"friction: expected a coefficient with thermal=, got None",
@@ -307,9 +320,9 @@ MOTION = {
         lambda: steady(1.0, friction=np.full((8, 7), 0.3)),
         r"friction: expected a number or shape \(8, 8\), got shape \(8, 7\)",
     ),
-    "friction under a creeping ball": (
-        lambda: steady(1.0, on_steel(), indenter=jc.Sphere(1e-3, jc.Maxwell(1e9, 1e9)), friction=0.3),
-        r"friction: expected None with an indenter that creeps or is coated",
+    "friction under a ball with a loose coating": (
+        lambda: steady(1.0, on_steel(), indenter=jc.Sphere(1e-3, gel()), friction=0.3),
+        r"friction: expected bonded layers, got one with bonded=False",
     ),
     "a ball that flows in steady sliding": (
         lambda: steady(1.0, on_steel(), indenter=jc.Sphere(1e-3, jc.Maxwell(1e9, 1e9))),
