@@ -400,6 +400,10 @@ PRESSING = {
         lambda: indent(indenter=jc.HeightField(np.ma.masked_greater(np.eye(8), 0.5))),
         r"heights: expected numbers without masked entries, got 8 masked of 64",
     ),
+    "a load with a unit": (
+        lambda: jc.Load(np.ones(2).view(type("Quantity", (np.ndarray,), {"unit": "mN", "to": None}))),
+        r"value: expected plain numbers in SI, got a quantity with the unit 'mN': convert it",
+    ),
     "a number for a control": (lambda: indent(control=60.0), r"control: expected Load or Approach, got 60.0"),
     "a load of another length": (
         lambda: indent(control=jc.Load([1.0, 2.0, 3.0])),
