@@ -243,6 +243,9 @@ def _nanometres() -> Iterator[Finding]:
     kernels = jc.kernels(HALF_SPACE, tip, other)
     press = lambda: jc.indent(HALF_SPACE, tip, control, [0.0], grid=own, kernels=kernels)
     yield refused("kernels of 1 nm on cells of 0.5 nm", "accepted, approach 37 % off", press, "kernels|grid")
+    other = jc.LayeredHalfSpace([], jc.Elastic(2e9, 0.3))
+    press = lambda: jc.indent(other, tip, control, [0.0], grid=own, kernels=jc.kernels(HALF_SPACE, tip, own))
+    yield refused("kernels of half the modulus", "accepted, approach 59 % off", press, "kernels")
 
 
 @line("6a", "the error of time steps that are too long",
@@ -308,7 +311,8 @@ def _oblong_cells() -> Iterator[Finding]:
         yield at_most(f"mean area, aspect {aspect:g}, 8 cells across", was, off, 0.25, "%")
 
 
-@line("8", "masked arrays", "project/test_masked_arrays.py::test_a_mask_is_refused_with_the_number_of_its_entries")
+@line("8", "masked arrays", "project/test_masked_arrays.py::test_a_mask_is_refused_with_the_number_of_its_entries",
+      "project/test_masked_arrays.py::test_a_quantity_is_refused_with_its_unit")  # fmt: skip
 def _masks() -> Iterator[Finding]:
     spike = np.ma.array(np.zeros((8, 8)), mask=np.eye(8, dtype=bool))
     t = np.ma.array(np.arange(1.0, 9.0), mask=np.arange(8) == 3)
@@ -321,6 +325,8 @@ def _masks() -> Iterator[Finding]:
         ("hardness", lambda: jc.indent(HALF_SPACE, jc.Sphere(1e-3), jc.Load(1e-3), [0.0], grid=grid, hardness=spike + 1e9)),
     ):  # fmt: skip
         yield refused(what, "mask lost", call, "masked")
+    quantity = np.ones(2).view(type("Quantity", (np.ndarray,), {"unit": "mN", "to": None}))
+    yield refused("a load in mN", "unit lost", lambda: jc.Load(quantity), "unit")
 
 
 @line("9", "materials of spectra over tens of decades",
@@ -394,21 +400,21 @@ def _pull_off() -> Iterator[Finding]:
 
 @line("14", "creep moduli",
       "fitting/test_foreign_files.py::test_a_creep_modulus_is_the_inverse_of_a_tensile_compliance",
+      "fitting/test_foreign_files.py::test_a_creep_modulus_under_a_longer_name_is_no_relaxation_modulus",
       "fitting/test_kinds_of_files.py::test_the_modulus_of_a_creep_test_is_not_read_as_a_relaxation_modulus")  # fmt: skip
 def _creep_modulus() -> Iterator[Finding]:
     """D = 1e-9 (t/s)^0.2 [1/Pa] in tension; J = 2 (1 + nu) D, whose springpot has V = 1/(2 (1 + nu) 1e-9 Gamma(1.2))."""
     t = np.geomspace(1.0, 1e4, 25)
     right = 1.0 / (2.7e-9 * math.gamma(1.2))
     with tempfile.TemporaryDirectory() as folder:
-        for name in ("Creep modulus [MPa]", "Kriechmodul [MPa]"):
+        for name in ("Creep modulus [MPa]", "Kriechmodul [MPa]", "Creep Modulus of film A [MPa]"):
             path = Path(folder) / "creep.csv"
-            path.write_text(
-                f"t [s],{name}\n" + "".join(f"{a:.9g},{1e3 / a**0.2:.9g}\n" for a in t)
-            )
-            yield refused(f"{name} as a relaxation", "16 % off", lambda: fitting.read_relaxation(path), "creep")  # noqa: B023
-            fit = fitting.fit_creep(
-                fitting.read_creep(path, convention="D", nu=0.35, start=0.0), "Springpot", weights="relative"
-            )
+            path.write_text(f"t [s],{name}\n" + "".join(f"{a:.9g},{1e3 / a**0.2:.9g}\n" for a in t))
+            chosen = lambda key: {"columns": {key: name}} if "film" in name else {}  # noqa: B023
+            read = lambda: fitting.read_relaxation(path, **chosen("modulus"))  # noqa: B023
+            yield refused(f"{name} as a relaxation", "16 % off", read, "creep")
+            data = fitting.read_creep(path, convention="D", nu=0.35, start=0.0, **chosen("creep_modulus"))
+            fit = fitting.fit_creep(data, "Springpot", weights="relative")
             yield within(f"{name} as creep", "-", fit.values["V"], right, 1e-3, "Pa s^a")
 
 
@@ -509,7 +515,7 @@ def _induction() -> Iterator[Finding]:
         h = growth / law["removal_rate"] * -np.expm1(-law["removal_rate"] * np.maximum(t - 600.0, 0.0))
         h = h * (1.0 + 0.03 * rng.standard_normal(25)) + 0.01 * h.max() * rng.standard_normal(25)
         data.append(fitting.GrowthData(t, h, stress=stress, temperature=temperature))
-    yield verdict("growth after 600 s, fitted without", "accepted", fitting.fit_growth(data), "rejected", "common shape")
+    yield verdict("growth after 600 s, fitted without", "accepted", fitting.fit_growth(data), "rejected", "common shape|trend")
     fit = fitting.fit_growth(data, induction="fit")
     yield within("the induction time, fitted", "not offered", fit.induction[0], 600.0, 0.1, "s")
 
@@ -562,6 +568,7 @@ def _short_holds() -> Iterator[Finding]:
 
 @line("25", "inputs of fits in other units, clocks and sizes",
       "fitting/test_indentation_fits.py::test_depths_in_other_units_are_refused",
+      "fitting/test_stiffness.py::test_depths_in_other_units_are_refused",
       "fitting/test_indentation_fits.py::test_a_hold_with_a_clock_of_its_own_has_a_note_on_its_ramp",
       "fitting/test_adhesive_curve.py::test_a_curve_in_other_units_or_with_another_sign_is_refused",
       "fitting/test_modulus.py::test_a_standard_deviation_far_from_the_data_is_refused",
@@ -571,12 +578,16 @@ def _short_holds() -> Iterator[Finding]:
 def _odd_inputs() -> Iterator[Finding]:
     data = creep_curve()
     good = force_curve(None, noise=0.01)
-    wrong = fitting.IndentationData(t=good.t, load=good.load, depth=1e3 * good.depth, marks=good.marks)
+    deep = fitting.IndentationData(t=good.t, load=good.load, depth=1e3 * good.depth, marks=good.marks)
     jkr = functools.partial(
         fitting.fit_indentation, model="Elastic", adhesion="JKR", indenter=jc.Sphere(RADIUS), nu=NU_OF_CURVE,
         control="depth", contact_point="fit",
     )  # fmt: skip
-    yield refused("JKR, depths in nm taken as um", "accepted", lambda: jkr(wrong), "depth")
+    yield refused("JKR, depths in nm taken as um", "accepted", lambda: jkr(deep), "depth")
+    depth = np.linspace(5e-8, 1e-6, 50)
+    wrong = fitting.StiffnessData(depth=1e3 * depth, stiffness=1e8 * np.sqrt(depth))
+    stiff = lambda: fitting.fit_stiffness(wrong, indenter=jc.Sphere(5e-6))
+    yield refused("stiffness, depths in mm", "accepted, G 32 times too small", stiff, "depth")
     over = lambda: fitting.fit_creep(data, "StandardLinearSolid", sigma=1e300)
     yield refused("sigma = 1e300", "an error of numpy", over, "sigma")
     fit = fitting.fit_creep(data, "StandardLinearSolid")
