@@ -775,7 +775,7 @@ def _memory_maps() -> Iterator[Finding]:
         "import jax, jax.numpy as jnp, jaxcontact as jc\n"
         "from jaxcontact._compile.memory_maps import watch\n"
         "seen = watch()\n"
-        "seen.limit = 2 * seen._count() + 600; seen.allowed = 0.5 * seen.limit\n"
+        "seen.limit = 2 * seen._count() + 100; seen.allowed = 0.5 * seen.limit\n"
         "for n in range(40): jax.jit(lambda x: jnp.sort(jnp.cumsum(x) * x))(jnp.ones(n + 3)).block_until_ready()\n"
         "print(seen.releases, seen._count(), seen.limit)\n"
     )
