@@ -31,7 +31,9 @@ STANDING = 0.2  # change of the logarithm of the stress over that of the modulus
 TENSILE = ("e(t)", "e'", 'e"', "e*", "|e*|", "estor", "eloss", "erelax", "tensile")
 
 # in a heading of more words than the names of creep moduli in table.py, such as "Creep modulus of film A"
-OF_CREEP = re.compile(r"creep[ _-]*(modulus|stiffness)|kriech[ _-]*modul|module de fluage|クリープ弾性率", re.IGNORECASE)
+OF_CREEP = re.compile(
+    r"creep[ _-]*(modulus|stiffness)|kriech[ _-]*modul|module de fluage|クリープ弾性率", re.IGNORECASE
+)
 
 
 def read_relaxation(
@@ -251,7 +253,11 @@ def _tension(path: str, taken: Series, convention: str, nu: float | None) -> tup
     for column in columns:
         creep = "creep modulus" in (column.name or "") or OF_CREEP.search(column.label) is not None
         if creep or column.name in ("stress", "tensile stress"):
-            what = "a creep modulus: read_creep(columns={'creep_modulus': ...}) reads it" if creep else "a stress"
+            what = (
+                "a creep modulus: read_creep(columns={'creep_modulus': ...}) reads it"
+                if creep
+                else "a stress"
+            )
             raise ValueError(f"{path}: column {column.label!r}: expected a modulus of this test, got {what}")
     if tensile and nu is None:
         raise ValueError(f"{path}: column {label!r}: a tensile test needs nu= for E = 2 (1 + nu) G, got none")

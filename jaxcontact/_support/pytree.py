@@ -57,7 +57,9 @@ def refuse_masked(name: str, value: Any) -> None:
         )
     elif hasattr(value, "to") and (hasattr(value, "unit") or hasattr(value, "units")):
         unit = getattr(value, "unit", None) or getattr(value, "units", None)
-        raise ValueError(f"{name}: expected plain numbers in SI, got a quantity with the unit {str(unit)!r}: convert it")
+        raise ValueError(
+            f"{name}: expected plain numbers in SI, got a quantity with the unit {str(unit)!r}: convert it"
+        )
 
 
 def _in_words(obj: Any) -> str:

@@ -398,12 +398,15 @@ def check_kernels(kernels: Kernels, body: LayeredHalfSpace, grid: Grid, indenter
     other = "kernels: expected those of this body and this material of the indenter, got those of"
     if made is not None:
         checks.require(
-            made.size == own.size, f"{other} {made.size} numbers for {own.size}, as of other materials or layers"
+            made.size == own.size,
+            f"{other} {made.size} numbers for {own.size}, as of other materials or layers",
         )
         equal = jnp.isclose(made, own, rtol=SAME, atol=0.0)
         if is_concrete(equal) and not np.all(equal):
             first = int(np.argmin(equal))
-            raise ValueError(f"{other} another, with {float(made[first]):.6g} in the place of {float(own[first]):.6g}")
+            raise ValueError(
+                f"{other} another, with {float(made[first]):.6g} in the place of {float(own[first]):.6g}"
+            )
         near = jnp.append(near, jnp.all(equal))
     if not is_concrete(near):
         return jnp.all(near)

@@ -355,7 +355,9 @@ def test_a_creep_modulus_is_the_inverse_of_a_tensile_compliance(tmp_path, head):
         fitting.read_relaxation(save(tmp_path, text))
 
 
-@pytest.mark.parametrize("name", ["Creep Modulus E(t) [MPa]", "Creep stiffness [MPa]", "Kriechmodul Folie A [MPa]"])
+@pytest.mark.parametrize(
+    "name", ["Creep Modulus E(t) [MPa]", "Creep stiffness [MPa]", "Kriechmodul Folie A [MPa]"]
+)
 def test_a_creep_modulus_under_a_longer_name_is_no_relaxation_modulus(tmp_path, name):
     """Also where it is chosen as such, as the message on a missing column says."""
     path = save(tmp_path, table(f"t [s],{name}", T, 1e-6 / J, **FULL))

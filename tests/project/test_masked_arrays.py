@@ -109,10 +109,14 @@ class Quantity(np.ndarray):
         raise NotImplementedError(unit)
 
 
-@pytest.mark.parametrize("name", ["heights", "load", "times", "velocity of slide", "pressure", "J", "depth", "stiffness"])
+@pytest.mark.parametrize(
+    "name", ["heights", "load", "times", "velocity of slide", "pressure", "J", "depth", "stiffness"]
+)
 def test_a_quantity_is_refused_with_its_unit(name):
     good, call = CALLS[name]
-    with pytest.raises(ValueError, match="expected plain numbers in SI, got a quantity with the unit 'mm': convert it"):
+    with pytest.raises(
+        ValueError, match="expected plain numbers in SI, got a quantity with the unit 'mm': convert it"
+    ):
         call(np.asarray(good).view(Quantity))
 
 
