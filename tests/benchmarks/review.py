@@ -6,8 +6,8 @@
 Lines are numbered as in the review: 1 to 4 on derivatives, 5 to 11 on numbers of simulations, 12 to 27 on fits, 28 to 33
 on files and commands, 37 to 40 on pages, further functions, studies and memory. Each is measured here as a user would, by a
 call of the package or of its command, and compared with a closed form or with a value from another method. Some have
-findings of the same kind in other places, seen since then. A line has the tests that hold it; the script checks that they are
-there, and does not run them. It ends with status 1 where a line does not hold.
+findings of the same kind in other places, seen since then. A line has the tests that hold it; the script checks that they
+are there, and does not run them. It ends with status 1 where a line does not hold.
 
 Files of measurements and of instruments are those of ``shared/data`` beside a checkout; what needs them is left out, with
 a word, where they are missing.
