@@ -507,6 +507,18 @@ def zeroed(data: IndentationData) -> tuple[IndentationData, float]:
     return dataclasses.replace(data, load=data.load - zero, notes=(*data.notes, note)), MEDIAN * spread
 
 
+DEEPEST = 2.0  # depth over the radius of a ball, beyond which it is in other units
+
+
+def check_depth(indenter: Any, depth: float) -> None:
+    """Raise ValueError for a largest depth [m] beyond the diameter of a ball, which is in other units."""
+    if isinstance(indenter, jc.Sphere) and depth > DEEPEST * float(indenter.radius):
+        raise ValueError(
+            f"depth: expected less than {DEEPEST:g} times the radius of the ball, {float(indenter.radius):.3g} m, got"
+            f" {depth:.3g} m: expected a depth in m and not in mm, um or nm, and a radius in m"
+        )
+
+
 # of the least load, which a retraction of the right sign does not have at its largest depths
 LEAST_AT_ONCE = 0.75
 

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 import jaxcontact as jc
-from fitting.data.indentation import STIFFNESS, paraboloid_note, probe_of
+from fitting.data.indentation import STIFFNESS, check_depth, paraboloid_note, probe_of
 from fitting.data.stiffness import StiffnessData
 from fitting.data.weights import choose_weights
 from fitting.inference import verdict
@@ -370,6 +370,7 @@ def fit_stiffness(
     weights = "estimated" if weights is None and sigma is None and data.sigma is None else weights
     sigma = data.sigma if weights is None and sigma is None else sigma
     check_unbonded(unbonded, thickness)
+    check_depth(indenter, float(data.depth.max()))
     body = _body(indenter, nu, thickness, substrate)._replace(bonded=not unbonded)
     tip = _tip(data, indenter, contact, area, epsilon, beta)
     depth, stiffness, widest = data.depth, data.stiffness, float(tip.radii.max())

@@ -30,6 +30,11 @@ STANDING = 0.2  # change of the logarithm of the stress over that of the modulus
 # initial parts of the names of tensile columns
 TENSILE = ("e(t)", "e'", 'e"', "e*", "|e*|", "estor", "eloss", "erelax", "tensile")
 
+# in a heading of more words than the names of creep moduli in table.py, such as "Creep modulus of film A"
+OF_CREEP = re.compile(
+    r"creep[ _-]*(modulus|stiffness)|kriech[ _-]*modul|module de fluage|クリープ弾性率", re.IGNORECASE
+)
+
 
 def read_relaxation(
     path: str | os.PathLike, *, columns: dict | None = None, units: dict | None = None,
@@ -246,8 +251,13 @@ def _tension(path: str, taken: Series, convention: str, nu: float | None) -> tup
     ]
     label = (tensile or columns)[0].label
     for column in columns:
-        if column.name in ("creep modulus", "shear creep modulus", "stress", "tensile stress"):
-            what = "a creep modulus, which read_creep reads" if "creep" in column.name else "a stress"
+        creep = "creep modulus" in (column.name or "") or OF_CREEP.search(column.label) is not None
+        if creep or column.name in ("stress", "tensile stress"):
+            what = (
+                "a creep modulus: read_creep(columns={'creep_modulus': ...}) reads it"
+                if creep
+                else "a stress"
+            )
             raise ValueError(f"{path}: column {column.label!r}: expected a modulus of this test, got {what}")
     if tensile and nu is None:
         raise ValueError(f"{path}: column {label!r}: a tensile test needs nu= for E = 2 (1 + nu) G, got none")

@@ -90,7 +90,8 @@ NAMES = {
     "tensile modulus": "E elasticmodulus youngsmodulus young'smodulus youngmodulus elastizitätsmodul emodul"
     " tensilemodulus indentationmodulus",
     # ISO 899-1 and 899-2: stress over strain under a constant stress, 1/D(t), which is no relaxation modulus
-    "creep modulus": "creepmodulus tensilecreepmodulus flexuralcreepmodulus ec(t) kriechmodul"
+    "creep modulus": "creepmodulus tensilecreepmodulus flexuralcreepmodulus ec(t) kriechmodul creepmoduluse(t)"
+    " creepmodulusec creepmodulusec(t) kriechmodulec kriechmodulec(t) creepstiffness creepstiffnesss(t)"
     " zugkriechmodul biegekriechmodul moduledefluage módulodefluencia クリープ弾性率",
     "shear creep modulus": "shearcreepmodulus schubkriechmodul scherkriechmodul",
     "reduced modulus": "reducedmodulus reducedmod er reduziertermodul",

@@ -13,7 +13,7 @@ import scipy
 
 import jaxcontact as jc
 from fitting.data.contact import find_contact
-from fitting.data.indentation import IndentationData, Probe, probe_of, with_earlier
+from fitting.data.indentation import IndentationData, Probe, check_depth, probe_of, with_earlier
 from fitting.data.weights import choose_weights
 from fitting.models import adhesive_contact
 from fitting.models.halfspace import surface
@@ -31,7 +31,6 @@ TIMES = np.geomspace(3e-3, 3.0, 7)  # initial retardation times over the duratio
 SHARED = np.array([0.45, 0.45, 0.1])  # initial shares of the instantaneous, retarded and viscous parts
 VISIBLE = 1e-2  # smallest scaled compliance of a part at these starts
 LEAST = 1e-8  # least scaled fluidity, or branch, of a film: at zero the decay rates are not differentiable
-DEEPEST = 2.0  # depth over the radius of a ball, beyond which it is in other units
 STEPPED = 0.1  # fraction of the largest load from which a first point has a note on when it was applied
 LEAST_LOAD = 0.5  # fraction of the largest load below which the contact certainly shrinks
 
@@ -288,14 +287,8 @@ def _check(data: IndentationData, control: str, rise: float | None) -> None:
 
 def _check_size(data: IndentationData, pressing: Pressing) -> None:
     """Raise ValueError for depths beyond the diameter of a ball, which are in other units."""
-    # the grid of a film has checks of its own
-    if isinstance(pressing.indenter, jc.Sphere) and not pressing.film:
-        way, radius = float(np.ptp(data.depth)), float(pressing.indenter.radius)
-        if way > DEEPEST * radius:
-            raise ValueError(
-                f"depth: expected less than {DEEPEST:g} times the radius of the ball, {radius:.3g} m, got {way:.3g} m:"
-                " expected a depth in m and not in mm, um or nm, and a radius in m"
-            )
+    if not pressing.film:  # the grid of a film has checks of its own
+        check_depth(pressing.indenter, float(np.ptp(data.depth)))
 
 
 def _check_contact(data: IndentationData, kept: np.ndarray, power: float, film: bool) -> None:

@@ -23,7 +23,7 @@ def pytree(cls: type[T]) -> type[T]:
     """Make ``cls`` a frozen dataclass whose fields are leaves, except those made by ``static``.
 
     Values are not checked at construction, because jax rebuilds these objects with tracers, None and plain objects inside;
-    only masked entries are refused.
+    only masked entries and units are refused.
     Unless the class defines its own ``repr``, it is printed with its fields, an array of more than a few numbers by its
     shape and range.
     """
@@ -43,16 +43,22 @@ def pytree(cls: type[T]) -> type[T]:
 
 
 def refuse_masked(name: str, value: Any) -> None:
-    """Raise ValueError for a numpy array with masked entries, or a list or tuple with one.
+    """Raise ValueError for a numpy array with masked entries or a quantity with a unit, or a list or tuple with one.
 
     Conversions to other arrays drop a mask without a word, and the values beneath it, often spikes, would be computed
-    with. An array whose mask is empty is accepted."""
+    with. An array whose mask is empty is accepted. They drop the unit of a quantity of astropy (``unit``) or pint
+    (``units``) likewise, and 5 mN would be 5 N; labelled arrays, which have no method ``to``, are accepted."""
     if isinstance(value, list | tuple):
         for each in value:
             refuse_masked(name, each)
     elif isinstance(value, np.ma.MaskedArray) and (masked := int(np.ma.count_masked(value))):
         raise ValueError(
             f"{name}: expected numbers without masked entries, got {masked} masked of {value.size}: fill or cut them"
+        )
+    elif hasattr(value, "to") and (hasattr(value, "unit") or hasattr(value, "units")):
+        unit = getattr(value, "unit", None) or getattr(value, "units", None)
+        raise ValueError(
+            f"{name}: expected plain numbers in SI, got a quantity with the unit {str(unit)!r}: convert it"
         )
 
 

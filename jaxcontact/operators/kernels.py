@@ -74,7 +74,8 @@ class Kernels:
     at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``; varying: for a film
     whose thickness varies in the plane, or None; all else is then of one thickness, until ``at``; indenter: the kernels of
     an indenter that creeps or is coated, in the same scale, or None: an elastic one is in C_0; rigid_base: whether the
-    displacement of a periodic grid has a mean.
+    displacement of a periodic grid has a mean; made_of: the numbers of the body and of the indenter's material, (n,), with
+    which a run compares its own, None within a run.
     """
 
     family: Family
@@ -91,6 +92,7 @@ class Kernels:
     varying: VaryingThickness | None = None
     indenter: Kernels | None = None
     rigid_base: bool = static(default=False)
+    made_of: Array | None = None
 
     def __repr__(self) -> str:
         rates = "none" if self.rates.size == 0 else f"{value_in_words(self.rates)} 1/s"
@@ -184,11 +186,18 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
         valid = valid & check_stiffness(surface)
     checks.whole("nodes", nodes, 1, 8)
     built = compiled_build(*as_float64((body, indenter, grid)), nodes=nodes)
+    built = replace(built, made_of=numbers_of(body, indenter))
     return built if valid is True else jax.tree.map(lambda a: jnp.where(valid, a, jnp.nan), built)
 
 
-def check_kernels(kernels: Kernels, grid: Grid, indenter: Indenter) -> Verdict:
-    """Kernels of that grid, with those of an indenter that has kernels of its own."""
+def numbers_of(body: LayeredHalfSpace, indenter: Indenter) -> Array:
+    """Return all numbers of a body and of an indenter's material, (n,), in the order of their trees."""
+    leaves = jax.tree.leaves(as_float64((body, indenter.material)))
+    return jnp.concatenate([jnp.ravel(leaf) for leaf in leaves])
+
+
+def check_kernels(kernels: Kernels, body: LayeredHalfSpace, grid: Grid, indenter: Indenter) -> Verdict:
+    """Kernels of that body and grid, with those of an indenter that has kernels of its own."""
     built, names = kernels.grid, ("of one that is elastic or rigid", "of one that creeps or is coated")
     has, needs = kernels.indenter is not None, indenter.surface() is not None
     checks.require(
@@ -204,6 +213,20 @@ def check_kernels(kernels: Kernels, grid: Grid, indenter: Indenter) -> Verdict:
     )
     pairs = zip(built.spacing, grid.spacing, strict=True)
     near = jnp.stack([jnp.isclose(a, b, rtol=SAME, atol=0.0) for a, b in pairs])
+    made, own = kernels.made_of, numbers_of(body, indenter)
+    other = "kernels: expected those of this body and this material of the indenter, got those of"
+    if made is not None:
+        checks.require(
+            made.size == own.size,
+            f"{other} {made.size} numbers for {own.size}, as of other materials or layers",
+        )
+        equal = jnp.isclose(made, own, rtol=SAME, atol=0.0)
+        if is_concrete(equal) and not np.all(equal):
+            first = int(np.argmin(equal))
+            raise ValueError(
+                f"{other} another, with {float(made[first]):.6g} in the place of {float(own[first]):.6g}"
+            )
+        near = jnp.append(near, jnp.all(equal))
     if not is_concrete(near):
         return jnp.all(near)
     ours, theirs = (tuple(float(f"{float(d):.10g}") for d in g.spacing) for g in (built, grid))

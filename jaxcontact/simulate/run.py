@@ -150,7 +150,8 @@ class Experiment:
         exact = correspondence == "exact"
         if kernels is not None:
             checks.require(exact, 'kernels: expected correspondence="exact" with them')
-            valid = valid & check_kernels(kernels, grid, indenter)
+            valid = valid & check_kernels(kernels, body, grid, indenter)
+            kernels = replace(kernels, made_of=None)  # so that all runs share a program
         valid = valid & check_stiffness(body)
         if surface is not None:
             checks.require(

@@ -475,25 +475,25 @@ SCENARIOS: dict[str, Scenario] = {
     "rub, worn indenter": Scenario(
         jc.rub, pressed(BODY([], SOFT), jc.Load(0.12), velocity=1e-3, law=ARCHARD), ACCURATE | {"wears": "indenter"}
     ),
-    # ---- without a contact
+    # ---- without a contact; depths end at the surface, at which central differences do not exist
     "subsurface, elastic films": Scenario(
         jc.subsurface,
         {"body": BODY([LAYER(jc.Elastic(1e9, 0.4), 30e-6), LAYER(jc.Elastic(5e9, 0.3), 20e-6)], STEEL), "grid": GRID,
          "pressure": hill(GRID, 1e7), "traction": np.stack([hill(GRID, 2e6), hill(GRID, -1e6)]),
-         "depths": np.array([0.0, 3e-6, 20e-6, 60e-6])},
+         "depths": np.array([0.1e-6, 3e-6, 20e-6, 60e-6])},
         {},
     ),
     "subsurface, after a history": Scenario(
         jc.subsurface,
         {"body": BODY([LAYER(SLS, 30e-6)], SOFT), "grid": GRID,
          "pressure": np.stack([hill(GRID, 1e7), hill(GRID, 1.4e7), hill(GRID, 0.8e7)]), "times": TIMES,
-         "depths": np.array([0.0, 3e-6, 60e-6])},
+         "depths": np.array([0.1e-6, 3e-6, 60e-6])},
         {},
     ),
     "subsurface, half-space": Scenario(
         jc.subsurface,
         {"body": BODY([], jc.Elastic(1e9, 0.4)), "grid": GRID, "pressure": hill(GRID, 1e7),
-         "traction": np.stack([hill(GRID, 2e6), hill(GRID, -1e6)]), "depths": np.array([0.0, 3e-6, 60e-6])},
+         "traction": np.stack([hill(GRID, 2e6), hill(GRID, -1e6)]), "depths": np.array([0.1e-6, 3e-6, 60e-6])},
         {},
     ),
     "flash_temperature, oblique": Scenario(

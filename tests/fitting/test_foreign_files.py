@@ -355,6 +355,18 @@ def test_a_creep_modulus_is_the_inverse_of_a_tensile_compliance(tmp_path, head):
         fitting.read_relaxation(save(tmp_path, text))
 
 
+@pytest.mark.parametrize(
+    "name", ["Creep Modulus E(t) [MPa]", "Creep stiffness [MPa]", "Kriechmodul Folie A [MPa]"]
+)
+def test_a_creep_modulus_under_a_longer_name_is_no_relaxation_modulus(tmp_path, name):
+    """Also where it is chosen as such, as the message on a missing column says."""
+    path = save(tmp_path, table(f"t [s],{name}", T, 1e-6 / J, **FULL))
+    with pytest.raises(ValueError, match=r"got a creep modulus: read_creep"):
+        fitting.read_relaxation(path, columns={"modulus": name})
+    data = fitting.read_creep(path, columns={"creep_modulus": name}, nu=0.3)
+    np.testing.assert_allclose(data.compliance, 2.6 * J, rtol=1e-7)
+
+
 def test_a_modulus_under_a_plain_name(tmp_path):
     for head, given, factor in (
         ("t [s],G [Pa]", {}, 1.0),

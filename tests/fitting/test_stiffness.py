@@ -257,6 +257,16 @@ def test_mistakes(given, message):
         )
 
 
+def test_depths_in_other_units_are_refused():
+    """With depths in mm taken as m, and another modulus, the stiffness of a ball is described as well."""
+    depth = np.linspace(5e-8, 1e-6, 50)
+    data = fitting.StiffnessData(depth=1e3 * depth, stiffness=4.0 * G * np.sqrt(R * depth) / (1.0 - NU))
+    with pytest.raises(
+        ValueError, match=r"depth: expected less than 2 times the radius of the ball, 5e-06 m, got 0.001 m"
+    ):
+        fitting.fit_stiffness(data, indenter=BALL, nu=NU)
+
+
 def test_mistakes_in_data():
     with pytest.raises(ValueError, match="stiffness: expected values > 0 N/m, got 0 at index 0"):
         fitting.StiffnessData(depth=range(1, 7), stiffness=range(6))

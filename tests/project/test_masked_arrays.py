@@ -1,4 +1,5 @@
-"""Masked arrays of numpy: no entry drops a mask, beneath which values are often spikes or fill values of 1e20."""
+"""Masked arrays and quantities with units: no entry drops a mask, beneath which values are often spikes or fill values of
+1e20, or a unit."""
 
 import numpy as np
 import pytest
@@ -97,6 +98,26 @@ def test_a_mask_is_refused_with_the_number_of_its_entries(name):
     bad = [masked(good[0])] if isinstance(good, list) else masked(good)
     with pytest.raises(ValueError, match=MASKED.format(np.size(good))):
         call(bad)
+
+
+class Quantity(np.ndarray):
+    """What arrays of astropy and quantities of pint have in common: numbers, a unit, and a conversion."""
+
+    unit = "mm"
+
+    def to(self, unit):
+        raise NotImplementedError(unit)
+
+
+@pytest.mark.parametrize(
+    "name", ["heights", "load", "times", "velocity of slide", "pressure", "J", "depth", "stiffness"]
+)
+def test_a_quantity_is_refused_with_its_unit(name):
+    good, call = CALLS[name]
+    with pytest.raises(
+        ValueError, match="expected plain numbers in SI, got a quantity with the unit 'mm': convert it"
+    ):
+        call(np.asarray(good).view(Quantity))
 
 
 def test_an_empty_mask_is_no_mask():

@@ -95,3 +95,11 @@ def test_every_module_file_and_member_in_double_backticks_is_there():
             named = re.findall(r"``([A-Za-z_][\w/]*\.[\w./]*\w)``", line)
             dead += [f"{path.relative_to(ROOT)}:{number}: {name}" for name in named if not there(name)]
     assert not dead, "\n".join(dead)
+
+
+def test_every_test_that_holds_a_fault_of_the_review_is_there():
+    from tests.benchmarks import review
+
+    for number, line in review.LINES.items():
+        assert line.tests and not review.missing_tests(line.tests), number
+    assert review.missing_tests(("fitting/test_creep.py::test_what_nobody_wrote", "no/file.py::test_x"))

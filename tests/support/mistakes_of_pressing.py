@@ -45,6 +45,10 @@ class Parabola(Adhesion):
         return self.work * jnp.maximum(1.0 - gap / self.range, 0.0) ** 3
 
 
+def half_space(modulus):
+    return jc.LayeredHalfSpace([], jc.Elastic(modulus, 0.3))
+
+
 PRESSING = {
     "a number for a law of adhesion": (
         lambda: indent(adhesion=0.05),
@@ -400,6 +404,10 @@ PRESSING = {
         lambda: indent(indenter=jc.HeightField(np.ma.masked_greater(np.eye(8), 0.5))),
         r"heights: expected numbers without masked entries, got 8 masked of 64",
     ),
+    "a load with a unit": (
+        lambda: jc.Load(np.ones(2).view(type("Quantity", (np.ndarray,), {"unit": "mN", "to": None}))),
+        r"value: expected plain numbers in SI, got a quantity with the unit 'mN': convert it",
+    ),
     "a number for a control": (lambda: indent(control=60.0), r"control: expected Load or Approach, got 60.0"),
     "a load of another length": (
         lambda: indent(control=jc.Load([1.0, 2.0, 3.0])),
@@ -438,6 +446,15 @@ PRESSING = {
     "kernels of other cells across": (
         lambda: indent(kernels=jc.kernels(BODY, BALL, jc.Grid((8, 8), (75e-6, 150e-6)))),
         r"kernels: expected those of cells of \(7.5e-05, 7.5e-05\) m, got \(7.5e-05, 0.00015\)",
+    ),
+    "kernels of another modulus": (
+        lambda: indent(half_space(2e9), kernels=jc.kernels(half_space(1e9), BALL, GRID)),
+        r"kernels: expected those of this body and this material of the indenter, got those of another, with 1e\+09 in"
+        r" the place of 2e\+09",
+    ),
+    "kernels without the film": (
+        lambda: indent(kernels=jc.kernels(half_space(1e9), BALL, GRID)),
+        r"kernels: expected those of this body .* got those of \d+ numbers for \d+, as of other materials or layers",
     ),
     "kernels of another shape": (
         lambda: indent(kernels=jc.kernels(BODY, BALL, jc.Grid((8, 9), GRID.spacing))),
