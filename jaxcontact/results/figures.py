@@ -63,10 +63,10 @@ def load_against_approach(ax: Axes, history: Any) -> Axes:
 
 
 def _losses(history: Any, lost: float) -> str:
-    """Return the energy lost in a cycle, in jumps and, where it is known, in the body."""
+    """Return the energy lost in a cycle and, in a line below, in jumps and, where it is known, in the body."""
     jumps, body = (float(np.asarray(a)[-1]) for a in (history.jump_energy, history.viscous_energy))
-    words = f"lost {prefixed(lost, 'J')}, in jumps {prefixed(jumps, 'J')}"
-    return words if np.isnan(body) else f"{words}, in the body {prefixed(body, 'J')}"
+    words = f"lost {_short(lost, 'J')}\nin jumps {_short(jumps, 'J')}"
+    return words if np.isnan(body) else f"{words}, in the body {_short(body, 'J')}"
 
 
 def _closed(values: np.ndarray) -> bool:
