@@ -242,6 +242,8 @@ def _times(t: np.ndarray, begin: float, end: float) -> np.ndarray:
     later = t[t > begin]
     if _scale(t) == "linear" and not end > DECADES * max(begin, later[0]):
         return np.linspace(begin, end, FINE)
+    if begin > 0.0:
+        return np.geomspace(begin, end, FINE)
     return np.append(begin, np.geomspace(later[0], end, FINE - 1))
 
 

@@ -297,11 +297,12 @@ def _last(result: Any, name: str) -> float:
 
 
 def _draw_load(ax: Axes, result: Any, sizes: Sizes) -> None:
-    """Draw the load as an arrow, with its value, the radius of a ball and the approach."""
+    """Draw the load, if there is one, as an arrow, and write its value, the approach and the radius of a ball."""
     half, _, high, span = sizes
     load = _last(result, "load")
     arrow = ARROW | {"arrowstyle": "->" if load >= 0.0 else "<-", "lw": 1.8}
-    ax.annotate("", (0.0, high + 0.05 * span), (0.0, high + 0.55 * span), arrowprops=arrow)
+    if load != 0.0:
+        ax.annotate("", (0.0, high + 0.05 * span), (0.0, high + 0.55 * span), arrowprops=arrow)
     radius = float(np.asarray(getattr(result.diagnostics, "ball_radius", np.inf)))
     lines = [f"load {_short(load, 'N')}", f"approach {_short(_last(result, 'approach'), 'm')}"]
     x, profile = np.asarray(result.grid.axes()[0]), last_map(result.profile)
@@ -662,7 +663,7 @@ def deflection_figure(under: Any) -> Figure:
         ax.set(xlabel=f"x [{x_name}]", ylabel=f"displacement into the body [{name}]")
         ax.invert_yaxis()
 
-    at_last: Panel = lambda ax: plotting.quantity_map(ax, x, y, displacement[-1], "displacement")
+    at_last: Panel = lambda ax: _fit(plotting.quantity_map(ax, x, y, displacement[-1], "displacement"), under)
     return _sheet([[along_x] if under.grid.plane_strain else [at_last, along_x]])
 
 
