@@ -552,7 +552,7 @@ class AdhesiveFit(Fit):
             top.plot(
                 depth[~kept], load[~kept], ".", markersize=3, color="0.8", label="out of contact, not fitted"
             )
-            for name, colour in (("approach", "C0"), ("hold", "C2"), ("retract", "C1")):
+            for name, colour in (("approach", sheet.VIOLET), ("hold", sheet.GREEN), ("retract", sheet.BLUE)):
                 on = kept & (data.segments == name)
                 if on.any():
                     top.plot(depth[on], load[on], ".", markersize=3, color=colour, label=name)

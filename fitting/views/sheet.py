@@ -37,6 +37,8 @@ EARLY = 0.1  # fraction of the duration with half of the samples, below which th
 DECADES = 20.0  # ratio of the ends of an axis of J or G above which it is logarithmic, and of its values
 STEEP = 3.0
 STYLE = "jaxcontact.style"  # that of the figures of results
+# its colours; names such as C0 would be those of the style in which a figure is saved
+VIOLET, BLUE, GREEN = "#440154", "#31688e", "#23a06b"
 REFUSED = "#b2182b"  # red, of the verdict of a fit that is rejected
 RESIDUAL = "residual\n[std. deviations]"
 FINE = 400  # number of points of a line
@@ -219,12 +221,12 @@ def scale_axes(axes: Any, t: np.ndarray, values: np.ndarray, of_material: bool) 
         # a first point at zero stays in view, left of the first decade
         axes.set_xscale("log") if t[0] > 0.0 else axes.set_xscale("symlog", linthresh=later[0], linscale=0.3)
         if np.all(values > 0.0) and np.max(values) > STEEP * np.min(values):
-            _logarithmic(axes, values)
+            logarithmic(axes, values)
     else:
         axes.set_xscale(_scale(t))
 
 
-def _logarithmic(axes: Any, values: np.ndarray) -> None:
+def logarithmic(axes: Any, values: np.ndarray) -> None:
     """Make the vertical axis logarithmic, with more ticks where it spans few decades."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
@@ -275,7 +277,7 @@ def _band(axes: Any, fit: Any, t: np.ndarray) -> None:
 # Figure of an indentation curve: the selected points over the measured ones.
 
 
-COLOURS = {"approach": "C0", "hold": "C1", "retract": "C2"}
+COLOURS = {"approach": VIOLET, "hold": BLUE, "retract": GREEN}
 
 
 @styled

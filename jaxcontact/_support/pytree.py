@@ -48,7 +48,9 @@ class Base:
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         if args or kwargs:
             name = type(self).__name__
-            raise TypeError(f"{name}: expected the decorator jaxcontact.abc.pytree above its class, got a class without it")
+            raise TypeError(
+                f"{name}: expected the decorator jaxcontact.abc.pytree above its class, got a class without it"
+            )
 
 
 def refuse_masked(name: str, value: Any) -> None:

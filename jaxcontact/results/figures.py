@@ -53,7 +53,12 @@ def load_against_approach(ax: Axes, history: Any) -> Axes:
     )
     for i in jumped:
         ax.plot(
-            x[i : i + 2], y[i : i + 2], "--", color="C3", lw=1.4, label="jump" if i == jumped[0] else None
+            x[i : i + 2],
+            y[i : i + 2],
+            "--",
+            color="#a09000",
+            lw=1.4,
+            label="jump" if i == jumped[0] else None,
         )
     ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
     ax.set(xlabel=f"approach [{x_name}]", ylabel=f"load [{y_name}]")

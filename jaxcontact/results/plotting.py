@@ -70,8 +70,8 @@ def first_after_zero(times: Any) -> float:
 
 
 def colours_of_time(times: Any) -> ScalarMappable:
-    """Return a sequential colour map of times [s]: logarithmic where they span decades, in their order where most of them lie
-    in a tenth of the duration.
+    """Return a sequential colour map of times [s]: logarithmic where they span decades, and in their order where most of them
+    lie in a tenth of the duration.
     """
     times = np.asarray(times, dtype=float)
     low, high = float(times[0]), float(times[-1])
@@ -80,7 +80,9 @@ def colours_of_time(times: Any) -> ScalarMappable:
     elif _crowded(times):
         different = np.unique(times)
         order = np.linspace(0.0, 1.0, different.size)
-        norm = FuncNorm((lambda t: np.interp(t, different, order), lambda c: np.interp(c, order, different)), low, high)
+        norm = FuncNorm(
+            (lambda t: np.interp(t, different, order), lambda c: np.interp(c, order, different)), low, high
+        )
     else:
         norm = Normalize(low, high if high > low else low + 1.0)
     return ScalarMappable(norm, colormaps[COLOURS].resampled(256))

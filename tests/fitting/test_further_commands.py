@@ -14,7 +14,6 @@ from jaxcontact.__main__ import main
 from tests.support.tables import read_back
 
 
-
 @pytest.mark.slow
 def test_nothing_stops_a_batch(tmp_path, capsys):
     """Three curves of two moduli, one file of words: a folder for each fit, a line for each file."""

@@ -358,8 +358,12 @@ def test_the_shell_fits_several_files(tmp_path, capsys):
     assert found["files"] == [f"film{k}.csv" for k in range(5)]
     names = ["curve", "temperature [K]", "quantity", "t [s]", "measured [m]", "fitted [m]", RESIDUAL]
     written = read_back(out / "curve.csv", names)
-    np.testing.assert_allclose(written["measured [m]"], np.concatenate([one.thickness for one in data]), rtol=1e-7)
-    np.testing.assert_array_equal(written["temperature [K]"], np.repeat([one.temperature for one in data], T.size))
+    np.testing.assert_allclose(
+        written["measured [m]"], np.concatenate([one.thickness for one in data]), rtol=1e-7
+    )
+    np.testing.assert_array_equal(
+        written["temperature [K]"], np.repeat([one.temperature for one in data], T.size)
+    )
     with pytest.raises(ValueError, match="--temperature: expected one number, or 5 for as many files, got 2"):
         main(["growth", *files, "--stress", stress, "--temperature", "353,373", "-o", str(tmp_path / "b")])
     with pytest.raises(ValueError, match=r"film0.csv: --temperature: expected a number > 0 K"):
