@@ -70,8 +70,8 @@ def first_after_zero(times: Any) -> float:
 
 
 def colours_of_time(times: Any) -> ScalarMappable:
-    """Return a sequential colour map of times [s]: logarithmic where they span decades, and in their order where most of them
-    lie in a tenth of the duration.
+    """Return a sequential colour map of times [s]: logarithmic where they span decades, and in their order where most lie
+    in a tenth of the duration.
     """
     times = np.asarray(times, dtype=float)
     low, high = float(times[0]), float(times[-1])

@@ -283,6 +283,6 @@ def test_the_command_reads_a_hold_and_writes_its_parameters(tmp_path, capsys):
     printed = capsys.readouterr().out
     summary = json.loads((out / "summary.json").read_text())
     assert "permeability" in printed and (out / "fit.png").exists()
-    assert len(read_back(out / "curve.csv", curve_of("load", "N"))) > 20
+    assert len(read_back(out / "curve.csv", curve_of("force", "N"))) > 20
     low, high = summary["intervals"]["D_m2_per_s"]
     assert low < D < high and summary["permeability_m2"]["value"] > 0
