@@ -919,7 +919,7 @@ class MapFit:
                         spans,
                         fmt=".",
                         color=colour,
-                        label=verdict_ if some.any() else None,
+                        label=verdict_ if np.any(np.isfinite(values[some])) else None,
                     )
                 else:
                     one.plot(number[some], values[some], ".", color=colour)
