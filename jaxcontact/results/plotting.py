@@ -457,9 +457,8 @@ def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any
     colours = colormaps[COLOURS](np.linspace(0.0, 0.92, len(shown)))
     for ax, (name, table) in zip(axes, tables.items(), strict=True):
         for order, (i, colour) in enumerate(zip(shown, colours, strict=True)):
-            dashes = ("solid", (0, (3.7, 1.6)), (0, (1.0, 1.65)), (0, (6.4, 1.6, 1.0, 1.6)))[order % 4]
-            if order % 4:
-                dashes = (2.65 * (order // 4), dashes[1])
+            gaps = ((), (3.7, 1.6), (1.0, 1.65), (6.4, 1.6, 1.0, 1.6))[order % 4]
+            dashes: Any = (2.65 * (order // 4), gaps) if gaps else "-"
             ax.plot(times, table[i], linestyle=dashes, color=colour, lw=1.8, label=parameters[i])
         ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
         ax.set_title(name)
