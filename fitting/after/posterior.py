@@ -383,7 +383,7 @@ def draw(found: Any, units: dict[str, str], profiles: dict[str, tuple[float, flo
         edges = (np.geomspace if wide else np.linspace)(values.min(), values.max(), BINS)
         axes.hist(values, edges, color="0.75")
         for place, (ends, colour, what) in enumerate(
-            ((found.intervals[name], "C0", "posterior"), (profiles[name], "C1", "profile"))
+            ((found.intervals[name], sheet.VIOLET, "posterior"), (profiles[name], sheet.BLUE, "profile"))
         ):
             shown = np.clip(ends, values.min(), values.max())  # an open side ends with the draws
             height = -0.04 * (1 + place) * axes.get_ylim()[1]

@@ -549,10 +549,10 @@ class AdhesiveFit(Fit):
 
         def panel(top: Any, bottom: Any) -> None:
             top.axhline(0.0, color="0.8", linewidth=0.8)
-            top.plot(
-                depth[~kept], load[~kept], ".", markersize=3, color="0.8", label="out of contact, not fitted"
-            )
-            for name, colour in (("approach", "C0"), ("hold", "C2"), ("retract", "C1")):
+            if not kept.all():
+                away = depth[~kept], load[~kept]
+                top.plot(*away, ".", markersize=3, color="0.8", label="out of contact, not fitted")
+            for name, colour in (("approach", sheet.VIOLET), ("hold", sheet.GREEN), ("retract", sheet.BLUE)):
                 on = kept & (data.segments == name)
                 if on.any():
                     top.plot(depth[on], load[on], ".", markersize=3, color=colour, label=name)

@@ -655,13 +655,13 @@ class ForceFit(Fit):
             top.plot(
                 self.depth, self.force, ".", markersize=3, color="0.4", label="data, baseline subtracted"
             )
-            top.plot(self.depth, self.model_force, color="C0", label="model")
-            top.plot(0.0, 0.0, "o", color="C1", label="contact point")
+            top.plot(self.depth, self.model_force, color=sheet.VIOLET, label="model")
+            top.plot(0.0, 0.0, "o", color=sheet.BLUE, label="contact point")
             for axes in (top, bottom):
                 axes.axvspan(
-                    -0.5 * abs(high - low), 0.5 * abs(high - low), color="C1", alpha=0.3, linewidth=0
+                    -0.5 * abs(high - low), 0.5 * abs(high - low), color=sheet.BLUE, alpha=0.3, linewidth=0
                 )
-                axes.axvline(0.0, color="C1", linewidth=0.8)
+                axes.axvline(0.0, color=sheet.BLUE, linewidth=0.8)
             sheet.axis_label(top.yaxis, "force", "N", self.force)
             bottom.plot(self.depth, PICO * (self.force - self.model_force), ".", markersize=3, color="0.4")
             sheet.axis_label(bottom.xaxis, "depth below the contact point", "m", np.abs(self.depth))

@@ -352,7 +352,7 @@ DEGREE, FINE = 32, 1e-9  # of the series of the factor of a thin sample, and its
 CALIBRATED = 16  # curves whose intervals are calibrated by simulation
 COARSE = 200  # means of neighbours among which the contact is sought first
 VERDICTS = ("accepted", "rejected", "failed")
-COLOURS = dict(zip(VERDICTS, ("C0", "C1", "0.6"), strict=True))
+COLOURS = dict(zip(VERDICTS, (sheet.VIOLET, sheet.BLUE, "0.6"), strict=True))
 SIZE = 5.0  # width of a map [inches]
 NUMBERS = re.compile(r"\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
 NO_CONTACT = (
@@ -919,7 +919,7 @@ class MapFit:
                         spans,
                         fmt=".",
                         color=colour,
-                        label=verdict_ if some.any() else None,
+                        label=verdict_ if np.any(np.isfinite(values[some])) else None,
                     )
                 else:
                     one.plot(number[some], values[some], ".", color=colour)

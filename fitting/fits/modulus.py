@@ -40,7 +40,7 @@ from fitting.views import sheet
 from jaxcontact.bodies.materials import Material
 
 FINE = 200  # points of a line of the figure
-NAMES, COLOURS = ("G'", "G''"), ("C0", "C2")
+NAMES, COLOURS = ("G'", "G''"), (sheet.VIOLET, sheet.GREEN)
 
 
 SHARES = 0.1, 0.5, 0.9  # retarded fractions of the starts
@@ -146,9 +146,12 @@ class ModulusFit(Fit):
             (at, storage, _), (_, loss, _) = rows
             with np.errstate(divide="ignore", invalid="ignore"):
                 factor = np.where((storage > 0.0) & (loss > 0.0), loss / storage, np.nan)
-            axes.loglog(at, factor, ".", markersize=4, color="0.4", label="data")
-            axes.loglog(line, model.imag / model.real, color="C1", label=self.model.__name__)
+            fitted = model.imag / model.real
+            axes.semilogx(at, factor, ".", markersize=4, color="0.4", label="data")
+            axes.semilogx(line, fitted, color=sheet.BLUE, label=self.model.__name__)
             axes.set(xlabel="ω [rad/s]", ylabel="tan δ = G''/G' [-]")
+            if fitted.min() > 0.0 and fitted.max() > sheet.STEEP * fitted.min():
+                sheet.logarithmic(axes, fitted)
             axes.legend(fontsize="small")
 
         return sheet.draw(

@@ -140,7 +140,7 @@ def posterior_covariance(found: SpectrumOptimum) -> tuple[np.ndarray, np.ndarray
     return found.variance * inverse[:m, :m], resolution[:m, :m]
 
 
-NAMES, COLOURS = ("G'", "G''"), ("C0", "C2")  # of the figure
+NAMES, COLOURS = ("G'", "G''"), (sheet.VIOLET, sheet.GREEN)  # of the figure
 PER_DECADE = 8  # times of the spectrum
 BEYOND = 1.0  # decades by which they exceed the range of the data at either end
 KNOWN = math.log(2.0)  # standard deviation of log H up to which the data resolve it
@@ -247,7 +247,7 @@ class SpectrumFit(Evidence):
         def spectrum(axes: Any) -> None:
             """Plot the spectrum, dashed where the data do not resolve it."""
             axes.loglog(self.tau, self.H, "--", color="0.6", label="not resolved")
-            axes.loglog(self.tau, np.where(self.resolved, self.H, np.nan), color="C0", label="H")
+            axes.loglog(self.tau, np.where(self.resolved, self.H, np.nan), color=sheet.VIOLET, label="H")
             band = [np.where(self.resolved, end, np.nan) for end in (self.low, self.high)]
             axes.fill_between(self.tau, *band, alpha=0.3, label=f"{100 * self.level:g} % band")
             known = self.high[self.resolved] if self.resolved.any() else self.H

@@ -219,7 +219,7 @@ class Minimum:
             ("loss", "norm of the gradient"),
             strict=True,
         ):
-            panel.plot(values, color="C0")
+            panel.plot(values, color=sheet.VIOLET)
             panel.set_yscale("log" if np.all(values > 0.0) else "linear")
             panel.set_xlabel("step")
             panel.set_ylabel(name)

@@ -37,10 +37,13 @@ EARLY = 0.1  # fraction of the duration with half of the samples, below which th
 DECADES = 20.0  # ratio of the ends of an axis of J or G above which it is logarithmic, and of its values
 STEEP = 3.0
 STYLE = "jaxcontact.style"  # that of the figures of results
+# its colours; names such as C0 would be those of the style in which a figure is saved
+VIOLET, BLUE, GREEN = "#440154", "#31688e", "#23a06b"
 REFUSED = "#b2182b"  # red, of the verdict of a fit that is rejected
 RESIDUAL = "residual\n[std. deviations]"
 FINE = 400  # number of points of a line
 EVERY = 3  # of these points, those at which a band is computed; 400 = 133 x 3 + 1
+HIDDEN = 3.0  # width of a band [points] that cannot be seen below its line
 LETTERS = 90  # characters of a line above the narrowest figure
 
 
@@ -109,8 +112,6 @@ def draw_material(fit: Any, path: Any) -> Any:
 
     def panel(top: Any, bottom: Any) -> None:
         line = _times(t, t[0], t[-1])
-        if direct:
-            _band(top, fit, line)
         top.plot(t, measured, ".", markersize=_dots(t), color="0.4", label="data")
         label = fit.model.__name__ + ("" if math.isnan(fit.r2) else f", R² = {fit.r2:.5f}")
         top.plot(*((line, fit.predict(line)) if direct else _broken(t, fit.fitted)), label=label)
@@ -118,6 +119,8 @@ def draw_material(fit: Any, path: Any) -> Any:
         bottom.plot(t, deviations(fit), ".", markersize=_dots(t), color="0.4")
         bottom.set(xlabel="{} [{}]".format(*fit.abscissa), ylabel=RESIDUAL)
         scale_axes(top, t, measured, direct)
+        if direct:
+            _band(top, fit, line)
 
     return draw(fit, path, panel, () if direct else (functools.partial(compliance, fit),))
 
@@ -218,12 +221,12 @@ def scale_axes(axes: Any, t: np.ndarray, values: np.ndarray, of_material: bool) 
         # a first point at zero stays in view, left of the first decade
         axes.set_xscale("log") if t[0] > 0.0 else axes.set_xscale("symlog", linthresh=later[0], linscale=0.3)
         if np.all(values > 0.0) and np.max(values) > STEEP * np.min(values):
-            _logarithmic(axes, values)
+            logarithmic(axes, values)
     else:
         axes.set_xscale(_scale(t))
 
 
-def _logarithmic(axes: Any, values: np.ndarray) -> None:
+def logarithmic(axes: Any, values: np.ndarray) -> None:
     """Make the vertical axis logarithmic, with more ticks where it spans few decades."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
@@ -241,33 +244,40 @@ def _times(t: np.ndarray, begin: float, end: float) -> np.ndarray:
     later = t[t > begin]
     if _scale(t) == "linear" and not end > DECADES * max(begin, later[0]):
         return np.linspace(begin, end, FINE)
+    if begin > 0.0:
+        return np.geomspace(begin, end, FINE)
     return np.append(begin, np.geomspace(later[0], end, FINE - 1))
 
 
 def compliance(fit: Any, axes: Any) -> None:
-    """Plot J(t) of the material and its band."""
-    since = fit.since
-    t = _times(since, 0.0, fit.duration)
-    _band(axes, fit, t)
+    """Plot J(t) of the material and its band; on a logarithmic axis from the time of the first sample on."""
+    first = float(fit.since[fit.since > 0.0][0])
+    t = _times(fit.since, first if fit.duration > DECADES * first else 0.0, fit.duration)
     axes.plot(t, fit.predict(t))
     axes.set_xlabel("time [s]")
     J = np.asarray(fit.predict(t))
     axis_label(axes.yaxis, "J", "1/Pa", J)
     scale_axes(axes, t, J, True)
+    _band(axes, fit, t)
     axes.legend()
 
 
 def _band(axes: Any, fit: Any, t: np.ndarray) -> None:
-    """Fill the band of J(t) at t (FINE,); its distances from J vary slowly, and are interpolated between nodes."""
+    """Fill the band of J(t) at t (FINE,) in axes that are scaled; a legend says so where the line of J hides it.
+
+    The distances of the band from J vary slowly, and are interpolated between nodes.
+    """
     nodes, J, place = t[::EVERY], fit.predict(t), np.arange(t.size)
     low, high = (J + np.interp(place, place[::EVERY], end - J[::EVERY]) for end in fit.band(nodes))
-    axes.fill_between(t, low, high, alpha=0.3, label=f"{100 * fit.level:g} % band")
+    ends = [axes.transData.transform(np.column_stack([t, end]))[:, 1] for end in (low, high)]
+    hidden = ", within the line" if np.max(ends[1] - ends[0]) < HIDDEN * axes.figure.dpi / 72.0 else ""
+    axes.fill_between(t, low, high, alpha=0.3, label=f"{100 * fit.level:g} % band{hidden}")
 
 
 # Figure of an indentation curve: the selected points over the measured ones.
 
 
-COLOURS = {"approach": "C0", "hold": "C1", "retract": "C2"}
+COLOURS = {"approach": VIOLET, "hold": BLUE, "retract": GREEN}
 
 
 @styled

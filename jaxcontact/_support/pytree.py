@@ -42,6 +42,17 @@ def pytree(cls: type[T]) -> type[T]:
     return made
 
 
+class Base:
+    """Base of classes that users extend: a subclass without the decorator ``pytree`` takes no arguments, and says why."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        if args or kwargs:
+            name = type(self).__name__
+            raise TypeError(
+                f"{name}: expected the decorator jaxcontact.abc.pytree above its class, got a class without it"
+            )
+
+
 def refuse_masked(name: str, value: Any) -> None:
     """Raise ValueError for a numpy array with masked entries or a quantity with a unit, or a list or tuple with one.
 

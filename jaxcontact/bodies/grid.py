@@ -89,6 +89,11 @@ class Grid:
                 f" got {type(value).__name__}",
             )
         refuse_masked("times", times)
+        shape = np.shape(times)
+        require(
+            len(shape) == 1 and shape[0] > 0,
+            f"Grid.around: times: expected a 1-d array of times [s], got shape {shape}",
+        )
         try:
             half = np.asarray(indenter.half_widths(body, control, np.asarray(times, dtype=float)))
         except (jax.errors.ConcretizationTypeError, jax.errors.TracerArrayConversionError):

@@ -30,7 +30,7 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import is_concrete, pytree, static
+from jaxcontact._support.pytree import Base, is_concrete, pytree, static
 from jaxcontact.bodies.grid import Grid, check_not_periodic
 
 BOLTZMANN = 1.380649e-23  # J/K, exact
@@ -58,7 +58,7 @@ class RubbingState:
     time: Array
 
 
-class KineticLaw:
+class KineticLaw(Base):
     """Base class of the laws, which can be added."""
 
     def rate(self, step: RubbingState) -> Array:
@@ -287,7 +287,7 @@ OWN_GAPS, OWN_ROUNDING = (
 )  # gaps at which a law of one's own is checked, and relative differences allowed
 
 
-class Adhesion(abc.ABC):
+class Adhesion(Base, abc.ABC):
     """The interface of a law of adhesion: attraction and energy as functions of the gap, cell by cell.
 
     A law of one's own is a subclass with a field or property ``work`` and these two methods, from which the rest follows.

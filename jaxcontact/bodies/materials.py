@@ -30,7 +30,7 @@ from jax.scipy.special import gammaln
 
 from jaxcontact._support import checks
 from jaxcontact._support.exponential import mean_decay, mittag_leffler
-from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace
+from jaxcontact._support.pytree import Base, as_float64, is_concrete, pytree, replace
 from jaxcontact.bodies import finite_elements
 
 # The canonical form of a material: its creep compliance as a sum of exponentials, and its relaxation modes.
@@ -275,19 +275,22 @@ def parallel_creep(spectrum: Spectrum, stiffness: Array) -> tuple[Array, Array, 
 NU = float("0.3")  # the default, distinguished by its identity from a value of 0.3 passed by the user
 
 
-class Material(abc.ABC):
+class Material(Base, abc.ABC):
     """Base class of materials: shear creep given by ``spectrum``, with a constant Poisson's ratio nu or a bulk modulus.
 
     Parameters are positive numbers, except those in ``may_be_zero`` and the ``lists``, which have a common length.
     """
 
     nu: Array | float | None
-    bulk_modulus: Array | float | None
+    bulk_modulus: Array | float | None = None  # also where a subclass has no such field
     may_be_zero: ClassVar[tuple[str, ...]] = ()
     lists: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         """Let a bulk modulus replace a nu that was not given."""
+        if not hasattr(self, "nu"):
+            name = type(self).__name__
+            raise TypeError(f"{name}: expected a field of Poisson's ratio, such as nu: float = 0.3, got none")
         if self.bulk_modulus is not None and self.nu is NU:
             object.__setattr__(self, "nu", None)
 

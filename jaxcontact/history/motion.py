@@ -12,7 +12,7 @@ from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import is_concrete, refuse_masked
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import check_friction
-from jaxcontact.bodies.grid import Grid
+from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.history.memory import Shift
 from jaxcontact.indenters.shapes import Indenter
 
@@ -202,6 +202,7 @@ def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> V
 
 def check_along_x(shape: tuple[int, ...], grid: Grid) -> Verdict:
     """One number, of this shape, in plane strain."""
+    check_grid(grid)
     checks.require(
         not grid.plane_strain or shape == (),
         f"velocity: expected one number, along x, in plane strain, got shape {shape}",

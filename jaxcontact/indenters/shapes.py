@@ -15,7 +15,7 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import is_concrete, pytree, replace
+from jaxcontact._support.pytree import Base, is_concrete, pytree, replace
 from jaxcontact.bodies.body import LayeredHalfSpace, at_its_thickest, check_material, checked_body
 from jaxcontact.bodies.controls import Control
 from jaxcontact.bodies.grid import Grid
@@ -34,7 +34,7 @@ ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths, so that there is no contact there
 
 
-class Indenter(abc.ABC):
+class Indenter(Base, abc.ABC):
     """Base class of indenters.
 
     fills_grid: whether the indenter ends at the grid's edge, so that contact there is contact at its own edge.

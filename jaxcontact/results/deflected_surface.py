@@ -37,7 +37,7 @@ class Deflection:
 
     def __repr__(self) -> str:
         nx, ny = self.grid.shape
-        what = f"Deflection of {nx} x {ny} cells at {jnp.size(self.times)} times"
+        what = f"Deflection of {nx} x {ny} cells at {jnp.size(self.times)} time{'s' if jnp.size(self.times) > 1 else ''}"
         if not is_concrete(self) or not hasattr(self.displacement, "__array__"):
             return what
         rows = [f"{what}: at most {prefixed(float(jnp.max(jnp.abs(self.displacement))), 'm')}"]

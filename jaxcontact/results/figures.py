@@ -53,7 +53,12 @@ def load_against_approach(ax: Axes, history: Any) -> Axes:
     )
     for i in jumped:
         ax.plot(
-            x[i : i + 2], y[i : i + 2], "--", color="C3", lw=1.4, label="jump" if i == jumped[0] else None
+            x[i : i + 2],
+            y[i : i + 2],
+            "--",
+            color="#a09000",
+            lw=1.4,
+            label="jump" if i == jumped[0] else None,
         )
     ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
     ax.set(xlabel=f"approach [{x_name}]", ylabel=f"load [{y_name}]")
@@ -63,10 +68,10 @@ def load_against_approach(ax: Axes, history: Any) -> Axes:
 
 
 def _losses(history: Any, lost: float) -> str:
-    """Return the energy lost in a cycle, in jumps and, where it is known, in the body."""
+    """Return the energy lost in a cycle and, in a line below, in jumps and, where it is known, in the body."""
     jumps, body = (float(np.asarray(a)[-1]) for a in (history.jump_energy, history.viscous_energy))
-    words = f"lost {prefixed(lost, 'J')}, in jumps {prefixed(jumps, 'J')}"
-    return words if np.isnan(body) else f"{words}, in the body {prefixed(body, 'J')}"
+    words = f"lost {_short(lost, 'J')}\nin jumps {_short(jumps, 'J')}"
+    return words if np.isnan(body) else f"{words}, in the body {_short(body, 'J')}"
 
 
 def _closed(values: np.ndarray) -> bool:
@@ -338,11 +343,12 @@ def _last(result: Any, name: str) -> float:
 
 
 def _draw_load(ax: Axes, result: Any, sizes: Sizes) -> None:
-    """Draw the load as an arrow, with its value, the radius of a ball and the approach."""
+    """Draw the load, if there is one, as an arrow, and write its value, the approach and the radius of a ball."""
     half, _, high, span = sizes
     load = _last(result, "load")
     arrow = ARROW | {"arrowstyle": "->" if load >= 0.0 else "<-", "lw": 1.8}
-    ax.annotate("", (0.0, high + 0.05 * span), (0.0, high + 0.55 * span), arrowprops=arrow)
+    if load != 0.0:
+        ax.annotate("", (0.0, high + 0.05 * span), (0.0, high + 0.55 * span), arrowprops=arrow)
     radius = float(np.asarray(getattr(result.diagnostics, "ball_radius", np.inf)))
     lines = [f"load {_short(load, 'N')}", f"approach {_short(_last(result, 'approach'), 'm')}"]
     x, profile = np.asarray(result.grid.axes()[0]), last_map(result.profile)
@@ -712,7 +718,7 @@ def deflection_figure(under: Any) -> Figure:
         ax.set(xlabel=f"x [{x_name}]", ylabel=f"displacement into the body [{name}]")
         ax.invert_yaxis()
 
-    at_last: Panel = lambda ax: plotting.quantity_map(ax, x, y, displacement[-1], "displacement")
+    at_last: Panel = lambda ax: _fit(plotting.quantity_map(ax, x, y, displacement[-1], "displacement"), under)
     return _sheet([[along_x] if under.grid.plane_strain else [at_last, along_x]])
 
 

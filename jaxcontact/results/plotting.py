@@ -14,7 +14,7 @@ from matplotlib import colormaps
 from matplotlib import style as matplotlib_style
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap, LogNorm, Normalize
+from matplotlib.colors import FuncNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator
 
@@ -33,6 +33,7 @@ STYLE = "jaxcontact.style"
 # a part of the duration: where the middle one of the times after zero is earlier, times and their colours are logarithmic;
 # of times with equal ratios it is where they span 1.2 decades, of evenly spaced ones it is half
 EARLY = 0.25
+CROWDED = 0.5  # share of the times in a tenth of the duration above which colours follow their order
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -69,14 +70,29 @@ def first_after_zero(times: Any) -> float:
 
 
 def colours_of_time(times: Any) -> ScalarMappable:
-    """Return a sequential colour map of times [s], logarithmic where they span decades."""
+    """Return a sequential colour map of times [s]: logarithmic where they span decades, and in their order where most lie
+    in a tenth of the duration.
+    """
     times = np.asarray(times, dtype=float)
     low, high = float(times[0]), float(times[-1])
     if shows_decades(times):
         norm: Normalize = LogNorm(first_after_zero(times), high)
+    elif _crowded(times):
+        different = np.unique(times)
+        order = np.linspace(0.0, 1.0, different.size)
+        norm = FuncNorm(
+            (lambda t: np.interp(t, different, order), lambda c: np.interp(c, order, different)), low, high
+        )
     else:
         norm = Normalize(low, high if high > low else low + 1.0)
     return ScalarMappable(norm, colormaps[COLOURS].resampled(256))
+
+
+def _crowded(times: np.ndarray) -> bool:
+    """Return whether most times lie in some tenth of the duration, so that their colours would be alike."""
+    window = 0.1 * (times[-1] - times[0])
+    inside = np.searchsorted(times, times + window, side="right") - np.arange(times.size)
+    return bool(times.size > 3 and np.max(inside) > CROWDED * times.size)
 
 
 def time_axis(ax: Axes, times: Any) -> None:
@@ -210,8 +226,10 @@ def time_lines(ax: Axes, x: Any, lines: Any, times: Any) -> Axes:
     low, high = colours.norm.vmin, colours.norm.vmax
     for index in pick(len(times)):
         ax.plot(x, lines[index], "-", color=colours.to_rgba(np.clip(times[index], low, high)), lw=1.2)
-    figure = ax.figure
-    figure.colorbar(colours, ax=ax, label="time [s]", pad=0.02)
+    bar = ax.figure.colorbar(colours, ax=ax, label="time [s]", pad=0.02)
+    if isinstance(colours.norm, FuncNorm):
+        bar.set_ticks(np.asarray(colours.norm.inverse(np.linspace(0.0, 1.0, 6))))
+        bar.ax.yaxis.set_major_formatter(lambda value, _: f"{value:.4g}")
     return ax
 
 
@@ -449,7 +467,8 @@ def pressure_line(ax: Axes, x: Any, pressure: Any) -> Axes:
 def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any]) -> Figure:
     """A figure of d log(output)/d log(parameter) over time [s], one panel for the table (m, nt) of each output.
 
-    Lines differ in colour and dashes; parameters that never reach 1 % of the largest sensitivity are left out.
+    Lines differ in colour and dashes, and begin with different parts of their dashes, so that of two that coincide both are
+    seen; parameters that never reach 1 % of the largest sensitivity are left out.
     """
     figure = Figure(figsize=(4.6 * len(tables) + 1.8, 3.8), layout="constrained")
     axes = figure.subplots(1, len(tables), squeeze=False)[0]
@@ -458,8 +477,9 @@ def sensitivities(times: Any, parameters: tuple[str, ...], tables: dict[str, Any
     colours = colormaps[COLOURS](np.linspace(0.0, 0.92, len(shown)))
     for ax, (name, table) in zip(axes, tables.items(), strict=True):
         for order, (i, colour) in enumerate(zip(shown, colours, strict=True)):
-            style = ("-", "--", ":", "-.")[order % 4]
-            ax.plot(times, table[i], style, color=colour, lw=1.8, label=parameters[i])
+            gaps = ((), (3.7, 1.6), (1.0, 1.65), (6.4, 1.6, 1.0, 1.6))[order % 4]
+            dashes: Any = (2.65 * (order // 4), gaps) if gaps else "-"
+            ax.plot(times, table[i], linestyle=dashes, color=colour, lw=1.8, label=parameters[i])
         ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
         ax.set_title(name)
         time_axis(ax, times)

@@ -122,6 +122,8 @@ def _extent(result: Any) -> str:
     if not hasattr(result, "times"):
         return _cells(result.grid)
     times = np.asarray(result.times)
+    if times.size == 1:
+        return f" at {times[0]:g} s{_cells(result.grid)}"
     return f" of {times.size} times from {times[0]:g} to {times[-1]:g} s{_cells(result.grid)}"
 
 

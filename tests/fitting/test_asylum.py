@@ -1,6 +1,5 @@
 """Force curves of Asylum: ARDF maps and Igor waves, written here byte by byte from known curves, and read back."""
 
-import csv
 import struct
 import sys
 import zlib
@@ -12,6 +11,7 @@ import fitting
 from fitting.read import force_curves
 from fitting.read.force_curves import curves_in
 from jaxcontact.__main__ import main
+from tests.support.tables import read_back
 
 K, INVOLS = 0.3, 50e-9  # [N/m], [m/V]
 HALF_ANGLE, NU = np.deg2rad(20.0), 0.5
@@ -282,11 +282,10 @@ def test_the_command_takes_a_map_to_moduli_at_their_places(tmp_path, capsys, mon
     a_map(tmp_path / "gel.ardf", down=True, back=True, segments="Ext;Ret;Away;")
     assert main(["fit", "map", "gel.ardf", "-o", "out", "--cone", "20", "--processes", "1"]) == 0
     assert "6 of 6 curves accepted" in capsys.readouterr().out
-    with open("out/map.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
-    x, y = (np.array([float(row[key]) for row in rows]) for key in ("x [m]", "y [m]"))
+    rows = read_back("out/map.csv")
+    x, y = (rows[key].to_numpy() for key in ("x [m]", "y [m]"))
     line, point = np.round((y + 1.25e-6) / 5e-7), np.round((x - 1e-6) / 2e-6)
-    E = np.array([float(row["E [Pa]"]) for row in rows])
+    E = rows["E [Pa]"].to_numpy()
     np.testing.assert_allclose(E, 1e4 * (1 + line + 3 * point), rtol=5e-3)
 
 

@@ -13,6 +13,7 @@ from fitting.cli.flags import Kind, add, arguments, options_of
 from fitting.cli.kinds import KINDS
 from fitting.views.text import HEADS
 from jaxcontact.__main__ import main
+from tests.support.tables import curve_of, read_back
 
 TRUTH = {"G1_Pa": 0.75e9, "G2_Pa": 13.89e6, "eta1_Pa_s": 3148.6e9, "eta2_Pa_s": 120.9e9}
 R, NU = 9.525e-3, 0.3
@@ -116,6 +117,8 @@ def test_indentation_writes_what_it_says(tmp_path, capsys):
     assert main(["fit", "indentation", path, "-o", str(out), "--radius", str(R)]) == 0
     printed = capsys.readouterr().out
     assert "load control" in printed and "conditional on nu = 0.3" in printed
+    written = read_back(out / "curve.csv", curve_of("depth", "m"))
+    np.testing.assert_allclose(written["depth [m]"], depth, rtol=1e-6)
     summary = json.loads((out / "summary.json").read_text())
     for key, value in TRUTH.items():
         assert summary["parameters"][key] == pytest.approx(value, rel=1e-6)
@@ -290,6 +293,7 @@ def test_compare_ranks_the_models(tmp_path, capsys):
     summary = json.loads((out / "summary.json").read_text())
     assert [fit["model"] for fit in summary["models"]] == ["Burgers", "Maxwell"]
     assert summary["model"] == "Burgers" and summary["models"][0]["bic"] < summary["models"][1]["bic"]
+    read_back(out / "curve.csv", curve_of("J", "1/Pa"))
 
 
 @pytest.mark.slow
@@ -297,6 +301,7 @@ def test_prony_from_the_shell(tmp_path, capsys):
     path, out = noisy_burgers(tmp_path / "film.csv", 1), tmp_path / "out"
     assert main(["fit", "prony", path, "-o", str(out), "--tau", "1000,8704"]) == 0
     assert json.loads((out / "summary.json").read_text())["tau_s"] == [1000.0, 8704.0]
+    read_back(out / "curve.csv", curve_of("J", "1/Pa"))
     capsys.readouterr()
     assert "--tau" in refused(["fit", "prony", path, "-o", str(out / "b"), "--tau", "1000,x"], capsys)
     assert main(["fit", "prony", path, "-o", str(tmp_path / "chosen")]) == 0

@@ -13,6 +13,7 @@ from fitting.data.indentation import paraboloid_note
 from jaxcontact.__main__ import main
 from jaxcontact.reference import abel
 from tests.support.layouts import optics11
+from tests.support.tables import curve_of, read_back
 from tests.support.thin_samples import DEEP, RADIUS, E, T, Z, curve, noisy, thin
 
 BALL = jc.Sphere(RADIUS)
@@ -187,6 +188,7 @@ def test_the_command_from_a_file_to_a_modulus(tmp_path, capsys, monkeypatch):
     found = json.loads((tmp_path / "bead-fit" / "summary.json").read_text())
     assert found["youngs_modulus_Pa"]["low"] < E < found["youngs_modulus_Pa"]["high"]
     assert (tmp_path / "bead-fit" / "fit.png").exists()
+    read_back(tmp_path / "bead-fit" / "curve.csv", curve_of("load", "N", "depth [m]"))
     capsys.readouterr()
     assert main(["fit", "force", "bead.csv", "-o", "plain"]) == 0
     assert "a four-sided pyramid of 35 degrees is assumed" in capsys.readouterr().out

@@ -15,6 +15,7 @@ from fitting.fits import force_history
 from jaxcontact.__main__ import main
 from tests.support import thin_samples, ting_curves
 from tests.support.force_curves import force_curve
+from tests.support.tables import curve_of, read_back
 
 RADIUS, ANGLE, DEEP, NU = 5e-6, 1.0, 1e-6, 0.5
 BALL, CONE = jc.Sphere(RADIUS), jc.Cone(ANGLE)
@@ -273,6 +274,7 @@ def test_the_command_fits_a_pyramid(tmp_path, capsys):
     assert found["model"] == "StandardLinearSolid" and found["verdict"] == "accepted"
     assert found["intervals"]["eta2_Pa_s"][0] < 4000.0 < found["intervals"]["eta2_Pa_s"][1]
     assert "slope_N_per_m" in found["nuisances"] and (tmp_path / "out" / "fit.png").exists()
+    read_back(tmp_path / "out" / "curve.csv", curve_of("load", "N"))
     assert main([*words, "--force"]) == 0
     assert "--model fits" in capsys.readouterr().out
 

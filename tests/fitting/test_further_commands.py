@@ -11,8 +11,7 @@ import pytest
 from test_command import noisy_burgers, refused, table
 
 from jaxcontact.__main__ import main
-
-pandas = pytest.importorskip("pandas", reason="the extra that reads tables back")
+from tests.support.tables import read_back
 
 
 @pytest.mark.slow
@@ -169,7 +168,7 @@ def test_a_posterior_from_the_shell(tmp_path, capsys):
     words = ["--of", "oscillation", "--model", "Maxwell", "--samples", "500"]
     assert main(["fit", "posterior", sweep(tmp_path / "sweep.csv"), "-o", str(out), *words]) == 0
     summary = json.loads((out / "summary.json").read_text())
-    draws = np.loadtxt(out / "posterior.csv", delimiter=",", skiprows=1)
+    draws = read_back(out / "posterior.csv", ["G [Pa]", "eta [Pa s]"]).to_numpy()
     assert draws.shape == (2000, 2) and (out / "posterior.png").exists()
     ends = np.quantile(draws, [0.025, 0.975], axis=0).T
     np.testing.assert_allclose(ends, list(summary["posterior"]["intervals"].values()), rtol=1e-6)
@@ -220,16 +219,6 @@ def test_a_creep_test_is_designed_from_the_shell(capsys):
     np.testing.assert_allclose(sd.max(), 0.01, rtol=1e-3)
     refusal = refused(["fit", "design", "--model", "Maxwell", "--value", "G=1"], capsys)
     assert "--value" in refusal and "got G=1" in refusal
-
-
-def read_back(path):
-    """A table as pandas reads it: numbers in every column but those of words, and no row that is shifted."""
-    found = pandas.read_csv(path)
-    assert not any(name.startswith("Unnamed") for name in found.columns) and len(found.columns) > 2
-    assert isinstance(
-        found.index, pandas.RangeIndex
-    )  # otherwise the rows have more cells than the line of names
-    return found
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from fitting.cli.command import main
 from jaxcontact.__main__ import main as shell
 from jaxcontact.bodies.laws import RubbingState
 from tests.benchmarks import growth_coverage
+from tests.support.tables import RESIDUAL, read_back
 
 K = 1.380649e-23
 T = np.linspace(0.0, 7200.0, 25)
@@ -354,7 +355,15 @@ def test_the_shell_fits_several_files(tmp_path, capsys):
     found = json.loads((out / "summary.json").read_text())
     expected = fitting.fit_growth(data, fixed={"removal_rate": 5e-4}).to_dict()
     assert found["parameters"] == pytest.approx(expected["parameters"], rel=1e-4)
-    assert found["files"] == [f"film{k}.csv" for k in range(5)] and (out / "curve.csv").exists()
+    assert found["files"] == [f"film{k}.csv" for k in range(5)]
+    names = ["curve", "temperature [K]", "quantity", "t [s]", "measured [m]", "fitted [m]", RESIDUAL]
+    written = read_back(out / "curve.csv", names)
+    np.testing.assert_allclose(
+        written["measured [m]"], np.concatenate([one.thickness for one in data]), rtol=1e-7
+    )
+    np.testing.assert_array_equal(
+        written["temperature [K]"], np.repeat([one.temperature for one in data], T.size)
+    )
     with pytest.raises(ValueError, match="--temperature: expected one number, or 5 for as many files, got 2"):
         main(["growth", *files, "--stress", stress, "--temperature", "353,373", "-o", str(tmp_path / "b")])
     with pytest.raises(ValueError, match=r"film0.csv: --temperature: expected a number > 0 K"):

@@ -15,6 +15,7 @@ import pytest
 
 import fitting
 from jaxcontact.__main__ import main
+from tests.support.tables import curve_of, read_back
 
 pandas = pytest.importorskip("pandas", reason="the extra that reads tables back")
 
@@ -73,6 +74,10 @@ VALUES = {
     ),
     "Mach-1": (["indentation", "@mach1_like.txt", *BALL], {"G_Pa": (2e4, 1e-4)}),
 }
+COLUMNS = {
+    "stiffness": curve_of("stiffness", "N/m", "depth [m]"),
+    "indentation": curve_of("depth", "m"),
+}
 # name: (words of the command, the words of its one line)
 REMEDIES = {
     "which sweep": (["oscillation", "@sweep_recovery_sweep.csv", *SLS], r"--segment among 0 \(1\), 1 \(2\), 2 \(3\)"),
@@ -108,7 +113,7 @@ def test_the_right_value(name, tmp_path):
     values = {**found["parameters"], "youngs_modulus": found.get("youngs_modulus_Pa", {}).get("value")}
     for key, (value, tolerance) in right.items():
         assert values[key] == pytest.approx(value, rel=tolerance), key
-    table = pandas.read_csv(tmp_path / "out" / "curve.csv")
+    table = read_back(tmp_path / "out" / "curve.csv", COLUMNS.get(words[0]))
     assert len(table) > 5
     if words[0] == "master" and "creep" in name:
         own = pandas.read_csv(KINDS / "creep_temperatures.csv")

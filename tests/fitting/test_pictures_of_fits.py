@@ -40,6 +40,18 @@ def test_a_point_at_zero_stays_in_view():
     assert top.get_xscale() == "symlog" and top.get_xlim()[0] <= 0.0
 
 
+@pytest.mark.parametrize(("noise", "words"), [(1e-5, "95 % band, within the line"), (0.2, "95 % band")])
+def test_the_legend_says_where_a_band_is_hidden_by_its_line(noise, words):
+    """The line is drawn at even distances of log t, without a straight part between the first samples."""
+    t = np.linspace(30.0, 7200.0, 60)
+    J = np.asarray(SOLID.creep(t)) * (1.0 + noise * np.random.default_rng(1).standard_normal(60))
+    fit = fitting.fit_creep(fitting.CreepData(t=t, J=J), jc.StandardLinearSolid, weights="relative")
+    top = fit.plot().axes[0]
+    assert words in [text.get_text() for text in top.get_legend().get_texts()]
+    (line,) = (line for line in top.lines if line.get_label().startswith("Standard"))
+    assert np.ptp(np.diff(np.log(line.get_xdata()))) < 1e-9
+
+
 def test_the_picture_of_a_comparison_has_all_models_and_their_residuals(table, tmp_path):
     """Residuals of the best model are those of its own picture; those of Maxwell are many of its standard deviations."""
     figure = table.plot(tmp_path / "models.png")

@@ -8,6 +8,7 @@ import pytest
 import fitting
 import jaxcontact as jc
 from jaxcontact.__main__ import main
+from tests.support.tables import read_back
 
 LOGS = np.linspace(np.log(1e-6), np.log(1e6), 8001)
 OMEGA = np.geomspace(1e-2, 1e2, 31)
@@ -104,6 +105,9 @@ def test_the_command(tmp_path, capsys):
     known = np.array(found["resolved"])
     assert np.allclose(np.array(found["H_Pa"])[known], spectrum(np.array(found["tau_s"])[known]), rtol=0.5)
     assert "resolved from" in capsys.readouterr().out
+    written = read_back(tmp_path / "out" / "curve.csv")
+    np.testing.assert_allclose(written["omega [rad/s]"], OMEGA, rtol=1e-9)
+    np.testing.assert_allclose(written["G'' [Pa]"], G.imag, rtol=1e-9)
     assert main(["fit", "oscillation", str(path), "--spectrum", "--tau", "1", "-o", str(tmp_path / "b")]) != 0
 
 

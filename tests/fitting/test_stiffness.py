@@ -11,6 +11,7 @@ import jaxcontact as jc
 from fitting.fits.stiffness import Coated, Tip, log_stiffness
 from jaxcontact.__main__ import main
 from jaxcontact.reference import abel
+from tests.support.tables import curve_of, read_back
 
 G, NU, H, R = 2e9, 0.35, 1e-6, 5e-6
 SILICON = jc.Elastic(30e9, 0.2)
@@ -159,6 +160,7 @@ def test_a_file_and_the_command(tmp_path, capsys):
     found = json.loads((out / "summary.json").read_text())["youngs_modulus_Pa"]
     assert found["low"] < 2.0 * (1.0 + NU) * G < found["high"]
     assert "E of single depths" in capsys.readouterr().out and (out / "fit.png").stat().st_size > 1e4
+    read_back(out / "curve.csv", curve_of("stiffness", "N/m", "depth [m]"))
 
 
 NONE = "1.7976931348623157E+308"  # what the instrument writes where it has no value

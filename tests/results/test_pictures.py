@@ -122,6 +122,18 @@ def test_axes_and_colours_of_times_are_logarithmic_where_times_span_decades(time
         assert np.ptp(spaced) < 1e-9
 
 
+def test_colours_of_crowded_times_follow_their_order():
+    """Ten of 14 times are in the last hundredth: all 14 have colours evenly apart, and ticks of the bar are such times."""
+    times = np.concatenate([np.linspace(0.0, 99.0, 4), 99.1 + 0.1 * np.arange(10)])
+    ax = Figure().add_subplot()
+    plotting.time_lines(ax, np.arange(3.0), np.outer(times, np.ones(3)), times)
+    colours = np.array([line.get_color() for line in ax.lines])
+    expected = plotting.colormaps[plotting.COLOURS](np.linspace(0.0, 1.0, 14))
+    np.testing.assert_allclose(colours, expected, atol=0.02)
+    ticks = ax.figure.axes[1].get_yticks()
+    assert ticks[0] == 0.0 and ticks[-1] == pytest.approx(100.0) and np.median(ticks) > 99.0
+
+
 def test_studies_have_units_with_prefixes_and_ticks_at_their_values():
     cases = [{"layer.thickness [m]": h, "load": w} for h in (1e-7, 2e-7, 4e-7) for w in (10.0, 15.0)]
     figure = plotting.study_figure(cases, np.linspace(1e8, 6e8, 6), "peak_pressure")

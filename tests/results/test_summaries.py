@@ -37,6 +37,8 @@ def test_a_history_shows_itself_in_ten_lines(history):
         [float(x) * 1e-6 for x in row.groups()], np.asarray(history.approach)[[0, 2, 2]], rtol=1e-4
     )
     assert re.search(r"load +5 mN +5 mN +5 mN", text) and "3 converged" in text
+    first = jax.tree.map(lambda values: values[:1] if np.shape(values)[:1] == (3,) else values, history)
+    assert repr(first).startswith("ContactHistory at 0 s on 32 x 32 cells")
 
 
 def test_a_notebook_shows_text_and_a_picture(history):

@@ -7,7 +7,7 @@ import pytest
 from own_classes import TwoKelvin
 
 import jaxcontact as jc
-from jaxcontact.abc import Adhesion, Indenter, pytree
+from jaxcontact.abc import Adhesion, GrowthLaw, Indenter, Material, Spectrum, pytree
 
 
 @pytree
@@ -37,6 +37,38 @@ class Decaying(Adhesion):
 
 
 GEL = (2e3, 4e3, 8e3, 4e3, 8e4)
+
+
+@pytest.mark.parametrize("base", [Material, Indenter, Adhesion, GrowthLaw])
+def test_a_class_without_the_decorator_says_so(base):
+    """Of an abstract base the missing methods are named first, by Python."""
+    methods = dict.fromkeys(getattr(base, "__abstractmethods__", ()), lambda self, *_: 0.0)
+    plain = type("Mine", (base,), {"__annotations__": {"work": float}, "nu": 0.3} | methods)
+    with pytest.raises(
+        TypeError, match=r"Mine: expected the decorator jaxcontact\.abc\.pytree above its class"
+    ):
+        plain(1.0)
+    assert pytree(plain)(1.0).work == 1.0
+
+
+def test_a_material_without_a_bulk_modulus_is_one_of_constant_poissons_ratio():
+    """One without Poisson's ratio says so; the compliance of a spring of 2 Pa at once and a dashpot of 4 Pa s is closed."""
+
+    def spectrum(self):
+        return Spectrum(1.0 / jnp.asarray(self.G), jnp.zeros(0), jnp.zeros(0), 1.0 / jnp.asarray(self.eta))
+
+    fields = {"G": float, "eta": float}
+    bare = pytree(type("Bare", (Material,), {"__annotations__": fields, "spectrum": spectrum}))
+    with pytest.raises(
+        TypeError, match=r"Bare: expected a field of Poisson's ratio, such as nu: float = 0\.3"
+    ):
+        bare(2.0, 4.0)
+    fluid = {"__annotations__": fields | {"nu": float}, "nu": 0.4, "spectrum": spectrum}
+    fluid = pytree(type("Fluid", (Material,), fluid))(2.0, 4.0)
+    assert float(fluid.creep(8.0)) == pytest.approx(0.5 + 8.0 / 4.0, rel=1e-12)
+    ball, load, given = jc.Sphere(1e-3), jc.Load(1e-5), {"grid": jc.Grid.square(24, 400e-6), "substeps": 8}
+    sunk = lambda solid: jc.indent(jc.LayeredHalfSpace([], solid), ball, load, [0.0, 1.0], **given).approach
+    np.testing.assert_allclose(sunk(fluid.scaled(1e3)), sunk(jc.Maxwell(2e3, 4e3, nu=0.4)), rtol=1e-9)
 
 
 def test_indent_with_a_material_of_ones_own():

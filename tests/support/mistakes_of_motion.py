@@ -41,6 +41,10 @@ def moved_inside(velocity, **given):
 
 
 MOTION = {
+    "a word for the grid of a steady state": (
+        lambda: steady(1e-9, grid="auto"),
+        r"grid: expected a Grid, got str",
+    ),
     "a velocity along a path": (
         lambda: rub(path=TRACK),
         r"velocity: expected either velocity or path, got both",

@@ -50,6 +50,10 @@ def half_space(modulus):
 
 
 PRESSING = {
+    "one time for a grid that is chosen": (
+        lambda: indent(times=0.0, grid="auto"),
+        r"Grid\.around: times: expected a 1-d array of times \[s\], got shape \(\)",
+    ),
     "a number for a law of adhesion": (
         lambda: indent(adhesion=0.05),
         r"adhesion: expected ExponentialAdhesion, DugdaleAdhesion, a subclass of jc.abc.Adhesion with its work, or",
