@@ -428,7 +428,7 @@ def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
     """Return the expansion of a body, with ``nodes`` as in ``kernels``."""
     response = response_of(body)
     separable = response.separate(nodes)
-    images = _images(response, separable)
+    images = response.expand_separable(separable)
     return Expansion(separable, images, _image_errors(response, separable, images))
 
 
@@ -536,11 +536,6 @@ def on_grid(grid: Grid, images: Images, mean: Array | None = None) -> tuple[Fami
         return family, periodic_coefficients(grid, images, mean)
     coefficients = (strip_coefficients if any(grid.periodic) else influence_coefficients)(grid, images)
     return Family.of(coefficients, grid.periodic), coefficients
-
-
-def _images(response: Response, separable: Separable) -> Images:
-    """The images of C_0 and of the shapes, (M + 1, J + 1)."""
-    return response.expand_shapes(separable.terms[:1], separable.terms[1:2], separable.terms[2:])
 
 
 def _image_errors(response: Response, separable: Separable, images: Images) -> Array:

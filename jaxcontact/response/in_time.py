@@ -53,6 +53,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.bodies.body import Layer, LayeredHalfSpace
 from jaxcontact.bodies.materials import Material, Rigid
@@ -104,7 +105,7 @@ MARGIN = 2.0  # factor by which the rates reach beyond those of the solids
 SAMPLED = 10.0  # factor by which the frequencies reach beyond the rates
 SOFT = 3.0  # compliance that a layer finds in its surroundings, over that of the softest other solid
 REACH = 1e4  # factor by which the rates reach below those of the solids where there is no slowest one
-MORE_RATES, MORE_SHAPES = 1.5, 2.5  # factors of the numbers of rates and shapes where there is no slowest one
+MORE_RATES = 1.5  # factor of the number of rates where there is no slowest one
 HORIZON = 0.05  # latest time over the longest 1/rate where there is no slowest one
 ROUNDING = 8.0  # steps of the rounding in a factor of two
 
@@ -333,10 +334,10 @@ def _normal_sizes(bodies: list[StackConstants]) -> Callable[[Array], Array]:
     return lambda wavenumber: jnp.stack([_responses(rough, wavenumber).normal for rough in bodies])
 
 
-def _ladders(
+def stacked_ladders(
     constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
-) -> list[Ladder]:
-    """Return ladders for images relative to each of the sizes, (m, n) at wavenumbers (n,).
+) -> Ladder:
+    """Return ladders for images relative to each of the sizes, (m, n) at wavenumbers (n,): one with sizes (m, ...).
 
     densely: whether depths lie as closely for the waves that stretch layers as for those that bend them.
     """
@@ -347,7 +348,16 @@ def _ladders(
     between = 1.0 / jnp.sqrt(depths[1:] * depths[:-1])
     alpha = fit_wavenumbers(constants.thicknesses[0], jnp.sum(constants.thicknesses))
     at_nodes, at_steps = jnp.split(sizes(jnp.append(alpha[1:-1], between)), [alpha.size - 2], -1)
-    return [Ladder(alpha, depths, *each) for each in zip(at_nodes, at_steps, strict=True)]
+    return Ladder(alpha, depths, at_nodes, at_steps)
+
+
+def _ladders(
+    constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
+) -> list[Ladder]:
+    """Return the ladders of ``stacked_ladders`` one by one."""
+    every = stacked_ladders(constants, sizes, densely=densely)
+    pairs = zip(every.at_nodes, every.at_steps, strict=True)
+    return [Ladder(every.wavenumbers, every.depths, *each) for each in pairs]
 
 
 CLOCKS = 4.0  # the fastest over the slowest clock of the second body
@@ -375,15 +385,17 @@ def separate(body: LayeredHalfSpace, wavenumber: Array, rates: int, shapes: int)
         return Separable(
             jnp.zeros(0), jnp.stack([start, own]), jnp.zeros((1, 0)), at_once[None], jnp.zeros(())
         )
-    if may_have_no_slowest(body):
-        rates, shapes = int(MORE_RATES * rates), int(MORE_SHAPES * shapes)
-    rough = rounded(body)
-    chosen = rate_band(rough, rates)
-    alike = wavenumber * jax.lax.stop_gradient(jnp.asarray(top.thickness)) / rough.layers[0].thickness
-    expected, samples = _sampled(rough, alike, chosen.period), _sampled(body, wavenumber, chosen.period)
-    weights = weights_of(expected.response)
+    rough, endless = rounded(body), may_have_no_slowest(body)
+    chosen = rate_band(rough, int(MORE_RATES * rates) if endless else rates)
+    samples = _sampled(body, wavenumber, chosen.period)
     common, fluidities = common_rates(body, chosen.rates)
-    terms, mix = fitted(samples.rest, expected.rest, weights, chosen, common, shapes)
+    if endless:
+        terms, mix = fitted_to_rates(samples.rest, chosen, common)
+    else:
+        alike = wavenumber * jax.lax.stop_gradient(jnp.asarray(top.thickness)) / rough.layers[0].thickness
+        expected = _sampled(rough, alike, chosen.period)
+        weights = weights_of(expected.response)
+        terms, mix = fitted(samples.rest, expected.rest, weights, chosen, common, shapes)
     result = Separable(
         rates=common,
         terms=jnp.concatenate([jnp.stack([samples.start, own]), terms]),
@@ -397,6 +409,47 @@ def separate(body: LayeredHalfSpace, wavenumber: Array, rates: int, shapes: int)
     summed = products(held, held.terms[:, ::STRIDE], times)
     exact = step_response(body, wavenumber[::STRIDE], times)
     return replace(result, error=jnp.max(relative_errors(summed, exact)))
+
+
+def fitted_to_rates(rest: Array, chosen: RateBand, rates: Array) -> tuple[Array, Array]:
+    """Return shapes (M, n) and their mix (M, K) where there is no slowest rate: one shape for each rate but the top layer's.
+
+    rest: ``Samples.rest`` of n responses, (r, n); rates: ``common_rates``, (K,).
+
+    With r_m the chosen rates and zero, for a flow, unit r_0 = r_1,
+
+        R(s, alpha) ~ sum_m C_m(alpha) unit_m/(s + r_m)
+
+    by damped least squares at the frequencies, with weights |s|^(1/2) that are the same for all wavenumbers: the C_m are then
+    a fixed matrix times R, and as smooth in the wavenumber as R is. It holds for whatever decays at rates in the band, so for
+    derivatives too.
+    """
+    own = rates.size - chosen.rates.size - 1
+    grid = jax.lax.stop_gradient(rates[own:])
+    unit = jnp.where(grid > 0.0, grid, chosen.rates[0])
+    s = 1.0 / chosen.period
+    weights = jnp.sqrt(jnp.tile(jnp.abs(s), 2))[:, None]
+    terms = smoothly_fitted(weights * as_real(unit / (s[:, None] + grid)), weights * rest[: 2 * s.size])
+    return terms, jnp.pad(jnp.diag(unit), ((0, 0), (own, 0)))
+
+
+SMOOTHING = 1e-7  # damping of a fit, over the largest singular value
+
+
+def smoothly_fitted(matrix: Array, target: Array) -> Array:
+    """Return the x (m, n) of damped least squares |matrix x - target|, matrix (r, m) without derivative, target (r, n).
+
+    Columns of the matrix are scaled to one. Two steps of refinement take away the error of the damping where the matrix
+    determines x. Nothing is cut off, so that x is linear in the target and does not jump.
+    """
+    matrix = jax.lax.stop_gradient(matrix)
+    size = jnp.sqrt(jnp.sum(matrix**2, 0))
+    matrix = matrix / size
+    singular = decomposed(matrix)
+    x = jnp.zeros((matrix.shape[1], target.shape[1]))
+    for _ in range(3):
+        x = x + singular.damped((target - matrix @ x).T, SMOOTHING * singular.values[0]).T
+    return x / size[:, None]
 
 
 def fitted(
@@ -588,6 +641,46 @@ class Layered(Response):
         return _joined([long_waves_kept(self.body, each) for each in (start, film, rest)], ladders)
 
 
+# Images of the shapes where there is no slowest rate.
+#
+# Waves of different length then settle at rates that differ by many decades: a fluid layer under a plate yields at rates as the
+# fourth power of the wavenumber, or more. What decays at one rate is a peak in the wavenumber that is too narrow for images,
+# while the response at any one time is smooth; and it grows by up to 1e4 from its size at first, at some wavenumbers and not at
+# others. Images of the shapes relative to the response in the end were up to 1e-1 off after some relaxation times. So the
+# images are those of the response at a number of times, each relative to its size then, and those of the shapes follow by
+# linear least squares in time, u(t_j) = sum_m g_m(t_j) S_m with u and g_m over t_j.
+
+
+STEADY = 1e-11  # damping of the heights at each time: they have to vary steadily from one to the next
+
+
+def images_in_time(body: LayeredHalfSpace, separable: Separable, rest: Array) -> tuple[Array, Array]:
+    """Return the depths (J,) and the heights (M, J + 1) of images of the shapes ``rest``, (M, n), of a separable response, all
+    but the top layer's own."""
+    rates, mix, last = jax.lax.stop_gradient((separable.rates, separable.mix[1:], separable.horizon))
+    lowest = jnp.min(jnp.where(rates > 0.0, rates, jnp.inf))
+    times = log_spaced(
+        1.0 / (SAMPLED * jnp.max(rates)), jnp.where(jnp.isfinite(last), last, SAMPLED / lowest), rates.size
+    )
+    growth = (phi1(times[:, None] * rates) @ mix.T) * times[:, None]
+    constants, rough = stack_constants(body), rounded(body)
+
+    # the size of the response at each time: elastic, of the rounded creep compliances then
+    like = _rounded_constants(constants, constants.compliances)
+    creep = jnp.stack([solid.creep(times) for solid in solids(rough)])
+    creep = jnp.maximum(creep, jnp.max(creep, 0) / STIFFEST)
+    creep = jnp.where(constants.rigid[:, None], 0.0, creep)[..., None]
+    sizes = lambda wavenumber: _responses(like._replace(compliances=creep), wavenumber).normal
+    ladders = stacked_ladders(constants, sizes)
+
+    def fit(values: Array, at_nodes: Array, at_steps: Array) -> Array:
+        return fit_images(values, replace(ladders, at_nodes=at_nodes, at_steps=at_steps), STEADY).heights
+
+    responses = growth @ long_waves_kept(body, rest)
+    heights = jax.vmap(fit)(responses, ladders.at_nodes, ladders.at_steps)
+    return ladders.depths, smoothly_fitted(growth / times[:, None], heights / times[:, None])
+
+
 RATES_A_NODE, SHAPES_A_NODE = 12, 4
 
 
@@ -618,3 +711,12 @@ class Stack(Layered):
     def separate(self, nodes: int) -> Separable:
         """Return a sum of products with fixed rates, about four per decade."""
         return separate(self.body, self.wavenumbers(), RATES_A_NODE * nodes, SHAPES_A_NODE * nodes)
+
+    def expand_separable(self, separable: Separable) -> Images:
+        """Return images relative to the response in the end or, where there is no slowest rate, at each time."""
+        if not may_have_no_slowest(self.body):
+            return super().expand_separable(separable)
+        start, film, rest = separable.terms[:1], separable.terms[1:2], separable.terms[2:]
+        first = self.expand_shapes(start, film, rest[:0])
+        depths, heights = images_in_time(self.body, separable, rest)
+        return Images(depths, jnp.concatenate([first.heights, heights]))
