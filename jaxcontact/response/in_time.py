@@ -433,7 +433,7 @@ def fitted_to_rates(rest: Array, chosen: RateBand, rates: Array) -> tuple[Array,
     return terms, jnp.pad(jnp.diag(unit), ((0, 0), (own, 0)))
 
 
-SMOOTHING = 1e-7  # damping of a fit, over the largest singular value
+SMOOTHING = 1e-6  # damping of a fit, over the largest singular value
 
 
 def smoothly_fitted(matrix: Array, target: Array) -> Array:
