@@ -34,12 +34,16 @@ the longest of the times 1/lambda_k, for 24 rates and 8 shapes:
     as stiff as it                                  6e-3
 
 A layer that does not flow over a solid that does has no slowest rate: the longer the wave, the slower it sinks.
-With 36 rates and 20 shapes, up to the horizon:
+Its response is not of low rank, and each of 36 rates and a flow has a shape of its own (``fitted_to_rates``). Up to the
+horizon, and in brackets of its images after 1 and 20 times the longest relaxation time:
 
-    elastic layer on a Maxwell half-space           4e-5
-    it 100 times as stiff, or as soft               9e-5
-    elastic layer on a fluid layer on steel         2e-6
-    standard solid on a Burgers half-space          2e-4
+    elastic layer on a Maxwell half-space           5e-7 (5e-7, 1e-6)
+    standard solid on a Burgers half-space          2e-5 (5e-7, 1e-6)
+    elastic layer on a fluid layer on steel         4e-7 (1e-6, 1e-5)
+    standard solid on a Burgers layer on steel      2e-5 (1e-6, 5e-6)
+
+Images of a plate on a thin fluid layer, which sinks at rates as the fourth power of the wavenumber, cannot follow it much
+longer: after 500 relaxation times they are 6e-4 off. Derivatives have ten to twenty times the error.
 
 Choices are made for rounded parameters, so that values are smooth: central differences with steps of 1e-5 agree with
 derivatives to 1e-9, and both modes to round-off.
@@ -288,6 +292,19 @@ def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
     return Images(fitted[0].depths, jnp.stack([images.heights for images in fitted]))
 
 
+def expand_tangential_in_time(
+    body: LayeredHalfSpace, rates: Array, mix: Array, last: Array | float, terms: Array
+) -> Images:
+    """Images of C_0 and the S_m of alpha (L, T, K) where there is no slowest rate, heights (3, M + 1, J + 1).
+
+    terms: (3, M + 1, n); rates, mix, last: as in ``images_in_time``.
+    """
+    first = expand_tangential(body, terms[:, :1])
+    sizes = lambda each: [each.in_plane, each.transverse, jnp.sqrt(each.in_plane * each.normal)]
+    depths, heights = images_in_time(body, rates, mix, last, terms[:, 1:], sizes, densely=True)
+    return Images(depths, jnp.concatenate([first.heights, heights], 1))
+
+
 def long_waves_kept(body: LayeredHalfSpace, values: Array) -> Array:
     """Return responses (..., n) with, on a rigid base, their limit for long waves at wavenumber zero in place of that under
     a uniform traction (``response.stack.alpha_LKNT``)."""
@@ -420,9 +437,9 @@ def fitted_to_rates(rest: Array, chosen: RateBand, rates: Array) -> tuple[Array,
 
         R(s, alpha) ~ sum_m C_m(alpha) unit_m/(s + r_m)
 
-    by damped least squares at the frequencies, with weights |s|^(1/2) that are the same for all wavenumbers: the C_m are then
-    a fixed matrix times R, and as smooth in the wavenumber as R is. It holds for whatever decays at rates in the band, so for
-    derivatives too.
+    by damped least squares at the frequencies, with weights |s|^(1/2) that are the same for all wavenumbers: the C_m are a
+    fixed matrix times R, and as smooth in the wavenumber as R is. The fit holds for whatever decays at rates in the band, so
+    for derivatives too.
     """
     own = rates.size - chosen.rates.size - 1
     grid = jax.lax.stop_gradient(rates[own:])
@@ -643,42 +660,56 @@ class Layered(Response):
 
 # Images of the shapes where there is no slowest rate.
 #
-# Waves of different length then settle at rates that differ by many decades: a fluid layer under a plate yields at rates as the
-# fourth power of the wavenumber, or more. What decays at one rate is a peak in the wavenumber that is too narrow for images,
-# while the response at any one time is smooth; and it grows by up to 1e4 from its size at first, at some wavenumbers and not at
-# others. Images of the shapes relative to the response in the end were up to 1e-1 off after some relaxation times. So the
-# images are those of the response at a number of times, each relative to its size then, and those of the shapes follow by
-# linear least squares in time, u(t_j) = sum_m g_m(t_j) S_m with u and g_m over t_j.
+# Long waves then settle at rates that go with a power of the wavenumber: the third for a plate on a fluid half-space, the
+# fourth on a thin fluid layer. What decays at one rate is a peak in the wavenumber too narrow for images, while the response
+# at any one time is smooth. And it grows by up to 1e4 in time, at some wavenumbers and not at others: images of the shapes
+# relative to the response in the end would be in error by a tenth of the response soon after the load. So images are fitted
+# to the delayed response u at a number of times, each relative to the response then, and those of the shapes follow by
+# damped least squares in time, u(t_j)/t_j = sum_m g_m(t_j)/t_j S_m.
 
 
 STEADY = 1e-11  # damping of the heights at each time: they have to vary steadily from one to the next
 
 
-def images_in_time(body: LayeredHalfSpace, separable: Separable, rest: Array) -> tuple[Array, Array]:
-    """Return the depths (J,) and the heights (M, J + 1) of images of the shapes ``rest``, (M, n), of a separable response, all
-    but the top layer's own."""
-    rates, mix, last = jax.lax.stop_gradient((separable.rates, separable.mix[1:], separable.horizon))
+def images_in_time(
+    body: LayeredHalfSpace,
+    rates: Array,
+    mix: Array,
+    last: Array | float,
+    shapes: Array,
+    sizes: Callable[[SurfaceCompliance], list[Array]],
+    *,
+    densely: bool = False,
+) -> tuple[Array, Array]:
+    """Return the depths (J,) and the heights (c, M, J + 1) of images of the shapes of c responses, (c, M, n).
+
+    rates: lambda_k [1/s], (K,), and mix (M, K), as in ``Separable``; last: latest time [s], inf without one; sizes: what
+    errors of each response are relative to, from the functions of ``response.stack``; densely: as in ``stacked_ladders``.
+    """
+    rates, mix, last = jax.lax.stop_gradient((rates, mix, last))
     lowest = jnp.min(jnp.where(rates > 0.0, rates, jnp.inf))
-    times = log_spaced(
-        1.0 / (SAMPLED * jnp.max(rates)), jnp.where(jnp.isfinite(last), last, SAMPLED / lowest), rates.size
-    )
-    growth = (phi1(times[:, None] * rates) @ mix.T) * times[:, None]
+    latest = jnp.where(jnp.isfinite(last), last, SAMPLED / lowest)
+    times = log_spaced(1.0 / (SAMPLED * jnp.max(rates)), latest, rates.size)
+    growth = phi1(times[:, None] * rates) @ mix.T  # g_m(t_j)/t_j, (t, M)
     constants, rough = stack_constants(body), rounded(body)
 
     # the size of the response at each time: elastic, of the rounded creep compliances then
-    like = _rounded_constants(constants, constants.compliances)
-    creep = jnp.stack([solid.creep(times) for solid in solids(rough)])
-    creep = jnp.maximum(creep, jnp.max(creep, 0) / STIFFEST)
-    creep = jnp.where(constants.rigid[:, None], 0.0, creep)[..., None]
-    sizes = lambda wavenumber: _responses(like._replace(compliances=creep), wavenumber).normal
-    ladders = stacked_ladders(constants, sizes)
+    then = jnp.stack([solid.creep(times) for solid in solids(rough)])
+    then = jnp.maximum(then, jnp.max(then, 0) / STIFFEST)
+    then = jnp.where(constants.rigid[:, None], 0.0, then)[..., None]
+    like = _rounded_constants(constants, constants.compliances)._replace(compliances=then)
+    ladders = stacked_ladders(
+        constants, lambda alpha: jnp.concatenate(sizes(_responses(like, alpha))), densely=densely
+    )
 
     def fit(values: Array, at_nodes: Array, at_steps: Array) -> Array:
         return fit_images(values, replace(ladders, at_nodes=at_nodes, at_steps=at_steps), STEADY).heights
 
-    responses = growth @ long_waves_kept(body, rest)
-    heights = jax.vmap(fit)(responses, ladders.at_nodes, ladders.at_steps)
-    return ladders.depths, smoothly_fitted(growth / times[:, None], heights / times[:, None])
+    slopes = jnp.concatenate(list(growth @ long_waves_kept(body, shapes)))  # u(t_j)/t_j of all, (c t, n)
+    heights = jax.vmap(fit)(slopes, ladders.at_nodes, ladders.at_steps)
+    beside = jnp.concatenate(jnp.split(heights, len(shapes)), -1)
+    found = jnp.split(smoothly_fitted(growth, beside), len(shapes), -1)
+    return ladders.depths, jnp.stack(found)
 
 
 RATES_A_NODE, SHAPES_A_NODE = 12, 4
@@ -718,5 +749,12 @@ class Stack(Layered):
             return super().expand_separable(separable)
         start, film, rest = separable.terms[:1], separable.terms[1:2], separable.terms[2:]
         first = self.expand_shapes(start, film, rest[:0])
-        depths, heights = images_in_time(self.body, separable, rest)
-        return Images(depths, jnp.concatenate([first.heights, heights]))
+        depths, heights = images_in_time(
+            self.body,
+            separable.rates,
+            separable.mix[1:],
+            separable.horizon,
+            rest[None],
+            lambda responses: [responses.normal],
+        )
+        return Images(depths, jnp.concatenate([first.heights, heights[0]]))

@@ -342,21 +342,24 @@ def test_random_bodies_against_interface_conditions_and_de_hoogs_inversion(count
         np.testing.assert_allclose(found, exactly(body, alpha, t), rtol=1e-6)
 
 
+STEEPER = 20.0  # error of derivatives over that of values
 SOLID = jc.StandardLinearSolid(1e9, 0.6e9, 12e9, nu=0.4)
 FLOWING = jc.Burgers(G1=1e9, G2=0.8e9, eta1=60e9, eta2=8e9, nu=0.38)
 ON_MELT = {  # with the longest relaxation time [s], and the error after 500 of them (measured: half of it)
     "on a melt": (
-        jc.LayeredHalfSpace((jc.Layer(jc.Elastic(1e9), 1e-4),), jc.Maxwell(1e9, 1e11)), 100.0, 2e-5
+        jc.LayeredHalfSpace((jc.Layer(jc.Elastic(1e9), 1e-4),), jc.Maxwell(1e9, 1e11)),
+        100.0,
+        2e-5,
     ),
     "over a fluid layer": (
-        jc.LayeredHalfSpace(
-            (jc.Layer(jc.Elastic(1e9), 1e-4), jc.Layer(jc.Maxwell(1e9, 1e10), 1e-4)), STEEL
-        ),
+        jc.LayeredHalfSpace((jc.Layer(jc.Elastic(1e9), 1e-4), jc.Layer(jc.Maxwell(1e9, 1e10), 1e-4)), STEEL),
         10.0,
         1e-3,
     ),
     "standard solid over a Burgers layer": (
-        jc.LayeredHalfSpace((jc.Layer(SOLID, 5e-5), jc.Layer(FLOWING, 9e-5)), STEEL), 60.0, 1e-3
+        jc.LayeredHalfSpace((jc.Layer(SOLID, 5e-5), jc.Layer(FLOWING, 9e-5)), STEEL),
+        60.0,
+        1e-3,
     ),
 }
 
@@ -365,8 +368,7 @@ ON_MELT = {  # with the longest relaxation time [s], and the error after 500 of 
 @pytest.mark.parametrize("name", ON_MELT)
 def test_layers_over_what_flows_against_interface_conditions_and_de_hoogs_inversion(name):
     """The sum of products and its images, up to a thousand relaxation times, at all wavenumbers from a thousandth of 1/h:
-    values, and the derivative along one direction of all leaves against central differences of the oracle. Images of a plate
-    on a thin fluid layer, whose rates go with the fourth power of the wavenumber, are good for some twenty relaxation times."""
+    values, and the derivative along one direction of all leaves against central differences of the oracle."""
     body, relaxation, late = ON_MELT[name]
     leaves, structure = jax.tree.flatten(body)
     along = 1.0 + 0.5 * np.cos(1.7 * np.arange(len(leaves)))
@@ -374,7 +376,9 @@ def test_layers_over_what_flows_against_interface_conditions_and_de_hoogs_invers
     times = relaxation * np.array([0.01, 1.0, 20.0, 500.0])
 
     def moved(step):
-        return jax.tree.unflatten(structure, [a * (1.0 + step * c) for a, c in zip(leaves, along, strict=True)])
+        return jax.tree.unflatten(
+            structure, [a * (1.0 + step * c) for a, c in zip(leaves, along, strict=True)]
+        )
 
     def imaged(step):
         expansion = gridded.expansion(moved(step), 2)
@@ -385,14 +389,14 @@ def test_layers_over_what_flows_against_interface_conditions_and_de_hoogs_invers
     assert float(found.horizon) > times[-1] and float(found.error) < 4e-5
     near = np.abs(np.log(known[1:, None] / alpha)).argmin(0) + 1
     step = 1e-3
-    for i, (t, bound) in enumerate(zip(times, [1e-5, 1e-5, 1e-5, late], strict=True)):
+    for i, (t, bound) in enumerate(zip(times, [5e-6, 5e-6, 4e-5, late], strict=True)):
         exact = exactly(body, alpha, t)
         sums = sum_of_products(found, np.array([[t]]))[0, near]
         np.testing.assert_allclose(sums, exactly(body, known[near], t), rtol=1e-5)
         np.testing.assert_allclose(values[i], exact, rtol=bound)
         one, two = (exactly(moved(c), alpha, t) - exactly(moved(-c), alpha, t) for c in (step, 2.0 * step))
         central = (8.0 * one - two) / (12.0 * step)
-        np.testing.assert_allclose(slopes[i] / exact, central / exact, atol=4.0 * bound)
+        np.testing.assert_allclose(slopes[i] / exact, central / exact, atol=STEEPER * bound)
 
 
 @pytest.mark.slow
