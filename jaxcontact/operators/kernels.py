@@ -342,7 +342,7 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
             is 4e-7 for a film a tenth as stiff as its substrate and 3e-4 for a film as stiff as its substrate; use more for
             a stiffer film. The measured error is ``separation_error``. For several layers, or on a viscoelastic
             substrate, each node stands for 12 rates spread over the times of the materials, and for 4 coefficient
-            functions; for 18 and 10 if a layer that does not flow lies over one that may, in which case the response is
+            functions; for 18 of each if a layer that does not flow lies over one that may, in which case the response is
             valid up to the time ``horizon``.
 
     Returns:
