@@ -453,7 +453,7 @@ CREEPING = {  # with the largest error of derivatives of the sum of products, an
     "standard solid on a Burgers layer": (
         jc.LayeredHalfSpace((jc.Layer(SOLID, 5e-6), jc.Layer(FLOWING, 9e-6)), STEEL),
         1e-5,
-        1e-5,
+        2.5e-5,
     ),
 }
 
