@@ -4,8 +4,8 @@
 
 lambda_k C_k = sum_m mix[m, k] S_m. For a half-space all is one shape times the creep compliance, exactly. For layers that
 creep the exact response (``response.stack``) is fitted at frequencies over the band of their rates, by the two linear
-least-squares fits of ``response.in_time``; the three functions share rates and shapes. The band, and the latest time
-for which a fit is made where there is no slowest rate, are those of ``response.in_time``.
+least-squares fits of ``response.in_time``; the three functions share rates and shapes. The band, and what is different where
+there is no slowest rate (a shape for each rate, images at each time, a latest time), are those of ``response.in_time``.
 
 Errors are measured at times up to ten times the longest 1/lambda_k, or up to that latest time: of L and T relative to
 themselves, of K relative to the root of L N, N the normal response. Largest ones over all wavenumbers, images included:
