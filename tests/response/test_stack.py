@@ -454,6 +454,7 @@ CREEPING = {  # with the largest error of derivatives of the sum of products, an
         jc.LayeredHalfSpace((jc.Layer(SOLID, 5e-6), jc.Layer(FLOWING, 9e-6)), STEEL),
         1e-5,
         2.5e-5,
+        8e-4,  # between the modes: round-off of the reverse one
     ),
 }
 
@@ -463,7 +464,7 @@ CREEPING = {  # with the largest error of derivatives of the sum of products, an
 def test_images_of_creeping_bodies_have_the_derivatives_of_the_response(name):
     """By every leaf of film and base, at first and later, from waves of a thousand thicknesses on: first of the sum of
     products, then of its images, against those of the exact response; in reverse mode as in forward mode."""
-    body, of_sums, of_images = CREEPING[name]
+    body, of_sums, of_images, *of_modes = CREEPING[name]
     leaves, structure = jax.tree.flatten(body)
     k, times = jnp.geomspace(1e2, 3e6, 16), jnp.array([0.0, 3.0, 110.0])[:, None]
     zero = jnp.zeros(len(leaves))
@@ -489,4 +490,6 @@ def test_images_of_creeping_bodies_have_the_derivatives_of_the_response(name):
         np.testing.assert_allclose(slopes[0] / value[..., None], slopes[1] / value[..., None], atol=bound)
     at_last = lambda logs: jnp.sum(imaged(logs)[-1] / exact(zero)[-1])
     forward = jnp.sum(slopes[0][-1] / value[-1][:, None], 0)
-    np.testing.assert_allclose(jax.jit(jax.grad(at_last))(zero), forward, atol=k.size * of_sums)
+    np.testing.assert_allclose(
+        jax.jit(jax.grad(at_last))(zero), forward, atol=(*of_modes, k.size * of_sums)[0]
+    )
