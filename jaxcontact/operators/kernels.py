@@ -163,7 +163,7 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
             is 4e-7 for a film a tenth as stiff as its substrate and 3e-4 for a film as stiff as its substrate; use more for
             a stiffer film. The measured error is ``separation_error``. For several layers, or on a viscoelastic
             substrate, each node stands for 12 rates spread over the times of the materials, and for 4 coefficient
-            functions; for 18 and 10 if a layer that does not flow lies over one that may, in which case the response is
+            functions; for 18 of each if a layer that does not flow lies over one that may, in which case the response is
             valid up to the time ``horizon``.
 
     Returns:
@@ -297,7 +297,7 @@ def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
     """Return the expansion of a body, with ``nodes`` as in ``kernels``."""
     response = response_of(body)
     separable = response.separate(nodes)
-    images = _images(response, separable)
+    images = response.expand_separable(separable)
     return Expansion(separable, images, _image_errors(response, separable, images))
 
 
@@ -381,11 +381,6 @@ def on_grid(grid: Grid, images: Images, mean: Array | None = None) -> tuple[Fami
         return family, periodic_coefficients(grid, images, mean)
     coefficients = (strip_coefficients if any(grid.periodic) else influence_coefficients)(grid, images)
     return Family.of(coefficients, grid.periodic), coefficients
-
-
-def _images(response: Response, separable: Separable) -> Images:
-    """The images of C_0 and of the shapes, (M + 1, J + 1)."""
-    return response.expand_shapes(separable.terms[:1], separable.terms[1:2], separable.terms[2:])
 
 
 def _image_errors(response: Response, separable: Separable, images: Images) -> Array:

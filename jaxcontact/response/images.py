@@ -147,7 +147,7 @@ def staircase(depths: Array, wavenumber: Array) -> Array:
     return upper * jnp.append(within, jnp.ones((wavenumber.size, 1)), 1)
 
 
-def fit_images(values: Array, ladder: Ladder) -> Images:
+def fit_images(values: Array, ladder: Ladder, damping: float = DAMPING) -> Images:
     """Return the least-squares images of responses alpha N at the ladder's wavenumbers, (..., n)."""
     ladder = jax.lax.stop_gradient(ladder)
     relative = staircase(ladder.depths, ladder.wavenumbers[1:-1:2])
@@ -155,7 +155,7 @@ def fit_images(values: Array, ladder: Ladder) -> Images:
     last, first = values[..., :1], values[..., -1:]
     matrix = relative[:, 1:-1] * at_steps / at_nodes[:, None]
     rest = (values[..., 1:-1:2] - first * relative[:, 0] - last * relative[:, -1]) / at_nodes
-    between = decomposed(matrix).damped(rest, DAMPING) * at_steps
+    between = decomposed(matrix).damped(rest, damping) * at_steps
     heights = jnp.concatenate([first, between, last], -1)
     return Images(ladder.depths, heights)
 

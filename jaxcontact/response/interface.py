@@ -97,3 +97,7 @@ class Response(abc.ABC):
 
         Each has a first axis, (m, n) with m >= 0; the heights are in that order, (M, J + 1).
         """
+
+    def expand_separable(self, separable: Separable) -> Images:
+        """Return images of C_0 and of all shapes of ``separate``, heights (M + 1, J + 1)."""
+        return self.expand_shapes(separable.terms[:1], separable.terms[1:2], separable.terms[2:])

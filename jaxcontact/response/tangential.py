@@ -4,8 +4,8 @@
 
 lambda_k C_k = sum_m mix[m, k] S_m. For a half-space all is one shape times the creep compliance, exactly. For layers that
 creep the exact response (``response.stack``) is fitted at frequencies over the band of their rates, by the two linear
-least-squares fits of ``response.in_time``; the three functions share rates and shapes. The band, and the latest time
-for which a fit is made where there is no slowest rate, are those of ``response.in_time``.
+least-squares fits of ``response.in_time``; the three functions share rates and shapes. The band, and what is different where
+there is no slowest rate (a shape for each rate, images at each time, a latest time), are those of ``response.in_time``.
 
 Errors are measured at times up to ten times the longest 1/lambda_k, or up to that latest time: of L and T relative to
 themselves, of K relative to the root of L N, N the normal response. Largest ones over all wavenumbers, images included:
@@ -32,14 +32,16 @@ from jaxcontact.bodies.materials import Material
 from jaxcontact.response import in_time
 from jaxcontact.response.body_facts import creeps
 from jaxcontact.response.coefficients import TangentialImages
-from jaxcontact.response.images import expected_sizes
+from jaxcontact.response.images import Images, expected_sizes
 from jaxcontact.response.in_time import (
     MORE_RATES,
     STRIDE,
     RateBand,
     Samples,
     common_rates,
+    expand_tangential_in_time,
     fitted,
+    fitted_to_rates,
     may_have_no_slowest,
     rate_band,
     rounded,
@@ -81,9 +83,12 @@ def fit_images(body: LayeredHalfSpace, values: Array) -> TangentialImages:
     """
     if not body.layers:
         return TangentialImages(jnp.zeros(1), values)
-    fitted = in_time.expand_tangential(body, values)
-    weights = jnp.concatenate([fitted.heights[..., -1:], jnp.diff(fitted.heights, axis=-1)], -1)
-    return TangentialImages(jnp.append(0.0, fitted.depths), weights)
+    return _as_exponentials(in_time.expand_tangential(body, values))
+
+
+def _as_exponentials(stairs: Images) -> TangentialImages:
+    weights = jnp.concatenate([stairs.heights[..., -1:], jnp.diff(stairs.heights, axis=-1)], -1)
+    return TangentialImages(jnp.append(0.0, stairs.depths), weights)
 
 
 def images_at(images: TangentialImages, wavenumber: Array) -> Array:
@@ -93,7 +98,6 @@ def images_at(images: TangentialImages, wavenumber: Array) -> Array:
 
 
 RATES, SHAPES = 24, 12
-MORE_SHAPES = 20  # shapes where there may be no slowest rate
 
 
 @pytree
@@ -125,7 +129,14 @@ class TangentialExpansion(NamedTuple):
 def tangential_expansion(body: LayeredHalfSpace) -> TangentialExpansion:
     """Return the sum of products of a body and its images, with their errors."""
     separable = separate_tangential(body)
-    images = fit_images(body, separable.terms)
+    if body.layers and separable.rates.size and may_have_no_slowest(body):
+        images = _as_exponentials(
+            expand_tangential_in_time(
+                body, separable.rates, separable.mix, separable.horizon, separable.terms
+            )
+        )
+    else:
+        images = fit_images(body, separable.terms)
     return TangentialExpansion(separable, images, *_errors(body, separable, images))
 
 
@@ -154,17 +165,17 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
     if not any(creeps(solid) for solid in solids(body)):
         start = _entries(alpha_LKNT(body, wavenumber, spectra(body).instantaneous))
         return TangentialSeparable(jnp.zeros(0), start.reshape(3, 1, -1), jnp.zeros((0, 0)), jnp.zeros(1))
-    rates, shapes = RATES, SHAPES
-    if may_have_no_slowest(body):
-        rates, shapes = int(MORE_RATES * rates), MORE_SHAPES
-    rough = rounded(body)
-    chosen = rate_band(rough, rates)
-    alike = wavenumber * jax.lax.stop_gradient(body.layers[0].thickness) / rough.layers[0].thickness
-    expected, sizes = _sampled(rough, alike, chosen)
+    rough, endless = rounded(body), may_have_no_slowest(body)
+    chosen = rate_band(rough, int(MORE_RATES * RATES) if endless else RATES)
     samples, _ = _sampled(body, wavenumber, chosen)
     common, _ = common_rates(body, chosen.rates)
-    terms, mix = fitted(samples.rest, expected.rest, weights_of(sizes), chosen, common, shapes)
-    terms = jnp.concatenate([samples.start[None], terms]).reshape(shapes + 1, 3, -1)
+    if endless:
+        terms, mix = fitted_to_rates(samples.rest, chosen, common)
+    else:
+        alike = wavenumber * jax.lax.stop_gradient(body.layers[0].thickness) / rough.layers[0].thickness
+        expected, sizes = _sampled(rough, alike, chosen)
+        terms, mix = fitted(samples.rest, expected.rest, weights_of(sizes), chosen, common, SHAPES)
+    terms = jnp.concatenate([samples.start[None], terms]).reshape(len(terms) + 1, 3, -1)
     return TangentialSeparable(common, jnp.moveaxis(terms, 1, 0), mix, chosen.times, chosen.horizon)
 
 
