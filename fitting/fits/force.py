@@ -796,7 +796,8 @@ def fit_force(
     the calibration; (3) with a drag, by that of the drag, (2) and (3) as errors of ln G that are independent of the noise.
 
     A fit is rejected where the modulus changes by more than 49 % from half the depth to the whole, or the trend of the
-    residuals exceeds 5 % of the largest force; ``modulus_over_depth`` is then a table of the modulus over the depth.
+    residuals exceeds 5 % of the largest force; ``modulus_over_depth`` is then a table of the modulus over the depth. It is
+    also rejected without a baseline or an indentation, with isolated spikes, a jump, or a flat end (``unusable``).
 
     With a ``model`` the force follows from the whole history of the depth, in approach, dwell and retraction, with a
     contact that shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966) 845; derived in ``fitting/fits/force_history.py``):
