@@ -402,7 +402,8 @@ LOST = (
 )
 SPIKE, SPIKE_SEEN = 0.1, 8.0  # least isolated spike, over the largest force and in robust standard deviations
 JUMP_SEEN = 6.0  # least jump, in robust standard deviations of the steps: a single point does not make one
-LAST, RISING, RISE_SEEN = 0.2, 0.25, 5.0  # end of the indentation, its least rise over the model's, standard errors
+LAST, RISING = 0.2, 0.25  # the end of the indentation, and its least rise over that of the model
+RISE_SEEN = 5.0  # standard errors by which it is below
 
 
 def spikes(deviations: np.ndarray, pushed: float) -> np.ndarray:
@@ -487,8 +488,8 @@ def unusable(
         )
     if risen < 1.0:
         return (
-            f"a flat end: over the last fifth of the indentation the force rises by {100 * max(risen, 0.0):.2g} % of the rise"
-            " of the model, as of a detector at its limit; fit the part before it"
+            f"a flat end: over the last fifth of the indentation the force rises by {100 * max(risen, 0.0):.2g} % of what"
+            " the model does, as of a detector at its limit; fit the part before it"
         )
     return ""
 
