@@ -288,4 +288,4 @@ def test_short_curves_with_a_jump_or_a_flat_end_are_rejected_alone_and_in_a_map(
         marks = np.full(on.sum(), "approach")
         own = {name: v[named[0], on] for name, v in (("t", times), ("load", load), ("depth", depth))}
         alone = fitting.fit_force(fitting.IndentationData(**own, marks=marks), indenter=BALL)
-        assert alone.refused[0] == found.reasons[named[0]].split("; ")[0]
+        assert alone.refused[0].startswith(words)
