@@ -401,6 +401,9 @@ LOST = (
     0.1  # part of the work of the approach that a retraction does not give back, above which a note says so
 )
 SPIKE, SPIKE_SEEN = 0.1, 8.0  # least isolated spike, over the largest force and in robust standard deviations
+JUMP_SEEN = 6.0  # least jump, in robust standard deviations of the steps: a single point does not make one
+LAST, RISING = 0.2, 0.25  # the end of the indentation, and its least rise over that of the model
+RISE_SEEN = 5.0  # standard errors by which it is below
 
 
 def spikes(deviations: np.ndarray, pushed: float) -> np.ndarray:
@@ -419,7 +422,7 @@ BESIDE = 3  # points on either side of a jump
 
 def jump(deviations: np.ndarray, pushed: float) -> float:
     """Return the largest jump of the deviations between two points, 0 without one: a change by more than a tenth of the
-    largest force and eight robust standard deviations of such changes, of which more than half remains in the means of the
+    largest force and six robust standard deviations of such changes, of which more than half remains in the means of the
     ``BESIDE`` points on either side. The noise of a sample is not as abrupt, and correlated noise hides it from other tests.
     """
     steps = np.diff(deviations)
@@ -429,16 +432,37 @@ def jump(deviations: np.ndarray, pushed: float) -> float:
     remains[BESIDE - 1 : steps.size + 1 - BESIDE] = means[BESIDE:] - means[:-BESIDE]
     size = np.where(remains * np.sign(steps) > verdict.ISOLATED * np.abs(steps), np.abs(steps), 0.0)
     highest = float(np.max(size, initial=0.0))
-    return highest if highest > max(SPIKE * pushed, SPIKE_SEEN * sigma) else 0.0
+    return highest if highest > max(SPIKE * pushed, JUMP_SEEN * sigma) else 0.0
+
+
+def rising(depth: np.ndarray, deviations: np.ndarray, model: np.ndarray, point: float) -> float:
+    """Return the rise of the force over that of the model in the last part of the indentation, 1 where it is no flat end.
+
+    depth, deviations (model - load) and force of the model without baseline, (n,); point: depth of contact. Over the last
+    fifth of the depth in contact, at least the last ``BESIDE`` + 1 points, both rises are slopes of least squares. An end is
+    flat where the force rises by less than a quarter of the model and the difference exceeds five standard errors, with the
+    noise of the differences of neighbours. A photodiode or an amplifier at its limit has such an end, and no elastic sample:
+    Hertz's force rises there by a quarter of the whole. In short curves other tests take it for correlated noise.
+    """
+    n = depth.size
+    some = (depth >= depth[-1] - LAST * (depth[-1] - point)) | (np.arange(n) > n - BESIDE - 2)
+    x = np.where(some, depth - depth[some].mean(), 0.0)
+    square, lag, rise = float(x @ x), float(x @ deviations), float(x @ model)
+    steps = np.sort(np.abs(np.diff(deviations)))
+    sigma = float(steps[steps.size // 2]) / 0.6745 / math.sqrt(2.0)
+    flat = rise > 0.0 and rise - lag < RISING * rise and lag > RISE_SEEN * sigma * math.sqrt(square)
+    return 1.0 - lag / rise if flat else 1.0
 
 
 def unusable(
-    before: int, n: int, spiky: int, highest: float, jumped: float, pushed: float, scatter: float, unit: float
+    before: int, n: int, spiky: int, highest: float, jumped: float, risen: float, pushed: float, scatter: float,
+    unit: float,
 ) -> str:  # fmt: skip
     """Return why a curve determines no modulus, "" if it does.
 
-    before: of its n points those before the contact; spiky: isolated spikes, the largest of them ``highest``; jumped,
-    pushed, scatter: largest jump, largest force, and standard deviation of the baseline, over ``unit`` [N].
+    before: of its n points those before the contact; spiky: isolated spikes, the largest of them ``highest``; risen: of
+    ``rising``; jumped, pushed, scatter: largest jump, largest force, and standard deviation of the baseline, over ``unit``
+    [N].
     """
     if before < max(5, SHORT * n):
         return (
@@ -461,6 +485,11 @@ def unusable(
         return (
             f"no indentation: the force rises by {pushed * unit * PICO:.3g} pN, the noise of the baseline is"
             f" {scatter * unit * PICO:.3g} pN"
+        )
+    if risen < 1.0:
+        return (
+            f"a flat end: over the last fifth of the indentation the force rises by {100 * max(risen, 0.0):.2g} % of what"
+            " the model does, as of a detector at its limit; fit the part before it"
         )
     return ""
 
@@ -509,8 +538,10 @@ def deviation(problem: FitProblem, force: ForceModel, solved: Solved) -> Deviati
     pushed = float(indentation_force(theta, curve.depth[-1] - theta[POINT], curve))
     points = spikes(deviations, pushed)
     highest = float(np.max(np.abs(deviations[points]), initial=0.0))
+    pressed = np.asarray(curve.load) + deviations - theta[BASELINE] - theta[TILT] * np.asarray(curve.t)
+    risen = rising(depth, deviations, pressed, float(theta[POINT]))
     why = unusable(
-        before, outside.size, points.size, highest, jump(deviations, pushed), pushed, scatter, unit
+        before, outside.size, points.size, highest, jump(deviations, pushed), risen, pushed, scatter, unit
     )
     if why:
         return Deviation(nothing, (why,))
@@ -766,7 +797,8 @@ def fit_force(
     the calibration; (3) with a drag, by that of the drag, (2) and (3) as errors of ln G that are independent of the noise.
 
     A fit is rejected where the modulus changes by more than 49 % from half the depth to the whole, or the trend of the
-    residuals exceeds 5 % of the largest force; ``modulus_over_depth`` is then a table of the modulus over the depth.
+    residuals exceeds 5 % of the largest force; ``modulus_over_depth`` is then a table of the modulus over the depth. It is
+    also rejected without a baseline or an indentation, with isolated spikes, a jump, or a flat end (``unusable``).
 
     With a ``model`` the force follows from the whole history of the depth, in approach, dwell and retraction, with a
     contact that shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966) 845; derived in ``fitting/fits/force_history.py``):

@@ -130,8 +130,22 @@ def jump_of(deviations: Array, pushed: Array, n: Array) -> Array:
     inside = (at >= beside - 1) & (at < n - beside)
     jumps = inside & (remains * jnp.sign(steps) > verdict.ISOLATED * size)
     highest = jnp.max(jnp.where(jumps, size, 0.0))
-    seen = highest > jnp.maximum(force.SPIKE * pushed, force.SPIKE_SEEN * sigma)
+    seen = highest > jnp.maximum(force.SPIKE * pushed, force.JUMP_SEEN * sigma)
     return jnp.where(seen, highest, 0.0) / jnp.maximum(pushed, 1e-300)
+
+
+def rising_of(depth: Array, deviations: Array, model: Array, point: Array, n: Array) -> Array:
+    """Return the rise of the force over that of the model at the end of the indentation, as ``force.rising``."""
+    at = jnp.arange(depth.size)
+    deep = depth >= depth[n - 1] - force.LAST * (depth[n - 1] - point)
+    some = (at < n) & (deep | (at > n - force.BESIDE - 2))
+    x = jnp.where(some, depth - jnp.sum(jnp.where(some, depth, 0.0)) / jnp.sum(some), 0.0)
+    square, lag, rise = x @ x, x @ deviations, x @ model
+    steps = jnp.sort(jnp.where(at[1:] < n, jnp.abs(jnp.diff(deviations)), jnp.inf))
+    sigma = steps[(n - 1) // 2] / 0.6745 / math.sqrt(2.0)
+    flat = (rise > 0.0) & (rise - lag < force.RISING * rise)
+    flat = flat & (lag > force.RISE_SEEN * sigma * jnp.sqrt(square))
+    return jnp.where(flat, 1.0 - lag / jnp.where(rise > 0.0, rise, 1.0), 1.0)
 
 
 def line(curve: Scaled, weights: Array) -> tuple[Array, Array, Array]:
@@ -337,7 +351,8 @@ def fit_one(
         "log_G": logs, "p": p, "contact": jnp.concatenate([p[None], ends]), "baseline": one.b, "tilt": one.k,
         "amplitude": one.c, "r2": r2, "floor": found.ratio, "lag1": found.lag1, "before": before,
         "scatter": scatter, "pushed": pushed, "spikes": count, "highest": highest,
-        "jumped": jump_of(deviations, pushed, n), "doubted": doubted, "few": few,
+        "jumped": jump_of(deviations, pushed, n), "risen": rising_of(depth, deviations, one.c * one.f, p, n),
+        "doubted": doubted, "few": few,
         "softer": softer, "shift": half - p, "trend": trend, "varied": found.varied, "found": contact,
         "poor": real & ((r2 <= 0.0) | (total >= about * (1.0 - FLAT))), "faint": real & (spread > signal),
         "excess": spread / jnp.maximum(signal, 1e-300), "finite": jnp.all(jnp.isfinite(logs)),
@@ -1247,6 +1262,7 @@ def fill(
             of("spikes"),
             high * pushed,
             of("jumped") * pushed,
+            of("risen"),
             pushed,
             of("scatter"),
             float(load[i]),

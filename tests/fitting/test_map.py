@@ -54,7 +54,7 @@ def test_good_curves_are_accepted_with_intervals_that_hold_the_truth_and_bad_one
     assert np.mean((low < touch[good]) & (high > touch[good])) >= 0.87
     np.testing.assert_allclose(fitted.youngs_modulus[good], E[good], rtol=0.04, atol=0.0)
     reasons = {kind: " ".join(np.array(fitted.reasons)[kinds == kind]) for kind in set(kinds)}
-    assert "spikes:" in reasons["spikes"] and "trend" in reasons["saturated"]
+    assert "spikes:" in reasons["spikes"] and "a flat end" in reasons["saturated"]
     assert "no indentation" in reasons["no contact"]
     largest = 16.0 / 9.0 * E * np.sqrt(RADIUS) * (2e-6 - touch) ** 1.5
     assert np.median((fitted.noise / largest)[good]) == pytest.approx(0.01, rel=0.05)
@@ -276,16 +276,16 @@ def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys
     assert ended.value.code not in (0, None) and "not of a map with these options" in capsys.readouterr().err
 
 
-def test_short_curves_with_a_jump_are_rejected_alone_and_in_a_map():
+def test_short_curves_with_a_jump_or_a_flat_end_are_rejected_alone_and_in_a_map():
     depth, load, times, *_, kinds = simulated(60, 48, faulty=0.5, seed=3)
-    jumps = np.flatnonzero(kinds == "jump")
     found = fitting.fit_map(depth, load, times, indenter=BALL)
-    assert np.all(found.accepted[kinds == "good"]) and not np.any(found.accepted[jumps])
-    named = [k for k in jumps if "a jump by" in found.reasons[k]]
-    assert len(named) >= 4
-    on = np.isfinite(depth[named[0]])
-    marks = np.full(on.sum(), "approach")
-    data = fitting.IndentationData(
-        t=times[named[0], on], load=load[named[0], on], depth=depth[named[0], on], marks=marks
-    )
-    assert "a jump by" in fitting.fit_force(data, indenter=BALL).refused[0]
+    assert np.all(found.accepted[kinds == "good"])
+    for kind, words in (("jump", "a jump by"), ("saturated", "a flat end")):
+        bad = np.flatnonzero(kinds == kind)
+        named = [k for k in bad if words in found.reasons[k]]
+        assert not np.any(found.accepted[bad]) and len(named) >= 4
+        on = np.isfinite(depth[named[0]])
+        marks = np.full(on.sum(), "approach")
+        own = {name: v[named[0], on] for name, v in (("t", times), ("load", load), ("depth", depth))}
+        alone = fitting.fit_force(fitting.IndentationData(**own, marks=marks), indenter=BALL)
+        assert alone.refused[0].startswith(words)

@@ -71,3 +71,21 @@ def force(
         )
         found[i] = integral(rate, 0.0, end, power)
     return found
+
+
+def held(
+    t: np.ndarray, G: Callable, largest: float, turn: float, slope: Callable, power: float
+) -> np.ndarray:
+    """Force (n,) [N] at t (n,) [s] of an approach up to the time ``turn`` and a hold of the largest depth; else as
+    ``force``."""
+    found, speed = np.zeros(t.size), largest / turn
+    for i, now in enumerate(t):
+        last = min(now, turn)
+        if last <= 0.0:
+            continue
+        end, since = np.sqrt(last), now - last
+        rate = lambda r, gap, end=end, since=since: (
+            G(since + gap * (end + r)) * slope(speed * r * r) * speed * 2.0 * r
+        )
+        found[i] = integral(rate, 0.0, end, power)
+    return found
