@@ -1,10 +1,12 @@
 """Compiled programs: functions with options of the compiler that make a first call fast, and their release in time."""
 
+import contextlib
+import contextvars
 import functools
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +27,18 @@ BRIEF = 1.6e6
 """Work, in cell steps, up to which a program is not optimised: its runs then lose a third of the time that its compilation
 saves. A film of 128 x 128 cells at 31 times has three such calls."""
 
+_AT_ONCE = contextvars.ContextVar("optimised_at_once", default=False)
+
+
+@contextlib.contextmanager
+def optimised_at_once() -> Iterator[None]:
+    """Optimise programs from their first call on: no rounding then depends on what the process did before."""
+    token = _AT_ONCE.set(True)
+    try:
+        yield
+    finally:
+        _AT_ONCE.reset(token)
+
 
 class Program:
     """A compiled function of pytrees of arrays and static keywords.
@@ -35,7 +49,7 @@ class Program:
     work: the work of a call in cell steps, a function of its arguments that reads shapes alone. A program that knows it is
     not optimised while the work of all calls with arguments of the same shapes is within ``BRIEF``, and is compiled again
     with the call that exceeds it. However many calls follow, all of them together then take less than twice the time of the
-    better choice. Results agree to rounding.
+    better choice. Results agree to rounding. Within ``optimised_at_once`` each is optimised.
     """
 
     def __init__(
@@ -54,7 +68,7 @@ class Program:
         if not is_concrete(args, jnp.zeros(())):  # within a trace
             return self.compiled(*args, **static)
         chosen = self._compiled_fast if self.optimised else self._unoptimised
-        if self.work is not None and unoptimised_options() != fast_compile_options():
+        if self.work is not None and not _AT_ONCE.get() and unoptimised_options() != fast_compile_options():
             leaves, structure = jax.tree.flatten(args)
             each = tuple((np.shape(leaf), getattr(leaf, "dtype", type(leaf))) for leaf in leaves)
             shapes = structure, each, tuple(sorted(static.items()))

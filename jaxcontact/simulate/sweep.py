@@ -19,6 +19,7 @@ import numpy as np
 from tqdm import tqdm
 
 from jaxcontact._compile.compilation_cache import enable_compilation_cache
+from jaxcontact._compile.programs import optimised_at_once
 from jaxcontact._support import checks, fingerprint
 from jaxcontact._support.files import locked, read_npz, write_npz, write_whole
 from jaxcontact._support.terminal import recorded_warnings
@@ -414,8 +415,11 @@ def _attempt(f: Callable | bytes, case: Case) -> Result | Failure:
 
 
 def _call(f: Callable, case: Case) -> Result:
-    """Compute a case, in a process of its own: its result as arrays of numbers, with its notes where it has any."""
-    with recorded_warnings() as caught:
+    """Compute a case, in a process of its own: its result as arrays of numbers, with its notes where it has any.
+
+    Programs are optimised from the first call on, so that results are equal bit for bit however cases are shared.
+    """
+    with recorded_warnings() as caught, optimised_at_once():
         found = f(copy.deepcopy(case))
     if not isinstance(found, Mapping):
         raise ValueError(f"f: expected a dict of arrays, got {type(found).__name__}")

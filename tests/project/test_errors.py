@@ -89,6 +89,8 @@ ELSEWHERE = {  # reached by no row, and why
     **{f"temperature.py: {name}": "test_heat.py" for name in ("check", "heat_partition")},
     **{f"surfaces.py: {name}": "test_surface_files.py" for name in ("read_surface", "_read", "_library")},
     "plugins.py: load": "test_plugins.py",
+    "pytree.py: __init__": "test_own_classes.py, a class without the decorator",
+    "materials.py: __post_init__": "test_own_classes.py, a material without Poisson's ratio",
     "case_keys.py: take_up_material": "test_plugins.py",
     "storage.py: _xarray": "test_storage.py, without the extra",
     "labels.py: extra": "test_summaries.py, without the extra",

@@ -75,6 +75,8 @@ def test_a_program_of_known_work_is_optimised_when_its_calls_are_no_longer_brief
     with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):  # the third with these shapes
         program(BALL, X, power=2)
     program(BALL, X[:3], power=2)
+    with programs.optimised_at_once(), pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
+        program(BALL, X[:4], power=2)
 
 
 def test_a_compiler_without_the_fast_compile_options_optimises(monkeypatch):

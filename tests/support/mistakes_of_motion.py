@@ -465,6 +465,10 @@ MOTION = {
         lambda: jax.eval_shape(indent).plot(BODY, [1e-6]),
         r"inside: expected the result of subsurface or None, got list",
     ),
+    "a material for the indenter of a picture": (
+        lambda: jax.eval_shape(indent).plot(indenter=BODY),
+        r"indenter: expected an indenter such as Sphere or None, got LayeredHalfSpace",
+    ),
     "a rough line": (
         lambda: rough(grid=LINE),
         r"grid: expected a known spacing and more than one cell",
