@@ -644,11 +644,9 @@ class ForceFit(Fit):
             return ()
         probe, deepest, top = probe_of(self.indenter), float(self.depth.max()), float(np.ptp(self.force))
         unit = probe.size / (2.0 * (1.0 + self.nu) * (1.0 - self.nu)) / top
-        layer = (
-            None
-            if self.thickness is None
-            else thin_layer.ThinLayer.of(self.indenter, self.thickness, self.nu)
-        )
+        base, layer = Base(bonded=not self.unbonded), None
+        if self.thickness is not None:
+            layer = ThinLayer.of(self.indenter, self.thickness, self.nu, base)
         nodes, along = np.linspace(0.0, 1.0, ROWS + 1), np.linspace(0.0, 1.0, self.depth.size)
 
         def residual(x: np.ndarray) -> np.ndarray:

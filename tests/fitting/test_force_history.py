@@ -258,6 +258,19 @@ def test_an_elastic_fit_points_to_a_model_and_has_a_table_over_the_depth():
     assert "apparent modulus over the depth" in fit.summary()
     assert len(json.loads(fit.to_json())["modulus_over_depth"]) == 5
 
+    # on a loose layer, which is 0.6 times as stiff as a bonded one
+    thin = {"nu": 0.45, "thickness": 2e-6, "unbonded": True}
+    factor = np.asarray(fitting.thin_layer_factor(BALL, d, thin["thickness"], 0.45, unbonded=True))
+    load = stiffer * factor + (stiffer * factor).max() * 1e-5 * rng.standard_normal(400)
+    fit = fitting.fit_force(
+        fitting.IndentationData(t=np.linspace(0.0, 1.0, 400), load=load, depth=DEEP * z),
+        indenter=BALL,
+        **thin,
+    )
+    at, found, *_ = np.array(fit.modulus_over_depth).T
+    truth = 0.75 * (1.0 - 0.45**2) * 16.0 / 9.0 * 1e3 * (1.0 + 9.0 * (at / DEEP) ** 2)
+    np.testing.assert_allclose(found, truth, rtol=0.06)
+
 
 def test_the_command_fits_a_pyramid(tmp_path, capsys):
     face = np.radians(35.0)
