@@ -431,10 +431,6 @@ def test_what_does_not_take_an_indenter_that_creeps_refuses_it():
         "quasi-elastic": [
             lambda: jc.indent(body, ball, STEADY, [0.0], grid=GRID, correspondence="quasi-elastic")
         ],
-        "friction: expected None": [
-            lambda: jc.slide(body, ball, STEADY, [0.0, 1.0], velocity=1e-4, grid=GRID, friction=0.1),
-            lambda: jc.slide_steady(body, coat, STEADY, velocity=1e-4, grid=GRID, friction=0.1),
-        ],
         "kernels: expected those of one that creeps": [
             lambda: jc.indent(body, ball, STEADY, [0.0], grid=GRID, kernels=plain)
         ],
