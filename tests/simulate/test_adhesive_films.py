@@ -91,7 +91,11 @@ CREEPING = jc.StandardLinearSolid(0.9 * G, 0.45 * G, 0.45 * G, nu=0.45)
 # of the first the program is that of the test above, of the second that of the test below
 @pytest.mark.parametrize(
     "load_controlled, solid",
-    [(False, SOFT), (True, CREEPING), pytest.param(False, CREEPING, marks=pytest.mark.slow)],
+    [
+        (False, SOFT),
+        pytest.param(True, CREEPING, marks=pytest.mark.slow),
+        pytest.param(False, CREEPING, marks=pytest.mark.slow),
+    ],
     ids=["approach", "load, creeping", "approach, creeping"],
 )
 def test_a_map_of_one_thickness_is_the_film_of_that_thickness(load_controlled, solid):

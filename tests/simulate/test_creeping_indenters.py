@@ -140,7 +140,7 @@ def alike(found, expected, rtol, names=RUBBED):
         np.testing.assert_allclose(a, b, rtol=0.0, atol=rtol * np.max(np.abs(b)), err_msg=name)
 
 
-@pytest.mark.parametrize("friction", MU)
+@pytest.mark.parametrize("friction", [MU[0], pytest.param(MU[1], marks=pytest.mark.slow)])
 def test_slide_steady_with_friction_of_a_ball_coated_with_its_own_material_is_that_of_the_elastic_ball(
     friction,
 ):
@@ -152,7 +152,7 @@ def test_slide_steady_with_friction_of_a_ball_coated_with_its_own_material_is_th
     alike(found, jc.slide_steady(body, jc.Sphere(R, steel), STEADY, **given), 1e-10)
 
 
-@pytest.mark.parametrize("friction", MU)
+@pytest.mark.parametrize("friction", [MU[0], pytest.param(MU[1], marks=pytest.mark.slow)])
 def test_slide_steady_with_friction_of_a_creeping_ball_is_that_of_a_ball_of_its_relaxed_modulus(friction):
     body, relaxed = as_body(solid(1.5)), jc.Elastic(G=1e6 * 5e5 / 1.5e6, nu=0.4)
     given = {"velocity": 2e-4, "grid": GRID, "friction": friction}
@@ -177,6 +177,7 @@ def test_friction_under_a_creeping_ball_on_a_stiff_flat_is_that_of_a_stiff_ball_
     assert np.max(np.abs(same.pressure - expected.pressure)) > 0.1 * np.max(same.pressure)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", MU)
 def test_slide_with_friction_of_two_creeping_surfaces_tends_to_slide_steady(friction):
     body, ball = as_body(solid(1.5)), jc.Sphere(R, coated())
@@ -371,7 +372,7 @@ def sheared_in_steps(body, ball, grid):
 @pytest.mark.parametrize(
     "verb",
     [
-        pressed,
+        pytest.param(pressed, marks=pytest.mark.slow),
         pytest.param(sheared_in_steps, marks=pytest.mark.slow),
         pytest.param(rolled_for_ever, marks=pytest.mark.slow),
         pytest.param(slid, marks=pytest.mark.slow),
@@ -458,8 +459,9 @@ def rolled(body, ball, **given):
     return jc.roll_steady(body, ball, STEADY, **given)
 
 
-@pytest.mark.parametrize("coupled", [pytest.param(False, marks=pytest.mark.slow), True])
-@pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("coupled", [False, True])
+@pytest.mark.parametrize("material", [burgers, coated])
 def test_rolling_of_two_equal_rollers_is_that_on_twice_the_compliance(material, coupled):
     """The couplings of two equal solids cancel: with them, too, the contact is that of one body without coupling."""
     expected = rolled(as_body(material(0.5)), jc.Sphere(R), coupled=False)

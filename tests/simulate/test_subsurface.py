@@ -201,10 +201,8 @@ STRAINED = {
 }
 
 
-@pytest.mark.parametrize(
-    "name",
-    [name if name == "half-space" else pytest.param(name, marks=pytest.mark.slow) for name in STRAINED],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", STRAINED)
 def test_the_derivative_of_the_displacement_by_depth_is_the_strain_of_hookes_law(name):
     """From the surface to below the film, in both modes, and by central differences inside each material."""
     body, times, solids = STRAINED[name]
