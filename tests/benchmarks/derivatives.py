@@ -106,6 +106,12 @@ def directions(leaves: Any) -> list[Direction]:
             places = np.meshgrid(*(np.linspace(-1.0, 1.0, n) for n in value.shape), indexing="ij")
             smooth = 0.1 * largest * np.cos(sum((1.3 + 0.4 * i) * x for i, x in enumerate(places)) + 0.3)
             uneven = 0.01 * largest * np.random.default_rng(7).uniform(-1.0, 1.0, value.shape)
+            # what is the same all along the track is changed all along it
+            even = [i for i in range(value.ndim) if np.all(np.ptp(value, axis=i) == 0.0)]
+            if len(even) < value.ndim:
+                for i in even:
+                    smooth = np.broadcast_to(smooth.take([0], i), value.shape)
+                    uneven = np.broadcast_to(uneven.take([0], i), value.shape)
             found += [
                 Direction(f"{name} smooth", number, smooth),
                 Direction(f"{name} uneven", number, uneven),
