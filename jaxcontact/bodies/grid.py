@@ -64,10 +64,10 @@ class Grid:
             object.__setattr__(self, "periodic", (self.periodic, self.periodic))
 
     @classmethod
-    def square(cls, n: int, width: Any) -> Grid:
-        """Return n x n cells over width x width [m]. Raises ValueError for fewer than 4 cells."""
+    def square(cls, n: int, width: Any, *, periodic: Any = False) -> Grid:
+        """Return n x n cells over width x width [m], periodic as in ``Grid``. Raises ValueError for fewer than 4 cells."""
         require(n == int(n) and n >= 4, f"Grid.square: n: expected a whole number of at least 4, got {n}")
-        return cls(shape=(n, n), spacing=(width / n, width / n))
+        return cls(shape=(n, n), spacing=(width / n, width / n), periodic=periodic)
 
     @classmethod
     def around(cls, body: Any, indenter: Any, control: Any, times: Any, n: int = 256) -> Grid:

@@ -21,6 +21,11 @@ def small(*given):
 AROUND = jc.Grid.around
 
 
+@pytest.mark.parametrize("periodic", [False, True, (True, False)])
+def test_a_square_is_the_grid_of_its_cells(periodic):
+    assert jc.Grid.square(8, 4e-6, periodic=periodic) == jc.Grid((8, 8), (5e-7, 5e-7), periodic)
+
+
 FILMS = [(nu, h) for nu in (0.3, 0.45, 0.49) for h in (4e-7, 1e-5, 1e-4, 1.3e-3)]
 
 
