@@ -35,9 +35,9 @@ from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import TractionOperator
 from jaxcontact.operators.kernels import (
     FilmStrain,
+    FrictionKernels,
     ImageKernels,
     Kernels,
-    Rubbing,
     TractionKernels,
     VaryingFilmStrain,
     build,
@@ -419,11 +419,12 @@ class Motion(NamedTuple):
         return self._replace(shift=Shift(jnp.zeros(()), None), aside=None)
 
 
-def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
-    """k . shift, and the rate at which modes without a direction die, on the padded grid of ``shape``.
+def phase_and_loss(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
+    """Return the phase k . shift of each Fourier mode in a shift, and the exponent of the loss of modes without a direction.
 
-    Both (1, mx), or (my/2 + 1, mx) where the shift has a y. ratio: dy/dx. The highest mode of an even
-    grid stands for both signs of its wavenumber: it cannot be moved, only wiped out as it would be.
+    Both are (1, mx), or (my/2 + 1, mx) where the shift has a y. shape: (mx, my), of the padded grid; ratio: dy/dx. The
+    highest mode of an even grid stands for both signs of its wavenumber, so that no shift of it can be represented: its
+    phase is zero, and it decays by as much as its phase would have changed.
     """
     mx, my = shape
     m = 2.0 * jnp.pi * jnp.fft.fftfreq(mx)
@@ -439,7 +440,7 @@ def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[A
 
 def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Array) -> tuple[Array, ...]:
     """Weights of eta, p(t) and p(t + dt) of the module's update, each (K, 1 or my/2 + 1, mx)."""
-    phase, loss = along(shape, motion.shift, ratio)
+    phase, loss = phase_and_loss(shape, motion.shift, ratio)
     decay, old, new = ramps((rates * motion.dt)[:, None, None] + jax.lax.complex(loss, -phase))
     return decay, motion.dt * old, motion.dt * new
 
@@ -458,11 +459,10 @@ class Trail(NamedTuple):
 class Fields(NamedTuple):
     """State of a moving memory.
 
-    eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``Rubbing.sheared``, or None where it
-    is the same; moved: (2,), share of the padded lengths
-    since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail: where
-    it lay; truncation_bound, overlaps: bound on the displacement in contact that lost history would still cause, and
-    whether it may lie under the contact, ().
+    eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``FrictionKernels.sheared``, or None
+    where it is the same; moved: (2,), share of the padded lengths since the last absorption; lost: sums of what was
+    absorbed, decaying as it would have, (K,); trail: where it lay; truncation_bound, overlaps: bound on the displacement
+    in contact that lost history would still cause, and whether it may lie under the contact, ().
     """
 
     eta: Array
@@ -491,7 +491,7 @@ class MovingMemory(Memory):
     rates: Array
     sources: Array
     rubbed: Array | None
-    rubbing: Rubbing | None
+    rubbing: FrictionKernels | None
     tails: Array
     ratio: Array
     kernels: Kernels
@@ -655,7 +655,7 @@ class MovingMemory(Memory):
 
 
 def moving_memory(
-    kernels: Kernels, profile: Array, ratio: Array, rubbing: Rubbing | None = None
+    kernels: Kernels, profile: Array, ratio: Array, rubbing: FrictionKernels | None = None
 ) -> MovingMemory:
     """The memory with one spectrum for each rate; profile: (nx, ny), scaled; rubbing: of friction, on the grid."""
     shape = profile.shape

@@ -162,7 +162,7 @@ def directions(velocity: Array, times: Array, substeps: int) -> Array:
     return end / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
 
 
-def check_rubbing(friction: Any, grid: Grid, body: LayeredHalfSpace, indenter: Indenter) -> Verdict:
+def check_sliding_friction(friction: Any, grid: Grid, body: LayeredHalfSpace, indenter: Indenter) -> Verdict:
     """None, or a coefficient of friction as in ``shear`` and bonded layers; tangential responses are those of free space."""
     if friction is None:
         return True

@@ -33,7 +33,7 @@ from jaxcontact.history.motion import (
     FARTHEST,
     as_array,
     carried_past,
-    check_rubbing,
+    check_sliding_friction,
     checked_track,
     departures,
     directions,
@@ -46,7 +46,7 @@ from jaxcontact.history.time_loop import Bent, Lapse, Outcome, Steps, in_radii
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import Solid, rise_coefficients
-from jaxcontact.operators.kernels import Kernels, joint_errors, rub, rub_indenter
+from jaxcontact.operators.kernels import Kernels, friction_kernels, friction_kernels_of_indenter, joint_errors
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined, tabor_numbers
@@ -242,7 +242,7 @@ class Sliding(Experiment):
                 "Thermal diffusivity [m2/s]: expected a number in slide, got None",
             )
             valid = valid & check_peclet(experiment.grid, velocity, thermal.diffusivity)
-        rubs = check_rubbing(friction, experiment.grid, experiment.body, experiment.indenter)
+        rubs = check_sliding_friction(friction, experiment.grid, experiment.body, experiment.indenter)
         valid = valid & adheres & rubs
         names = ("velocity", "friction", "thermal", "adhesion", "shear_strength")
         own = as_float64((velocity, friction, thermal, adhesion, shear_strength))
@@ -258,8 +258,8 @@ class Sliding(Experiment):
         rubbing, facing, friction, errors = None, None, jnp.zeros(()), kernels.errors(self.duration)
         if self.friction is not None:
             coefficient = self.friction if self.adhesion is None else jnp.ones(grid.shape)
-            rubbing = rub(self.body, self.indenter, grid, scale, coefficient)
-            facing = rub_indenter(self.indenter, grid, scale, coefficient)
+            rubbing = friction_kernels(self.body, self.indenter, grid, scale, coefficient)
+            facing = friction_kernels_of_indenter(self.indenter, grid, scale, coefficient)
             expansions = [each.expansion for each in (rubbing, facing) if each is not None]
             friction, errors = self.friction, joint_errors(kernels, *expansions, duration=self.duration)
         ratio, shear = grid.spacing[1] / grid.spacing[0], None
