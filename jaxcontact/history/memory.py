@@ -480,18 +480,18 @@ class MovingMemory(Memory):
     """Fields: ``Fields``; step: a ``Motion``. One spectrum for each rate.
 
     spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), those of the pressure before those of the traction; circulants:
-    of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); rubbed: C_0 of the
-    traction along x and y, (2, my/2 + 1, mx), and rubbing: friction, or both None; shear: with adhesion
-    coefficient and shear strength of the contact, whose traction is a ``Drag``, and the rubbing is that of a coefficient of
-    one; tails: lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
+    of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); friction: its kernels,
+    and traction_at_once: their C_0 along x and y, (2, my/2 + 1, mx), or both None; shear: with adhesion the coefficient and
+    the shear strength of the contact, whose traction is then a ``Drag``, and ``friction`` has a coefficient of one; tails:
+    lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
     """
 
     spectra: Array
     circulants: Array
     rates: Array
     sources: Array
-    rubbed: Array | None
-    rubbing: FrictionKernels | None
+    traction_at_once: Array | None
+    friction: FrictionKernels | None
     tails: Array
     ratio: Array
     kernels: Kernels
@@ -535,11 +535,11 @@ class MovingMemory(Memory):
         of_pressure, of_traction = self._shares(motion)
         spectrum, circulant = now(self.spectra, new * of_pressure), now(self.circulants, on_grid)
         operator, drag = Operator(spectrum[None], circulant, periodic=self._periodic), None
-        if self.rubbed is not None and self.rubbing is not None:
-            kernel = jnp.tensordot(motion.direction, self.rubbed, 1)
+        if self.traction_at_once is not None and self.friction is not None:
+            kernel = jnp.tensordot(motion.direction, self.traction_at_once, 1)
             kernel = kernel + jnp.sum(self.spectra[1:] * (new * of_traction), 0)
             if self.shear is None:
-                operator = self.rubbing.added_to(operator, kernel)
+                operator = self.friction.added_to(operator, kernel)
             else:
                 drag = Drag(replace(operator, spectra=kernel[None]), *self.shear)
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
@@ -555,8 +555,8 @@ class MovingMemory(Memory):
     def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
         new = step_weights(self.rates, motion, self._padded(pressure.shape), self.ratio)[2]
         fields = fields._replace(pressure=spectral.transform(pressure, self._periodic))
-        if self.rubbing is not None and self._varies:
-            sheared = self.rubbing.sheared(pressure) if motion.sheared is None else motion.sheared
+        if self.friction is not None and self._varies:
+            sheared = self.friction.sheared(pressure) if motion.sheared is None else motion.sheared
             sheared = spectral.transform(sheared, self._periodic)
             fields = fields._replace(sheared=sheared)
         # where the end of the track with the contact upon it is now beyond the window's side, history is lost
@@ -574,8 +574,8 @@ class MovingMemory(Memory):
 
     @property
     def _varies(self) -> bool:
-        """True if the coefficient of friction is a field."""
-        return self.rubbing is not None and self.rubbing.weights is not None
+        """True if the coefficient of friction is a field, so that the traction has fields of its own beside the pressure."""
+        return self.friction is not None and self.friction.weights is not None
 
     def _shares(self, motion: Motion) -> tuple[Array, Array]:
         """Return how much of pressure and traction each field takes in during a step, (K, 1, 1) each."""
@@ -597,10 +597,10 @@ class MovingMemory(Memory):
 
     def by_traction(self, fields: Fields, motion: Motion, shape: tuple[int, ...]) -> Array | None:
         """Return the displacement u_q of ``history.memory`` under the traction, (nx, ny); None without friction."""
-        if self.rubbed is None:
+        if self.traction_at_once is None:
             return None
         k, last = self.kernels.rates.size, fields.pressure if fields.sheared is None else fields.sheared
-        spectrum = jnp.tensordot(motion.direction, self.rubbed, 1) * last
+        spectrum = jnp.tensordot(motion.direction, self.traction_at_once, 1) * last
         spectrum = spectrum + jnp.sum(self.spectra[1 + k :] * fields.eta[k:], 0)
         return spectral.inverse(spectrum, shape, self._periodic)
 
@@ -630,9 +630,9 @@ class MovingMemory(Memory):
                 moved = jnp.sum(other, 0)
                 displaced = moved if displaced is None else displaced + moved
             hysteresis = self.observer.hysteresis(pressure, displaced, motion.direction)
-        if self.rubbing is not None:
-            rubbed = pressure if motion.sheared is None else motion.sheared
-            coulomb = self.rubbing.coulomb_force(rubbed) * jnp.sum(motion.direction**2)
+        if self.friction is not None:
+            sheared = pressure if motion.sheared is None else motion.sheared
+            coulomb = self.friction.coulomb_force(sheared) * jnp.sum(motion.direction**2)
 
         # the strain of the film, whose history is kept as spectra
         strain, film = jnp.zeros(()), self.kernels.film_strain
@@ -655,26 +655,27 @@ class MovingMemory(Memory):
 
 
 def moving_memory(
-    kernels: Kernels, profile: Array, ratio: Array, rubbing: FrictionKernels | None = None
+    kernels: Kernels, profile: Array, ratio: Array, friction: FrictionKernels | None = None
 ) -> MovingMemory:
-    """The memory with one spectrum for each rate; profile: (nx, ny), scaled; rubbing: of friction, on the grid."""
+    """Return the memory of a surface from its kernels; profile: (nx, ny), scaled; friction: its kernels on the grid, or None
+    without friction."""
     shape = profile.shape
     own = lambda a: jnp.concatenate([a[:1], jnp.tensordot(kernels.mix.T, a[1:], 1)])
     spectra, rates = own(kernels.family.spectrum), kernels.rates
-    sources, rubbed = jnp.zeros((rates.size, 3)).at[:, 0].set(1.0), None
-    if rubbing is not None:
-        all_of_it = rubbing.spectra(shape)
-        rubbed, lasting = all_of_it[0], rubbing.lasting(all_of_it)
+    sources, traction_at_once = jnp.zeros((rates.size, 3)).at[:, 0].set(1.0), None
+    if friction is not None:
+        every = friction.spectra(shape)
+        traction_at_once, lasting = every[0], friction.lasting(every)
         spectra = jnp.concatenate([spectra, lasting[:, 0], lasting[:, 1]])
-        rates = jnp.concatenate([rates, rubbing.rates, rubbing.rates])
-        sources = jnp.concatenate([sources, jnp.repeat(jnp.eye(3)[1:], rubbing.rates.size, 0)])
+        rates = jnp.concatenate([rates, friction.rates, friction.rates])
+        sources = jnp.concatenate([sources, jnp.repeat(jnp.eye(3)[1:], friction.rates.size, 0)])
     return MovingMemory(
         spectra,
         own(kernels.family.circulant),
         rates,
         sources,
-        rubbed,
-        rubbing,
+        traction_at_once,
+        friction,
         spectral.inverse(spectra[1:], shape, kernels.family.periodic)[:, :, 0],
         ratio,
         kernels,
