@@ -207,185 +207,15 @@ def rate_limits(body: LayeredHalfSpace) -> tuple[Array, Array]:
     return jnp.where(moves, low, 1.0) / MARGIN, jnp.where(moves, high, 1.0) * MARGIN
 
 
-# Positions of the images of a layered body, and the reference response of their fit.
-#
-# A film that is G times as stiff as what lies below bends under waves of h G^(1/3) and resists stretching under waves
-# of h G, so images reach several times that far. What a fit is weighted by is the response at first of a body whose
-# moduli and thicknesses, relative to the top layer's, are rounded to powers of two: it does not follow the body, so
-# the images are linear in the response, without noise in finite differences.
-
-
-FIRST = 1.6  # least depth over the thickness of the top layer
-SHALLOWEST = 30.0  # depth over all layers down to which images always lie closely
-BENDING = 13.0  # the same over the longest bending wave
-STRETCHING = 50.0  # depth down to which they lie at all, over the longest wave of stretching
-STIFFEST = 2.0e6  # ratio of moduli beyond which they reach no farther
-STEPS = 8.0  # steps of a rounded Poisson's ratio in a unit
-LARGEST = 0.498  # the largest rounded Poisson's ratio, at which a confined layer still has some compliance
-
-
-class StackConstants(NamedTuple):
-    """Constants of the solids that set the depths of the images, from the top to the half-space, without derivative.
-
-    compliances at first and final ones, at the ``horizon`` or, without one, at first [1/Pa], Poisson's ratios, and whether
-    each solid is rigid, (layers + 1,); thicknesses [m] and whether layers are loose, (layers,), or None if none is.
-    """
-
-    compliances: Array
-    final: Array
-    poissons: Array
-    thicknesses: Array
-    rigid: Array
-    loose: Array | None
-
-
-def stack_constants(body: LayeredHalfSpace) -> StackConstants:
-    """Return the constants of a body."""
-    each = solids(body)
-    first = jnp.stack([solid.spectrum().instantaneous for solid in each])
-    poissons = jnp.stack([nu_at_first(solid) for solid in each])
-    thicknesses = jnp.stack([jnp.asarray(layer.thickness, float) for layer in body.layers])
-    final = first
-    if may_have_no_slowest(body):
-        last = horizon(body)
-        late = jnp.stack([solid.creep(jnp.where(jnp.isfinite(last), last, 0.0)) for solid in each])
-        final = jnp.where(jnp.isfinite(last), late, first)
-    rigid = jnp.array([isinstance(solid, Rigid) for solid in each])
-    return jax.lax.stop_gradient(
-        StackConstants(first, final, poissons, thicknesses, rigid, loose_layers(body))
-    )
-
-
-def farthest_image(body: LayeredHalfSpace, times: Array) -> Array:
-    """Return the depth [m], (), down to which images lie for responses after each of the times [s], (t,)."""
-    constants = stack_constants(body)
-    creep = jnp.stack([solid.creep(times) for solid in solids(body)], 1)
-    late = jax.lax.stop_gradient(jnp.where(creep > 0.0, creep, constants.compliances))
-    stretched = jax.vmap(lambda final: _reach(constants._replace(final=final))[1])(late)
-    return STRETCHING * jnp.max(stretched)
-
-
-def wavenumbers(body: LayeredHalfSpace) -> Array:
-    """Return the wavenumbers (n,) [rad/m] at which the response is evaluated for its images."""
-    thicknesses = stack_constants(body).thicknesses
-    return fit_wavenumbers(thicknesses[0], jnp.sum(thicknesses))
-
-
-def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
-    """Return images of C_0 and the S_m of alpha (L, T, K), (3, M + 1, n), heights (3, M + 1, J + 1).
-
-    Images of L and T are relative to the responses L and T of the body, those of K to the root of L N: for C_0 as it is at
-    first, for the S_m as it is in the end.
-    """
-    constants = stack_constants(body)
-    rough_ones = [_rounded_constants(constants, j) for j in (constants.compliances, constants.final)]
-
-    def sizes(wavenumber: Array) -> Array:
-        each = [_responses(rough, wavenumber) for rough in rough_ones]
-        return jnp.concatenate([jnp.stack([L, T, jnp.sqrt(L * N)]) for L, _, N, T in each])
-
-    ladders = _ladders(constants, sizes, densely=True)
-    values = long_waves_kept(body, values)
-    pairs = zip(values, ladders[:3], ladders[3:], strict=True)
-    images = [_joined([entry[:1], entry[1:]], [first, last]) for entry, first, last in pairs]
-    return Images(images[0].depths, jnp.stack([each.heights for each in images]))
-
-
-def expand_tangential_in_time(
-    body: LayeredHalfSpace, rates: Array, mix: Array, last: Array | float, terms: Array
-) -> Images:
-    """Return images as ``expand_tangential`` does, where there is no slowest rate, heights (3, M + 1, J + 1).
-
-    terms: (3, M + 1, n); rates, mix, last: as in ``images_in_time``.
-    """
-    first = expand_tangential(body, terms[:, :1])
-    sizes = lambda each: [each.in_plane, each.transverse, jnp.sqrt(each.in_plane * each.normal)]
-    depths, heights = images_in_time(body, rates, mix, last, terms[:, 1:], sizes, densely=True)
-    return Images(depths, jnp.concatenate([first.heights, heights], 1))
-
-
-def long_waves_kept(body: LayeredHalfSpace, values: Array) -> Array:
-    """Return responses (..., n) with, on a rigid base, their limit for long waves at wavenumber zero in place of that under
-    a uniform traction (``response.stack.alpha_LKNT``)."""
-    return values if body.substrate is not None else values.at[..., 0].set(0.0)
-
-
-def _joined(values: list[Array], ladders: list[Ladder]) -> Images:
-    """Fit images of values (m, n), each array on its own ladder."""
-    images = [fit_images(some, ladder) for some, ladder in zip(values, ladders, strict=True)]
-    return Images(images[0].depths, jnp.concatenate([each.heights for each in images]))
-
-
-def _rounded_constants(constants: StackConstants, compliances: Array) -> StackConstants:
-    """Return the constants with compliances as given, whose ratios, and those of thicknesses, are rounded to powers of two,
-    and with rounded Poisson's ratios."""
-    to_power_of_two = lambda a: a[0] * jnp.exp2(jnp.round(jnp.log2(a / a[0])))
-    poissons = jnp.minimum(jnp.round(STEPS * constants.poissons) / STEPS, LARGEST)
-    soft = to_power_of_two(jnp.maximum(compliances, jnp.max(compliances) / STIFFEST))
-    soft = jnp.where(constants.rigid, 0.0, soft)
-    return constants._replace(
-        compliances=soft,
-        final=soft,
-        poissons=poissons,
-        thicknesses=to_power_of_two(constants.thicknesses),
-    )
-
-
-def _reach(constants: StackConstants) -> tuple[Array, Array]:
-    """Return the lengths of the waves under which layers bend and are stretched over what lies below [m], () each.
-
-    Of thickness t, R times as stiff as a solid below them: t R^(1/3) and t R; over a layer of thickness d, whose
-    springs give way first, (R t^3 d)^(1/4), or (R t^3 d^3)^(1/6) if they are incompressible, and (R t d)^(1/2).
-    """
-    j, d = jnp.maximum(constants.final, jnp.max(constants.final) / STIFFEST), constants.thicknesses
-    ratio = j[1:] / jax.lax.cummin(j[:-1])
-    t, d = jnp.cumsum(d), jnp.append(d[1:], jnp.inf)
-    on_layer = jnp.maximum((ratio * t**3 * d) ** 0.25, (ratio * t**3 * d**3) ** (1.0 / 6.0))
-    bent = jnp.minimum(t * jnp.cbrt(ratio), on_layer)
-    return jnp.max(bent), jnp.max(jnp.minimum(t * ratio, jnp.sqrt(ratio * t * d)))
-
-
-def _responses(rough: StackConstants, wavenumber: Array) -> SurfaceCompliance:
-    """Return the elastic response of solids of these constants."""
-    return surface_compliance(rough.compliances, rough.poissons, rough.thicknesses, wavenumber, rough.loose)
-
-
-def _normal_sizes(bodies: list[StackConstants]) -> Callable[[Array], Array]:
-    """Return alpha N of each of the bodies, (m, n) at wavenumbers (n,)."""
-    return lambda wavenumber: jnp.stack([_responses(rough, wavenumber).normal for rough in bodies])
-
-
-def stacked_ladders(
-    constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
-) -> Ladder:
-    """Return ladders for images relative to each of the sizes, (m, n) at wavenumbers (n,): one with sizes (m, ...).
-
-    densely: whether depths lie as closely for the waves that stretch layers as for those that bend them.
-    """
-    bent, stretched = _reach(constants)
-    deepest = STRETCHING * stretched
-    dense = jnp.maximum(SHALLOWEST * jnp.sum(constants.thicknesses), deepest if densely else BENDING * bent)
-    depths = image_depths(FIRST * constants.thicknesses[0], dense, deepest)
-    between = 1.0 / jnp.sqrt(depths[1:] * depths[:-1])
-    alpha = fit_wavenumbers(constants.thicknesses[0], jnp.sum(constants.thicknesses))
-    at_nodes, at_steps = jnp.split(sizes(jnp.append(alpha[1:-1], between)), [alpha.size - 2], -1)
-    return Ladder(alpha, depths, at_nodes, at_steps)
-
-
-def _ladders(
-    constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
-) -> list[Ladder]:
-    """Return the ladders of ``stacked_ladders`` one by one."""
-    every = stacked_ladders(constants, sizes, densely=densely)
-    pairs = zip(every.at_nodes, every.at_steps, strict=True)
-    return [Ladder(every.wavenumbers, every.depths, *each) for each in pairs]
+# The sum of products: rates, shapes and their mix, from the response at frequencies.
 
 
 CLOCKS = 4.0  # the fastest over the slowest clock of the second body
 SHARE = 0.1  # weight of the second body in the combination
-CUTOFF = 1e-12  # singular values below this part of the largest are discarded
-# the same in the fit of the shapes: smaller ones are rounding, and derivatives would follow it
-SHAPE_CUTOFF = 1e-9
+CUTOFF = 1e-12  # part of the largest singular value below which others are discarded
+SHAPE_CUTOFF = (
+    1e-9  # CUTOFF in the fit of the shapes: smaller values are rounding, and derivatives would follow it
+)
 CANDIDATES = 120  # wavenumbers of which some are picked, about
 STRIDE = 4  # the error is measured at every fourth wavenumber
 
@@ -636,31 +466,165 @@ def common_rates(body: LayeredHalfSpace, chosen: Array) -> tuple[Array, Array]:
     return jnp.append(rates, 0.0), jnp.append(fluidities, flow)
 
 
-class Layered(Response):
-    """The response of layers on a substrate or a rigid base, whose images lie at depths chosen by its layers alone."""
+# Positions of the images of a layered body, and the reference response of their fit.
+#
+# A film that is G times as stiff as what lies below bends under waves of h G^(1/3) and resists stretching under waves
+# of h G, so images reach several times that far. What a fit is weighted by is the response at first of a body whose
+# moduli and thicknesses, relative to the top layer's, are rounded to powers of two: it does not follow the body, so
+# the images are linear in the response, without noise in finite differences.
 
-    @property
-    @abc.abstractmethod
-    def body(self) -> LayeredHalfSpace:
-        """The layers, the top one first, and what is below them."""
 
-    def wavenumbers(self) -> Array:
-        return wavenumbers(self.body)
+FIRST = 1.6  # least depth of an image over the thickness of the top layer
+SHALLOWEST = 30.0  # depth down to which images always lie closely, over the thickness of all layers
+BENDING = 13.0  # depth down to which images lie closely, over the longest bending wave
+STRETCHING = 50.0  # depth down to which images lie at all, over the longest wave of stretching
+STIFFEST = 2.0e6  # ratio of moduli beyond which images reach no farther
+STEPS = 8.0  # steps of a rounded Poisson's ratio in a unit
+LARGEST = 0.498  # the largest rounded Poisson's ratio, at which a confined layer still has some compliance
 
-    def expand(self, values: Array) -> Images:
-        constants = stack_constants(self.body)
-        at_first = _rounded_constants(constants, constants.compliances)
-        return fit_images(long_waves_kept(self.body, values), *_ladders(constants, _normal_sizes([at_first])))
 
-    def expand_shapes(self, start: Array, film: Array, rest: Array) -> Images:
-        """Return images whose errors are relative to responses: of C_0 to the body's at first, of S_1 to that of the top
-        layer on a rigid base, and of the others to the body's in the end."""
-        constants = stack_constants(self.body)
-        at_first = _rounded_constants(constants, constants.compliances)
-        final = _rounded_constants(constants, constants.final)
-        on_base = at_first._replace(compliances=jnp.zeros_like(at_first.compliances).at[0].set(1.0))
-        ladders = _ladders(constants, _normal_sizes([at_first, on_base, final]))
-        return _joined([long_waves_kept(self.body, each) for each in (start, film, rest)], ladders)
+class StackConstants(NamedTuple):
+    """Constants of the solids that set the depths of the images, from the top to the half-space, without derivative.
+
+    compliances at first and final ones, at the ``horizon`` or, without one, at first [1/Pa], Poisson's ratios, and whether
+    each solid is rigid, (layers + 1,); thicknesses [m] and whether layers are loose, (layers,), or None if none is.
+    """
+
+    compliances: Array
+    final: Array
+    poissons: Array
+    thicknesses: Array
+    rigid: Array
+    loose: Array | None
+
+
+def stack_constants(body: LayeredHalfSpace) -> StackConstants:
+    """Return the constants of a body."""
+    each = solids(body)
+    first = jnp.stack([solid.spectrum().instantaneous for solid in each])
+    poissons = jnp.stack([nu_at_first(solid) for solid in each])
+    thicknesses = jnp.stack([jnp.asarray(layer.thickness, float) for layer in body.layers])
+    final = first
+    if may_have_no_slowest(body):
+        last = horizon(body)
+        late = jnp.stack([solid.creep(jnp.where(jnp.isfinite(last), last, 0.0)) for solid in each])
+        final = jnp.where(jnp.isfinite(last), late, first)
+    rigid = jnp.array([isinstance(solid, Rigid) for solid in each])
+    return jax.lax.stop_gradient(
+        StackConstants(first, final, poissons, thicknesses, rigid, loose_layers(body))
+    )
+
+
+def farthest_image(body: LayeredHalfSpace, times: Array) -> Array:
+    """Return the depth [m], (), down to which images lie for responses after each of the times [s], (t,)."""
+    constants = stack_constants(body)
+    creep = jnp.stack([solid.creep(times) for solid in solids(body)], 1)
+    late = jax.lax.stop_gradient(jnp.where(creep > 0.0, creep, constants.compliances))
+    stretched = jax.vmap(lambda final: _reach(constants._replace(final=final))[1])(late)
+    return STRETCHING * jnp.max(stretched)
+
+
+def wavenumbers(body: LayeredHalfSpace) -> Array:
+    """Return the wavenumbers (n,) [rad/m] at which the response is evaluated for its images."""
+    thicknesses = stack_constants(body).thicknesses
+    return fit_wavenumbers(thicknesses[0], jnp.sum(thicknesses))
+
+
+def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
+    """Return images of C_0 and the S_m of alpha (L, T, K), (3, M + 1, n), heights (3, M + 1, J + 1).
+
+    Images of L and T are relative to the responses L and T of the body, those of K to the root of L N: for C_0 as it is at
+    first, for the S_m as it is in the end.
+    """
+    constants = stack_constants(body)
+    rough_ones = [_rounded_constants(constants, j) for j in (constants.compliances, constants.final)]
+
+    def sizes(wavenumber: Array) -> Array:
+        each = [_responses(rough, wavenumber) for rough in rough_ones]
+        return jnp.concatenate([jnp.stack([L, T, jnp.sqrt(L * N)]) for L, _, N, T in each])
+
+    ladders = _ladders(constants, sizes, densely=True)
+    values = long_waves_kept(body, values)
+    pairs = zip(values, ladders[:3], ladders[3:], strict=True)
+    images = [_joined([entry[:1], entry[1:]], [first, last]) for entry, first, last in pairs]
+    return Images(images[0].depths, jnp.stack([each.heights for each in images]))
+
+
+def long_waves_kept(body: LayeredHalfSpace, values: Array) -> Array:
+    """Return responses (..., n) with, on a rigid base, their limit for long waves at wavenumber zero in place of that under
+    a uniform traction (``response.stack.alpha_LKNT``)."""
+    return values if body.substrate is not None else values.at[..., 0].set(0.0)
+
+
+def _joined(values: list[Array], ladders: list[Ladder]) -> Images:
+    """Fit images of values (m, n), each array on its own ladder."""
+    images = [fit_images(some, ladder) for some, ladder in zip(values, ladders, strict=True)]
+    return Images(images[0].depths, jnp.concatenate([each.heights for each in images]))
+
+
+def _rounded_constants(constants: StackConstants, compliances: Array) -> StackConstants:
+    """Return the constants with compliances as given, whose ratios, and those of thicknesses, are rounded to powers of two,
+    and with rounded Poisson's ratios."""
+    to_power_of_two = lambda a: a[0] * jnp.exp2(jnp.round(jnp.log2(a / a[0])))
+    poissons = jnp.minimum(jnp.round(STEPS * constants.poissons) / STEPS, LARGEST)
+    soft = to_power_of_two(jnp.maximum(compliances, jnp.max(compliances) / STIFFEST))
+    soft = jnp.where(constants.rigid, 0.0, soft)
+    return constants._replace(
+        compliances=soft,
+        final=soft,
+        poissons=poissons,
+        thicknesses=to_power_of_two(constants.thicknesses),
+    )
+
+
+def _reach(constants: StackConstants) -> tuple[Array, Array]:
+    """Return the lengths of the waves under which layers bend and are stretched over what lies below [m], () each.
+
+    Of thickness t, R times as stiff as a solid below them: t R^(1/3) and t R; over a layer of thickness d, whose
+    springs give way first, (R t^3 d)^(1/4), or (R t^3 d^3)^(1/6) if they are incompressible, and (R t d)^(1/2).
+    """
+    j, d = jnp.maximum(constants.final, jnp.max(constants.final) / STIFFEST), constants.thicknesses
+    ratio = j[1:] / jax.lax.cummin(j[:-1])
+    t, d = jnp.cumsum(d), jnp.append(d[1:], jnp.inf)
+    on_layer = jnp.maximum((ratio * t**3 * d) ** 0.25, (ratio * t**3 * d**3) ** (1.0 / 6.0))
+    bent = jnp.minimum(t * jnp.cbrt(ratio), on_layer)
+    return jnp.max(bent), jnp.max(jnp.minimum(t * ratio, jnp.sqrt(ratio * t * d)))
+
+
+def _responses(rough: StackConstants, wavenumber: Array) -> SurfaceCompliance:
+    """Return the elastic response of solids of these constants."""
+    return surface_compliance(rough.compliances, rough.poissons, rough.thicknesses, wavenumber, rough.loose)
+
+
+def _normal_sizes(bodies: list[StackConstants]) -> Callable[[Array], Array]:
+    """Return alpha N of each of the bodies, (m, n) at wavenumbers (n,)."""
+    return lambda wavenumber: jnp.stack([_responses(rough, wavenumber).normal for rough in bodies])
+
+
+def stacked_ladders(
+    constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
+) -> Ladder:
+    """Return ladders for images relative to each of the sizes, (m, n) at wavenumbers (n,): one with sizes (m, ...).
+
+    densely: whether depths lie as closely for the waves that stretch layers as for those that bend them.
+    """
+    bent, stretched = _reach(constants)
+    deepest = STRETCHING * stretched
+    dense = jnp.maximum(SHALLOWEST * jnp.sum(constants.thicknesses), deepest if densely else BENDING * bent)
+    depths = image_depths(FIRST * constants.thicknesses[0], dense, deepest)
+    between = 1.0 / jnp.sqrt(depths[1:] * depths[:-1])
+    alpha = fit_wavenumbers(constants.thicknesses[0], jnp.sum(constants.thicknesses))
+    at_nodes, at_steps = jnp.split(sizes(jnp.append(alpha[1:-1], between)), [alpha.size - 2], -1)
+    return Ladder(alpha, depths, at_nodes, at_steps)
+
+
+def _ladders(
+    constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
+) -> list[Ladder]:
+    """Return the ladders of ``stacked_ladders`` one by one."""
+    every = stacked_ladders(constants, sizes, densely=densely)
+    pairs = zip(every.at_nodes, every.at_steps, strict=True)
+    return [Ladder(every.wavenumbers, every.depths, *each) for each in pairs]
 
 
 # Images of the shapes where there is no slowest rate.
@@ -715,6 +679,46 @@ def images_in_time(
     beside = jnp.concatenate(jnp.split(heights, len(shapes)), -1)
     found = jnp.split(smoothly_fitted(growth, beside), len(shapes), -1)
     return ladders.depths, jnp.stack(found)
+
+
+def expand_tangential_in_time(
+    body: LayeredHalfSpace, rates: Array, mix: Array, last: Array | float, terms: Array
+) -> Images:
+    """Return images as ``expand_tangential`` does, where there is no slowest rate, heights (3, M + 1, J + 1).
+
+    terms: (3, M + 1, n); rates, mix, last: as in ``images_in_time``.
+    """
+    first = expand_tangential(body, terms[:, :1])
+    sizes = lambda each: [each.in_plane, each.transverse, jnp.sqrt(each.in_plane * each.normal)]
+    depths, heights = images_in_time(body, rates, mix, last, terms[:, 1:], sizes, densely=True)
+    return Images(depths, jnp.concatenate([first.heights, heights], 1))
+
+
+class Layered(Response):
+    """The response of layers on a substrate or a rigid base, whose images lie at depths chosen by its layers alone."""
+
+    @property
+    @abc.abstractmethod
+    def body(self) -> LayeredHalfSpace:
+        """The layers, the top one first, and what is below them."""
+
+    def wavenumbers(self) -> Array:
+        return wavenumbers(self.body)
+
+    def expand(self, values: Array) -> Images:
+        constants = stack_constants(self.body)
+        at_first = _rounded_constants(constants, constants.compliances)
+        return fit_images(long_waves_kept(self.body, values), *_ladders(constants, _normal_sizes([at_first])))
+
+    def expand_shapes(self, start: Array, film: Array, rest: Array) -> Images:
+        """Return images whose errors are relative to responses: of C_0 to the body's at first, of S_1 to that of the top
+        layer on a rigid base, and of the others to the body's in the end."""
+        constants = stack_constants(self.body)
+        at_first = _rounded_constants(constants, constants.compliances)
+        final = _rounded_constants(constants, constants.final)
+        on_base = at_first._replace(compliances=jnp.zeros_like(at_first.compliances).at[0].set(1.0))
+        ladders = _ladders(constants, _normal_sizes([at_first, on_base, final]))
+        return _joined([long_waves_kept(self.body, each) for each in (start, film, rest)], ladders)
 
 
 RATES_A_NODE, SHAPES_A_NODE = 12, 4
