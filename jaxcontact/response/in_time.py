@@ -213,9 +213,7 @@ def rate_limits(body: LayeredHalfSpace) -> tuple[Array, Array]:
 CLOCKS = 4.0  # the fastest over the slowest clock of the second body
 SHARE = 0.1  # weight of the second body in the combination
 CUTOFF = 1e-12  # part of the largest singular value below which others are discarded
-SHAPE_CUTOFF = (
-    1e-9  # CUTOFF in the fit of the shapes: smaller values are rounding, and derivatives would follow it
-)
+SHAPE_CUTOFF = 1e-9  # CUTOFF in the fit of the shapes: smaller values are rounding
 CANDIDATES = 120  # wavenumbers of which some are picked, about
 STRIDE = 4  # the error is measured at every fourth wavenumber
 

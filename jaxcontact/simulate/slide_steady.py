@@ -85,7 +85,7 @@ FAR_REACH = 14.0  # how far the integrals over the track beyond the grid go, in 
 class Wake:
     """The wake of an indenter in steady sliding.
 
-    kernels: of the surface on the grid; shapes: spectra of S_m on the doubled grid, (M, MY/2 + 1, MX); velocity (2,) [cells
+    kernels: of the grid; shapes: spectra of S_m on the doubled grid, (M, MY/2 + 1, MX); velocity (2,) [cells
     along x per second]; ratio: dy/dx; far_off: ``body_facts.creeps_far``; shape: (nx, ny) of the grid; across:
     whether the velocity may have a y, without which its modes are the same for all wavenumbers along y, with
     one row in place of MY/2 + 1. Along a periodic axis neither grid is padded or doubled.
