@@ -388,9 +388,9 @@ class TractionMemory(Memory):
 # and at rates of its own.
 
 
-ABSORPTION = 40.0  # the layer lets exp(-40) through
-ABSORB_AFTER = 1 / 32  # of the padded length moved
-NEVER = 1e9  # cells: nothing was lost
+ABSORPTION = 40.0  # the absorbing layer lets exp(-40) through
+ABSORB_AFTER = 1 / 32  # move over the padded length after which fields are absorbed
+NEVER = 1e9  # distance where nothing was lost [cells]
 
 
 class Shift(NamedTuple):
@@ -439,7 +439,7 @@ def phase_and_loss(shape: tuple[int, int], shift: Shift, ratio: Array | float) -
 
 
 def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Array) -> tuple[Array, ...]:
-    """Weights of eta, p(t) and p(t + dt) of the module's update, each (K, 1 or my/2 + 1, mx)."""
+    """Return the weights of eta, p(t) and p(t + dt) in the update of ``MovingMemory``, each (K, 1 or my/2 + 1, mx)."""
     phase, loss = phase_and_loss(shape, motion.shift, ratio)
     decay, old, new = ramps((rates * motion.dt)[:, None, None] + jax.lax.complex(loss, -phase))
     return decay, motion.dt * old, motion.dt * new
@@ -684,7 +684,7 @@ def moving_memory(
 
 
 def absorption(n: int, padded: int) -> Array:
-    """Per cell moved: zero in the window of n cells, a bump in the padding if there is any, (padded,)."""
+    """Return the absorption at each cell per cell moved, (padded,): zero in the window of n cells, a bump in the padding."""
     i = jnp.arange(padded)
     length = padded - n + 1
     bump = jnp.sin(jnp.pi * (i - n + 1) / length) ** 2 * (2.0 * ABSORPTION / length)
@@ -758,13 +758,16 @@ def absorb(
 # weights of the differences across 2, 4 and 6 cells in a slope of sixth order
 SIXTH = 45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0
 WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says nothing
-NOISE = 1e-5  # of the largest pressure: below it a traction may be an error of the solver
+NOISE = 1e-5  # part of the largest pressure below which a traction may be an error of the solver
 
 
 @pytree
 class Observer:
-    """slopes of the profile and cell coordinates, each (2, nx, ny) [in units of dx]; ratio: dy/dx, (); periodic: along which
-    axes differences go around, static."""
+    """Forces on the indenter and the place of the contact, from a pressure and the profile.
+
+    slopes of the profile and coordinates (places) of the cells, each (2, nx, ny) [in units of dx]; ratio: dy/dx, ();
+    periodic: along which axes differences go around, static.
+    """
 
     slopes: Array
     places: Array
@@ -836,7 +839,7 @@ def _slope(field: Array, axis: int, wraps: bool, side: Array | float) -> Array:
 
 
 def inner_product(weights: Array, squares: Array, padded: tuple[int, int]) -> Array:
-    """sum_x f (K * f) over the padded grid from the spectra of K, (..., my/2 + 1, mx), and |f|^2, likewise."""
+    """Return sum_x f (K * f) over the padded grid from the spectra of K and |f|^2, both (..., my/2 + 1, mx)."""
     mx, my = padded
     return jnp.sum(jnp.sum(weights * squares, -1) * spectral.both_signs(my), -1) / (mx * my)
 
@@ -844,7 +847,7 @@ def inner_product(weights: Array, squares: Array, padded: tuple[int, int]) -> Ar
 def energies(
     spectra: Array, rates: Array, eta: Array, pressure: Array, padded: tuple[int, int]
 ) -> tuple[Array, Array]:
-    """Stored energy and dissipated power of the module's formulas; spectra of C_0 and lambda_k C_k."""
+    """Return stored energy and dissipated power by the formulas above; spectra: of C_0 and lambda_k C_k."""
     square = lambda f: f.real**2 + f.imag**2
     speed = pressure - rates[:, None, None] * eta
     springs = inner_product(spectra[1:], square(eta), padded)
