@@ -640,7 +640,9 @@ def fit_growth(
 
     # Residuals of a shape that all curves have in common reject the fit.
     noise = sample.noise(solved, problem.p)
-    against = verdict.reason(solved.residual, solved.jacobian, curves.which, curves.t, noise.white)
+    against = verdict.reason_of_common_shape(
+        solved.residual, solved.jacobian, curves.which, curves.t, noise.white
+    )
     if against and induction is None and contact is None:
         against = (f'{against[0]}, as an induction time would be (induction="fit")',)
 
