@@ -569,8 +569,8 @@ def slide_steady(
         control: as in ``indent``, with a single value.
         velocity: velocity of the indenter over the body [m/s], of any magnitude: a number (along x) or (2,).
         friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
-            contact slips. It needs a grid that is not periodic. With None, and at zero velocity, there is no traction. ``friction_coefficient`` of the result is
-            the total, which includes hysteresis.
+            contact slips. It needs a grid that is not periodic. With None, and at zero velocity, there is no traction.
+            ``friction_coefficient`` of the result is the total, which includes hysteresis.
         adhesion: as in ``indent``; the control may then be negative. Coulomb's friction is mu times the pressure that
             contact carries, the net pressure plus the attraction (``contact_pressure`` of the result). The surfaces approach
             from a distance, under a load from a contact that is pressed with the size of the load; a state that is reached
