@@ -34,12 +34,12 @@ the longest of the times 1/lambda_k, for 24 rates and 8 shapes:
     as stiff as it                                  6e-3
 
 A layer that does not flow over a solid that does has no slowest rate: the longer the wave, the slower it sinks.
-Its response is not of low rank, and each of 36 rates and a flow has a shape of its own (``fitted_to_rates``). Up to the
-horizon, and in brackets of its images after 1 and 20 times the longest relaxation time:
+Its response is not of low rank, and each of 36 rates and a flow has a shape of its own (``fitted_to_rates``). Its largest
+error up to the horizon, and in brackets that of its images up to 1 and 20 times the longest relaxation time:
 
-    elastic layer on a Maxwell half-space           5e-7 (5e-7, 1e-6)
+    elastic layer on a Maxwell half-space           1e-6 (2e-7, 2e-6)
     standard solid on a Burgers half-space          2e-5 (5e-7, 1e-6)
-    elastic layer on a fluid layer on steel         4e-7 (1e-6, 1e-5)
+    elastic layer on a fluid layer on steel         1e-6 (5e-7, 1e-5)
     standard solid on a Burgers layer on steel      2e-5 (1e-6, 5e-6)
 
 Images of a plate on a thin fluid layer, which sinks at rates as the fourth power of the wavenumber, cannot follow it much
