@@ -214,8 +214,11 @@ STRUCTURE = ParameterList.of(
 
 
 def _undetermined(middle: float, lost: tuple[int, ...], theta: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return which interval ends (5, 2) are those of the search, about the middle of log rate and 0 of energy and work,
-    or of what the conditions of the curves leave open, ``lost``."""
+    """Return which interval ends (5, 2) say nothing: those that lie as far as the box of the search, from the middle of log
+    rate and from an energy and a work of 0, and both of each parameter that the curves do not determine, ``lost``.
+
+    A module function, so that fits can be pickled.
+    """
     away = np.abs(ends - np.array([middle, 0.0, 0.0, np.nan, np.nan])[:, None]) >= OPEN
     away[list(lost)] = True
     return away
@@ -265,13 +268,13 @@ class Curves(NamedTuple):
 
     def sample(self, weights: str | None) -> Sample:
         """Return the points with their weights."""
-        spread = None
+        sigma = None
         if self.data[0].sigma is not None:
-            spread = np.concatenate([one.sigma for one in self.data])
-        if weights is None and spread is None:
+            sigma = np.concatenate([one.sigma for one in self.data])
+        if weights is None and sigma is None:
             weights = "estimated"
         apart = self.t - 2.0 * self.duration * self.which  # so that no difference spans two curves
-        point_weights, label = choose_weights(apart, self.measured, weights, None if weights else spread)
+        point_weights, label = choose_weights(apart, self.measured, weights, None if weights else sigma)
         return Sample.of(("thickness", "m", self.t, self.measured), point_weights, label, self.which)
 
     def space(self, table: dict[str, tuple[float, float]], induction: str | float | None) -> Parameters:
@@ -289,6 +292,7 @@ class Curves(NamedTuple):
         ]
         held = 0.0 if induction is None else induction
         waits = (0.0, LATEST) if isinstance(held, str) else (held / self.duration,) * 2
+        # parameters that compensate each other: once one of them is bounded, the bounds give ends to the others, too
         lost = self.lost(table)
         if any(table[list(DIMENSIONS)[i]] != (0.0, math.inf) for i in lost):
             lost = ()
@@ -298,14 +302,15 @@ class Curves(NamedTuple):
         )  # fmt: skip
 
     def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
-        """Return the least squares over the coordinates (5,)."""
+        """Return the least squares over the coordinates (5,), with the prescribed stress of each curve."""
         columns = (self.t, self.stress, self.temperature, self.initial)
         inputs = (*map(nonlinear.repeated, columns), self.unit)
         measured, padded = nonlinear.repeated(self.measured), nonlinear.without_weight(weights)
         return Objective.of(_thickness, inputs, measured, padded, space, points=slice(self.t.size))
 
     def objective_in(self, contact: RubbedContact, space: Parameters, weights: np.ndarray) -> Objective:
-        """Return the least squares with the pressure of a contact, curve by curve."""
+        """Return the least squares over the coordinates (5,), with the stress of a contact on the growing film, curve by
+        curve."""
         ends = np.cumsum([one.t.size for one in self.data])[:-1]
         each = []
         for one, own in zip(self.data, np.split(weights, ends), strict=True):
@@ -318,8 +323,11 @@ class Curves(NamedTuple):
         )  # fmt: skip
 
     def starts(self, space: Parameters) -> list[np.ndarray]:
-        """Return coordinates (5,) for several removal rates and induction times: growth rates of the curves, and their
-        regression, in which the logarithm of a growth rate is linear in log rate, energy and work."""
+        """Return starts of the search, coordinates (5,), one for each of several removal rates and induction times.
+
+        With both of these given the thickness is linear in the growth rate of each curve, and the logarithm of the growth
+        rate is linear in log rate, energy and work: two linear regressions.
+        """
         lower, upper = space.bounds
         removals = np.unique(np.clip(STARTS, lower[3], upper[3]))
         waits = np.unique(np.clip(WAITS if upper[4] > lower[4] else lower[4:], lower[4], upper[4]))
@@ -342,7 +350,7 @@ class Curves(NamedTuple):
         return found
 
     def _design(self) -> np.ndarray:
-        """Derivative (curves, 3) of the log growth rate of each curve with respect to log rate, energy and work."""
+        """Return the derivative (curves, 3) of the log growth rate of each curve by log rate, energy and work."""
         first = np.unique(self.which, return_index=True)[1]
         over = self.mean_temperature / self.temperature[first]
         return np.stack(
@@ -358,7 +366,7 @@ class Curves(NamedTuple):
 
 
 def _within(whole: tuple[float, float], given: np.ndarray) -> tuple[float, float]:
-    """The range of a coordinate cut to its bounds, beyond which it is moved where they lie outside."""
+    """Return the range of the search of a coordinate, cut to the given bounds; moved there where they do not overlap."""
     low, high = map(float, given)
     if low == high:
         return low, high
@@ -369,7 +377,7 @@ def _within(whole: tuple[float, float], given: np.ndarray) -> tuple[float, float
 
 
 def to_si(theta: Array, unit: Array) -> Array:
-    """Parameters (4,) of coordinates, or with the induction time (5,)."""
+    """Return parameters in SI from their coordinates, (4,), or with the induction time (5,)."""
     return jnp.append(jnp.exp(theta[:1]), theta[1:]) * unit[: theta.size]
 
 
@@ -452,7 +460,7 @@ class GrowthFit(Fit):
         )
 
     def _spread(self, run: Callable[[GrowthKinetics, Any], Array]) -> np.ndarray:
-        """Half the interval of a function of the kinetics and the induction time, at the fit's level."""
+        """Return half the interval of a function of kinetics and induction time at the fit's level, linearised."""
         names = list(self.values)
         free = [i for i, name in enumerate(names) if name not in self.fixed]
         best, unit = self.estimate.best, Curves.of(self.data).unit
@@ -569,7 +577,7 @@ def fit_growth(
             combined with ``contact``.
 
     Returns:
-        The kinetics with the intervals of their parameters, and how well the data determine them.
+        A ``GrowthFit``: the kinetics with the intervals of their parameters, and whether the fit is accepted.
 
     Raises:
         ValueError: data of another type, standard deviations for some of the curves only, unknown parameters, two choices
@@ -586,10 +594,10 @@ def fit_growth(
     curves = Curves.of(_checked(data))
     sample = curves.sample(weights)
     sought = Sought(STRUCTURE, limits(STRUCTURE, fixed, bounds), None)
-    known = induction is None or induction == "fit"
-    if not known and np.ndim(induction) == 0 and np.asarray(induction).dtype.kind in "fiu":
-        known = 0.0 <= float(induction) < curves.duration  # type: ignore[arg-type]
-    if not known:
+    valid = induction is None or induction == "fit"
+    if not valid and np.ndim(induction) == 0 and np.asarray(induction).dtype.kind in "fiu":
+        valid = 0.0 <= float(induction) < curves.duration  # type: ignore[arg-type]
+    if not valid:
         raise ValueError(
             f'induction: expected "fit", None or a time from 0 to the end of the data, {curves.duration:g} s, got'
             f" {induction!r}"
@@ -599,7 +607,7 @@ def fit_growth(
     space = curves.space(sought.table, induction)
     problem = FitProblem(curves.data, sought, space, sample, curves.duration, level)
     solved = least_squares(problem, lambda weights: curves.objective(space, weights), curves.starts(space))
-    best, _ = solved.whole
+    best, _ = solved.whole  # before a contact, whose search has a single start
     notes = [note for one in curves.data for note in one.notes]
     lost = ", ".join(list(DIMENSIONS)[i] for i in curves.lost(sought.table))
     if lost:
@@ -630,9 +638,11 @@ def fit_growth(
                 said += [(note.kind, note) for note in contact.run(kinetics, one.t, **given).notes]
         notes += [f"contact of {line}" for line in text.counted(said, len(curves.data))]
 
-    # Residuals that all curves have in common.
+    # Residuals of a shape that all curves have in common reject the fit.
     noise = sample.noise(solved, problem.p)
-    against = verdict.reason(solved.residual, solved.jacobian, curves.which, curves.t, noise.white)
+    against = verdict.reason_of_common_shape(
+        solved.residual, solved.jacobian, curves.which, curves.t, noise.white
+    )
     if against and induction is None and contact is None:
         against = (f'{against[0]}, as an induction time would be (induction="fit")',)
 
@@ -668,7 +678,7 @@ def fit_growth(
 
 
 def _checked(data: Any) -> tuple[GrowthData, ...]:
-    """The curves; ValueError for other data."""
+    """Return the curves; ValueError for other data, or standard deviations of some of the curves only."""
     several = (
         (data,) if isinstance(data, GrowthData) else tuple(data) if isinstance(data, list | tuple) else ()
     )

@@ -283,7 +283,7 @@ def common_shape(
     return float(special.fdtrc(q, dof, rise / q * dof / max(left, 1e-300))), shape
 
 
-def reason(
+def reason_of_common_shape(
     residual: np.ndarray, jacobian: np.ndarray, curve: np.ndarray, x: np.ndarray, white: bool = True
 ) -> tuple[str, ...]:
     """Return the reason for rejecting a fit whose curves have residuals of a common shape, () if they have none; arguments

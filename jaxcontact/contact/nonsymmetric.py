@@ -2,8 +2,8 @@
 
     u = K * p,     g = u + gap - approach >= 0,     p >= 0,     p g = 0,     <p, K p> > 0,
 
-the problem of ``contact.normal``, whose conjugate gradients need K = K^T. Here an active set of cells A = {p > 0} or
-{g < 0} is guessed, K_AA dp = -g_A is solved on it by BiCGSTAB (``contact.krylov``), p + dp is clipped at zero, and so on:
+the problem of ``contact.normal``, whose conjugate gradients need K = K^T. Here an active set of cells A, p > 0 or g < 0,
+is guessed, K_AA dp = -g_A is solved on it by BiCGSTAB (``contact.krylov``), p + dp is clipped at zero, and so on:
 the primal-dual active set method (M. Hintermueller, K. Ito, K. Kunisch, SIAM J. Optim. 13 (2002) 865) with inexact solves.
 The preconditioner is the complex circulant of K.
 
@@ -12,8 +12,8 @@ these sets may wander or cycle. If they have not come to rest soon, K_AA + S_AA 
 steps of the proximal point method in the norm of S (R. T. Rockafellar, SIAM J. Control Optim. 14 (1976)
 877), which halve the error each for any K with <p, K p> > 0.
 
-The stopping error is the largest |g| in contact or -g outside over the depth: stricter than there, where
-only the mean over the load must be small, because these steps leave their errors at the rim.
+The stopping error is the largest |g| in contact or -g outside over the depth. This is stricter than in
+``contact.normal``, where only the mean over the load must be small, because these steps leave their errors at the rim.
 """
 
 import jax
@@ -35,10 +35,7 @@ from jaxcontact.contact.normal import (
 )
 
 REDUCTION = 0.03  # reduction of the residual by the linear solve on one active set
-COLD_TOLERANCE, COLD_ITERATIONS = (
-    1e-2,
-    50,
-)  # tolerance and iterations of the initial pressure by the even part
+COLD_TOLERANCE, COLD_ITERATIONS = 1e-2, 50  # of the initial pressure by the even part
 INNER = 20  # most BiCGSTAB iterations on one active set
 PATIENCE, PROXIMAL_REDUCTION = 20, 0.3  # iterations without the proximal term, and the ``REDUCTION`` with it
 

@@ -35,9 +35,9 @@ from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import TractionOperator
 from jaxcontact.operators.kernels import (
     FilmStrain,
+    FrictionKernels,
     ImageKernels,
     Kernels,
-    Rubbing,
     TractionKernels,
     VaryingFilmStrain,
     build,
@@ -388,9 +388,9 @@ class TractionMemory(Memory):
 # and at rates of its own.
 
 
-ABSORPTION = 40.0  # the layer lets exp(-40) through
-ABSORB_AFTER = 1 / 32  # of the padded length moved
-NEVER = 1e9  # cells: nothing was lost
+ABSORPTION = 40.0  # the absorbing layer lets exp(-40) through
+ABSORB_AFTER = 1 / 32  # move over the padded length after which fields are absorbed
+NEVER = 1e9  # distance where nothing was lost [cells]
 
 
 class Shift(NamedTuple):
@@ -419,11 +419,12 @@ class Motion(NamedTuple):
         return self._replace(shift=Shift(jnp.zeros(()), None), aside=None)
 
 
-def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
-    """k . shift, and the rate at which modes without a direction die, on the padded grid of ``shape``.
+def phase_and_loss(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
+    """Return the phase k . shift of each Fourier mode in a shift, and the exponent of the loss of modes without a direction.
 
-    Both (1, mx), or (my/2 + 1, mx) where the shift has a y. ratio: dy/dx. The highest mode of an even
-    grid stands for both signs of its wavenumber: it cannot be moved, only wiped out as it would be.
+    Both are (1, mx), or (my/2 + 1, mx) where the shift has a y. shape: (mx, my), of the padded grid; ratio: dy/dx. The
+    highest mode of an even grid stands for both signs of its wavenumber, so that no shift of it can be represented: its
+    phase is zero, and it decays by as much as its phase would have changed.
     """
     mx, my = shape
     m = 2.0 * jnp.pi * jnp.fft.fftfreq(mx)
@@ -438,8 +439,8 @@ def along(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[A
 
 
 def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Array) -> tuple[Array, ...]:
-    """Weights of eta, p(t) and p(t + dt) of the module's update, each (K, 1 or my/2 + 1, mx)."""
-    phase, loss = along(shape, motion.shift, ratio)
+    """Return the weights of eta, p(t) and p(t + dt) in the update of ``MovingMemory``, each (K, 1 or my/2 + 1, mx)."""
+    phase, loss = phase_and_loss(shape, motion.shift, ratio)
     decay, old, new = ramps((rates * motion.dt)[:, None, None] + jax.lax.complex(loss, -phase))
     return decay, motion.dt * old, motion.dt * new
 
@@ -458,11 +459,10 @@ class Trail(NamedTuple):
 class Fields(NamedTuple):
     """State of a moving memory.
 
-    eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``Rubbing.sheared``, or None where it
-    is the same; moved: (2,), share of the padded lengths
-    since the last absorption; lost: sums of what was absorbed, decaying as it would have, (K,); trail: where
-    it lay; truncation_bound, overlaps: bound on the displacement in contact that lost history would still cause, and
-    whether it may lie under the contact, ().
+    eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``FrictionKernels.sheared``, or None
+    where it is the same; moved: (2,), share of the padded lengths since the last absorption; lost: sums of what was
+    absorbed, decaying as it would have, (K,); trail: where it lay; truncation_bound, overlaps: bound on the displacement
+    in contact that lost history would still cause, and whether it may lie under the contact, ().
     """
 
     eta: Array
@@ -480,18 +480,18 @@ class MovingMemory(Memory):
     """Fields: ``Fields``; step: a ``Motion``. One spectrum for each rate.
 
     spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), those of the pressure before those of the traction; circulants:
-    of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); rubbed: C_0 of the
-    traction along x and y, (2, my/2 + 1, mx), and rubbing: friction, or both None; shear: with adhesion
-    coefficient and shear strength of the contact, whose traction is a ``Drag``, and the rubbing is that of a coefficient of
-    one; tails: lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
+    of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); friction: its kernels,
+    and traction_at_once: their C_0 along x and y, (2, my/2 + 1, mx), or both None; shear: with adhesion the coefficient and
+    the shear strength of the contact, whose traction is then a ``Drag``, and ``friction`` has a coefficient of one; tails:
+    lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
     """
 
     spectra: Array
     circulants: Array
     rates: Array
     sources: Array
-    rubbed: Array | None
-    rubbing: Rubbing | None
+    traction_at_once: Array | None
+    friction: FrictionKernels | None
     tails: Array
     ratio: Array
     kernels: Kernels
@@ -535,11 +535,11 @@ class MovingMemory(Memory):
         of_pressure, of_traction = self._shares(motion)
         spectrum, circulant = now(self.spectra, new * of_pressure), now(self.circulants, on_grid)
         operator, drag = Operator(spectrum[None], circulant, periodic=self._periodic), None
-        if self.rubbed is not None and self.rubbing is not None:
-            kernel = jnp.tensordot(motion.direction, self.rubbed, 1)
+        if self.traction_at_once is not None and self.friction is not None:
+            kernel = jnp.tensordot(motion.direction, self.traction_at_once, 1)
             kernel = kernel + jnp.sum(self.spectra[1:] * (new * of_traction), 0)
             if self.shear is None:
-                operator = self.rubbing.added_to(operator, kernel)
+                operator = self.friction.added_to(operator, kernel)
             else:
                 drag = Drag(replace(operator, spectra=kernel[None]), *self.shear)
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
@@ -555,8 +555,8 @@ class MovingMemory(Memory):
     def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
         new = step_weights(self.rates, motion, self._padded(pressure.shape), self.ratio)[2]
         fields = fields._replace(pressure=spectral.transform(pressure, self._periodic))
-        if self.rubbing is not None and self._varies:
-            sheared = self.rubbing.sheared(pressure) if motion.sheared is None else motion.sheared
+        if self.friction is not None and self._varies:
+            sheared = self.friction.sheared(pressure) if motion.sheared is None else motion.sheared
             sheared = spectral.transform(sheared, self._periodic)
             fields = fields._replace(sheared=sheared)
         # where the end of the track with the contact upon it is now beyond the window's side, history is lost
@@ -574,8 +574,8 @@ class MovingMemory(Memory):
 
     @property
     def _varies(self) -> bool:
-        """True if the coefficient of friction is a field."""
-        return self.rubbing is not None and self.rubbing.weights is not None
+        """True if the coefficient of friction is a field, so that the traction has fields of its own beside the pressure."""
+        return self.friction is not None and self.friction.weights is not None
 
     def _shares(self, motion: Motion) -> tuple[Array, Array]:
         """Return how much of pressure and traction each field takes in during a step, (K, 1, 1) each."""
@@ -597,10 +597,10 @@ class MovingMemory(Memory):
 
     def by_traction(self, fields: Fields, motion: Motion, shape: tuple[int, ...]) -> Array | None:
         """Return the displacement u_q of ``history.memory`` under the traction, (nx, ny); None without friction."""
-        if self.rubbed is None:
+        if self.traction_at_once is None:
             return None
         k, last = self.kernels.rates.size, fields.pressure if fields.sheared is None else fields.sheared
-        spectrum = jnp.tensordot(motion.direction, self.rubbed, 1) * last
+        spectrum = jnp.tensordot(motion.direction, self.traction_at_once, 1) * last
         spectrum = spectrum + jnp.sum(self.spectra[1 + k :] * fields.eta[k:], 0)
         return spectral.inverse(spectrum, shape, self._periodic)
 
@@ -630,9 +630,9 @@ class MovingMemory(Memory):
                 moved = jnp.sum(other, 0)
                 displaced = moved if displaced is None else displaced + moved
             hysteresis = self.observer.hysteresis(pressure, displaced, motion.direction)
-        if self.rubbing is not None:
-            rubbed = pressure if motion.sheared is None else motion.sheared
-            coulomb = self.rubbing.coulomb_force(rubbed) * jnp.sum(motion.direction**2)
+        if self.friction is not None:
+            sheared = pressure if motion.sheared is None else motion.sheared
+            coulomb = self.friction.coulomb_force(sheared) * jnp.sum(motion.direction**2)
 
         # the strain of the film, whose history is kept as spectra
         strain, film = jnp.zeros(()), self.kernels.film_strain
@@ -655,26 +655,27 @@ class MovingMemory(Memory):
 
 
 def moving_memory(
-    kernels: Kernels, profile: Array, ratio: Array, rubbing: Rubbing | None = None
+    kernels: Kernels, profile: Array, ratio: Array, friction: FrictionKernels | None = None
 ) -> MovingMemory:
-    """The memory with one spectrum for each rate; profile: (nx, ny), scaled; rubbing: of friction, on the grid."""
+    """Return the memory of a surface from its kernels; profile: (nx, ny), scaled; friction: its kernels on the grid, or None
+    without friction."""
     shape = profile.shape
     own = lambda a: jnp.concatenate([a[:1], jnp.tensordot(kernels.mix.T, a[1:], 1)])
     spectra, rates = own(kernels.family.spectrum), kernels.rates
-    sources, rubbed = jnp.zeros((rates.size, 3)).at[:, 0].set(1.0), None
-    if rubbing is not None:
-        all_of_it = rubbing.spectra(shape)
-        rubbed, lasting = all_of_it[0], rubbing.lasting(all_of_it)
+    sources, traction_at_once = jnp.zeros((rates.size, 3)).at[:, 0].set(1.0), None
+    if friction is not None:
+        every = friction.spectra(shape)
+        traction_at_once, lasting = every[0], friction.lasting(every)
         spectra = jnp.concatenate([spectra, lasting[:, 0], lasting[:, 1]])
-        rates = jnp.concatenate([rates, rubbing.rates, rubbing.rates])
-        sources = jnp.concatenate([sources, jnp.repeat(jnp.eye(3)[1:], rubbing.rates.size, 0)])
+        rates = jnp.concatenate([rates, friction.rates, friction.rates])
+        sources = jnp.concatenate([sources, jnp.repeat(jnp.eye(3)[1:], friction.rates.size, 0)])
     return MovingMemory(
         spectra,
         own(kernels.family.circulant),
         rates,
         sources,
-        rubbed,
-        rubbing,
+        traction_at_once,
+        friction,
         spectral.inverse(spectra[1:], shape, kernels.family.periodic)[:, :, 0],
         ratio,
         kernels,
@@ -683,7 +684,7 @@ def moving_memory(
 
 
 def absorption(n: int, padded: int) -> Array:
-    """Per cell moved: zero in the window of n cells, a bump in the padding if there is any, (padded,)."""
+    """Return the absorption at each cell per cell moved, (padded,): zero in the window of n cells, a bump in the padding."""
     i = jnp.arange(padded)
     length = padded - n + 1
     bump = jnp.sin(jnp.pi * (i - n + 1) / length) ** 2 * (2.0 * ABSORPTION / length)
@@ -757,13 +758,16 @@ def absorb(
 # weights of the differences across 2, 4 and 6 cells in a slope of sixth order
 SIXTH = 45.0 / 60.0, -9.0 / 60.0, 1.0 / 60.0
 WALL = 1.0  # a profile steeper than this is a wall, on which linear theory says nothing
-NOISE = 1e-5  # of the largest pressure: below it a traction may be an error of the solver
+NOISE = 1e-5  # part of the largest pressure below which a traction may be an error of the solver
 
 
 @pytree
 class Observer:
-    """slopes of the profile and cell coordinates, each (2, nx, ny) [in units of dx]; ratio: dy/dx, (); periodic: along which
-    axes differences go around, static."""
+    """Forces on the indenter and the place of the contact, from a pressure and the profile.
+
+    slopes of the profile and coordinates (places) of the cells, each (2, nx, ny) [in units of dx]; ratio: dy/dx, ();
+    periodic: along which axes differences go around, static.
+    """
 
     slopes: Array
     places: Array
@@ -835,7 +839,7 @@ def _slope(field: Array, axis: int, wraps: bool, side: Array | float) -> Array:
 
 
 def inner_product(weights: Array, squares: Array, padded: tuple[int, int]) -> Array:
-    """sum_x f (K * f) over the padded grid from the spectra of K, (..., my/2 + 1, mx), and |f|^2, likewise."""
+    """Return sum_x f (K * f) over the padded grid from the spectra of K and |f|^2, both (..., my/2 + 1, mx)."""
     mx, my = padded
     return jnp.sum(jnp.sum(weights * squares, -1) * spectral.both_signs(my), -1) / (mx * my)
 
@@ -843,7 +847,7 @@ def inner_product(weights: Array, squares: Array, padded: tuple[int, int]) -> Ar
 def energies(
     spectra: Array, rates: Array, eta: Array, pressure: Array, padded: tuple[int, int]
 ) -> tuple[Array, Array]:
-    """Stored energy and dissipated power of the module's formulas; spectra of C_0 and lambda_k C_k."""
+    """Return stored energy and dissipated power by the formulas above; spectra: of C_0 and lambda_k C_k."""
     square = lambda f: f.real**2 + f.imag**2
     speed = pressure - rates[:, None, None] * eta
     springs = inner_product(spectra[1:], square(eta), padded)

@@ -1,4 +1,4 @@
-"""The way of the indenter over the body, step by step."""
+"""The motion of the indenter over the body: shifts and directions in the inner steps, and checks of the track."""
 
 from typing import Any
 
@@ -16,16 +16,18 @@ from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.history.memory import Shift
 from jaxcontact.indenters.shapes import Indenter
 
-FARTHEST = 1 / 2  # of the grid's width: what one inner step may move
+FARTHEST = 1 / 2  # longest move in an inner step over the width of the grid
 GAUSS_PLACES, GAUSS_WEIGHTS = (
     np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])
 ) / 2.0  # on 0 to 1
-RETURN = 1 / 4  # of the grid's width: nearer than this to an old place is back at it
+RETURN = (
+    1 / 4
+)  # distance from an earlier place, over the width of the grid, below which the indenter is back at it
 SAMPLES = 1500  # places of the track at which a return is looked for, beside its turning points
 
 
 def as_array(velocity: Array | float) -> Any:
-    """The velocity, a tuple or list of numbers perhaps, as an array. Raises ValueError for anything else."""
+    """Return a velocity, which may be a tuple or list of numbers, as an array; ValueError for anything else."""
     refuse_masked("velocity", velocity)
     try:
         return (
@@ -36,7 +38,8 @@ def as_array(velocity: Array | float) -> Any:
 
 
 def at_fine_times(values: Array, substeps: int) -> tuple[Array, Array]:
-    """Values (nt, 2) at the start and the end of every inner step, each (nt, substeps, 2), linear between."""
+    """Return values (nt, 2), linear between the times, at the start and at the end of every inner step, (nt, substeps, 2)
+    each."""
     before = jnp.concatenate([values[:1], values[:-1]])
     share = (jnp.arange(substeps + 1) / substeps)[:, None]
     fine = before[:, None] + (values - before)[:, None] * share
@@ -84,7 +87,7 @@ def _times_asinh(g: Array, x: Array) -> Array:
 
 
 def over_times(velocity: Array, times: Array) -> Array:
-    """The velocity as (nt, 2)."""
+    """Return a velocity (), (2,) or (nt, 2) at each time, (nt, 2)."""
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     return jnp.broadcast_to(vector, (times.shape[0], 2))
 
@@ -103,7 +106,7 @@ def ways(velocity: Any, times: Any, grid: Grid) -> tuple[Any, Any]:
 
 
 def shifts(velocity: Array, times: Array, substeps: int) -> Shift:
-    """The move in each inner step, (nt, substeps), for a velocity in cells per second."""
+    """Return the shift of the indenter in each inner step, (nt, substeps), for a velocity in cells per second."""
     start, end = at_fine_times(over_times(velocity, times), substeps)
     before = jnp.append(times[:1], times[:-1])
     move = (start + end) / 2.0 * ((times - before) / substeps)[:, None, None]
@@ -111,7 +114,8 @@ def shifts(velocity: Array, times: Array, substeps: int) -> Shift:
 
 
 def departures(velocity: Array, times: Array, substeps: int) -> Shift | None:
-    """How far in the middle of each inner step the indenter is off the way of its mean velocity, -dv dt/8, as ``shifts``.
+    """Return how far the indenter, in the middle of each inner step, is from where its mean velocity would have it,
+    -dv dt/8, as ``shifts``; dv: change of the velocity in the step.
 
     None for a velocity that does not change.
     """
@@ -156,14 +160,17 @@ def carried_past(field: Array, shift: Shift, ratio: Array, periodic: tuple[bool,
 
 
 def directions(velocity: Array, times: Array, substeps: int) -> Array:
-    """Unit vectors of the velocity at the end of each inner step, zero at rest, (nt, substeps, 2)."""
+    """Return unit vectors of the velocity at the end of each inner step, zero at rest, (nt, substeps, 2)."""
     _, end = at_fine_times(over_times(velocity, times), substeps)
     speed = jnp.sum(end**2, -1, keepdims=True)
     return end / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
 
 
-def check_rubbing(friction: Any, grid: Grid, body: LayeredHalfSpace, indenter: Indenter) -> Verdict:
-    """None, or a coefficient of friction as in ``shear`` and bonded layers; tangential responses are those of free space."""
+def check_sliding_friction(friction: Any, grid: Grid, body: LayeredHalfSpace, indenter: Indenter) -> Verdict:
+    """Check the friction of a sliding contact; the tangential responses are those of a grid that is not periodic.
+
+    ValueError unless it is None, or a coefficient as in ``shear`` with bonded layers on such a grid.
+    """
     if friction is None:
         return True
     checks.require(not any(grid.periodic), "friction: expected None on a periodic grid or in plane strain")
@@ -178,7 +185,8 @@ class TooFewSubstepsError(ValueError):
 
 
 def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> Verdict:
-    """A number, (2,) or (nt, 2), finite; no step too far; no return to what has left the grid.
+    """Check a velocity, a number, (2,) or (nt, 2): ValueError where it is not finite, moves too far in an inner step, or
+    comes back to what has left the grid.
 
     Nothing leaves a grid that is periodic along both axes; in plane strain the motion is along x.
     """
@@ -201,7 +209,7 @@ def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> V
 
 
 def check_along_x(shape: tuple[int, ...], grid: Grid) -> Verdict:
-    """One number, of this shape, in plane strain."""
+    """Check that a velocity of this shape is one number in plane strain; ValueError otherwise."""
     check_grid(grid)
     checks.require(
         not grid.plane_strain or shape == (),
@@ -211,7 +219,7 @@ def check_along_x(shape: tuple[int, ...], grid: Grid) -> Verdict:
 
 
 def _check_moves(moves: np.ndarray, substeps: int) -> None:
-    """moves: (nt - 1, 2) in widths of the grid."""
+    """Raise TooFewSubstepsError where an inner step exceeds ``FARTHEST``; moves: (nt - 1, 2) in widths of the grid."""
     farthest = float(np.max(np.abs(moves), initial=0.0))
     needed = int(np.ceil(farthest / FARTHEST * (1.0 - 1e-12)))
     if needed > substeps:
@@ -222,7 +230,10 @@ def _check_moves(moves: np.ndarray, substeps: int) -> None:
 
 
 def _check_returns(places: np.ndarray) -> None:
-    """places: (nt, 2) in widths of the grid, whose half is where the history leaves it."""
+    """Raise ValueError where a track comes back to a place after its history has left the grid, half a width away.
+
+    places: (nt, 2) in widths of the grid.
+    """
     moves = np.diff(places, axis=0)
     turns = 1 + np.flatnonzero(np.any(moves[1:] * moves[:-1] < 0.0, axis=1))
     some = np.linspace(0, len(places) - 1, min(len(places), SAMPLES)).astype(int)

@@ -3,9 +3,9 @@
     body -> ``expansion``: its response as images and rates, the same for every grid
          -> ``assembled``: influence coefficients of the images on a grid, their spectra, scaled -> ``Kernels``
 
-What follows ``Kernels`` and its making is for particular contacts: the strain of a film, friction (``Rubbing`` where all of
-the contact slides, ``TractionKernels`` where it sticks in part), the quasi-elastic correspondence (``ImageKernels``), and
-films whose thickness varies in the plane (``ThicknessSeries``).
+What follows ``Kernels`` and its making is for particular contacts: the strain of a film, friction (``FrictionKernels``
+where all of the contact slides, ``TractionKernels`` where it sticks in part), the quasi-elastic correspondence
+(``ImageKernels``), and films whose thickness varies in the plane (``ThicknessSeries``).
 """
 
 from __future__ import annotations
@@ -470,16 +470,16 @@ def _around(coefficients: Array, i: Array, j: Array) -> Array:
 
 
 @pytree
-class Rubbing:
-    """The kernels of friction, and its coefficient.
+class FrictionKernels:
+    """The normal displacement of a surface under the traction of a contact that slips everywhere, and mu.
 
-    coefficient: mu, () or (nx, ny); along: K_zx and K_zy of C_0 and of the S_m at offsets (i, j) >= 0, (M + 1, 2, nx, ny);
-    rates lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; expansion: the tangential response
-    that they come from.
+    coefficient: mu, () or (nx, ny); normal_from_tangential: K_zx and K_zy of C_0 and of the S_m at offsets (i, j) >= 0,
+    (M + 1, 2, nx, ny); rates lambda_k [1/s], (K,), mix (M, K), as in ``TractionKernels``; expansion: the tangential
+    response that they come from.
     """
 
     coefficient: Array
-    along: Array
+    normal_from_tangential: Array
     rates: Array
     mix: Array
     expansion: TangentialExpansion
@@ -514,38 +514,43 @@ class Rubbing:
 
     def spectra(self, shape: tuple[int, int]) -> Array:
         """Return the spectra of ``scale`` K on the first cells, (M + 1, 2, my/2 + 1, mx)."""
-        x, y = jnp.moveaxis(self.along[..., : shape[0], : shape[1]], 1, 0)
+        x, y = jnp.moveaxis(self.normal_from_tangential[..., : shape[0], : shape[1]], 1, 0)
         return self.scale * jnp.stack([spectrum(x, -1, 1), spectrum(y, 1, -1)], 1)
 
     def lasting(self, spectra: Array) -> Array:
-        """Return those of ``scale`` lambda_k C_k, (K, 2, my/2 + 1, mx)."""
+        """Return the spectra of ``scale`` lambda_k C_k, (K, 2, my/2 + 1, mx), from those of ``spectra``."""
         return jnp.tensordot(self.mix.T, spectra[1:], 1)
 
     def point_strength(self) -> Array:
-        """Return ``scale`` lambda_k C_k a length of one ahead of a unit force, times 2 pi, (K,)."""
+        """Return 2 pi ``scale`` lambda_k C_k at a distance of one straight ahead of a unit force, (K,)."""
         return self.scale * (self.expansion.separable.terms[2, 1:, 0] @ self.mix)
 
 
-def rub(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array) -> Rubbing:
-    """Return the kernels of a body, with the compliance of an elastic indenter; for use inside jit."""
-    return _rubbed(tangential_expansion(body), indenter, grid, scale, coefficient)
+def friction_kernels(
+    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array
+) -> FrictionKernels:
+    """Return the kernels of friction of a body, with the compliance of an elastic indenter; for use inside jit."""
+    return _friction_kernels(tangential_expansion(body), indenter, grid, scale, coefficient)
 
 
-def rub_indenter(indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array) -> Rubbing | None:
-    """Return the kernels of the surface of an indenter that creeps or is coated, None of any other; for use inside jit."""
+def friction_kernels_of_indenter(
+    indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array
+) -> FrictionKernels | None:
+    """Return the kernels of friction of an indenter that creeps or is coated, None of any other; for use inside jit."""
     surface = indenter.surface()
     if surface is None:
         return None
-    return _rubbed(mirrored(tangential_expansion(surface)), indenter, grid, scale, coefficient)
+    return _friction_kernels(mirrored(tangential_expansion(surface)), indenter, grid, scale, coefficient)
 
 
-def _rubbed(
+def _friction_kernels(
     expansion: TangentialExpansion, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array
-) -> Rubbing:
-    kernels = scaled_coefficients(expansion, indenter, grid, scale)
-    along = -jnp.stack([kernels.x, kernels.y], 1)
+) -> FrictionKernels:
+    coefficients = scaled_coefficients(expansion, indenter, grid, scale)
+    # by reciprocity minus the displacement along x and y under a pressure
+    normal_from_tangential = -jnp.stack([coefficients.x, coefficients.y], 1)
     mix = expansion.separable.mix / scale.compliance
-    return Rubbing(coefficient, along, expansion.separable.rates, mix, expansion)
+    return FrictionKernels(coefficient, normal_from_tangential, expansion.separable.rates, mix, expansion)
 
 
 # Kernels of traction: the response of body and indenter in three directions on a grid, ready for the march.

@@ -16,7 +16,7 @@ the band, is nearly of low rank: what it is at any wavenumber is a combination o
 
     R(s, alpha) ~ sum_m R(s, alpha_m) S_m(alpha),
 
-picked one after the other (``picks``), and only there are the lambda_k C_k found. Both steps are linear least
+picked one after the other (``picks``), and only there are the lambda_k C_k found. Both steps (``fitted``) are linear least
 squares. The combination also has to hold when any one solid changes, or the derivatives with
 respect to one of three equal layers, which the response itself cannot tell apart, would be 2 % of the
 response off: so it is fitted to a second body besides, in which each solid's clock runs at another speed
@@ -34,12 +34,12 @@ the longest of the times 1/lambda_k, for 24 rates and 8 shapes:
     as stiff as it                                  6e-3
 
 A layer that does not flow over a solid that does has no slowest rate: the longer the wave, the slower it sinks.
-Its response is not of low rank, and each of 36 rates and a flow has a shape of its own (``fitted_to_rates``). Up to the
-horizon, and in brackets of its images after 1 and 20 times the longest relaxation time:
+Its response is not of low rank, and each of 36 rates and a flow has a shape of its own (``fitted_to_rates``). Its largest
+error up to the horizon, and in brackets that of its images up to 1 and 20 times the longest relaxation time:
 
-    elastic layer on a Maxwell half-space           5e-7 (5e-7, 1e-6)
+    elastic layer on a Maxwell half-space           1e-6 (2e-7, 2e-6)
     standard solid on a Burgers half-space          2e-5 (5e-7, 1e-6)
-    elastic layer on a fluid layer on steel         4e-7 (1e-6, 1e-5)
+    elastic layer on a fluid layer on steel         1e-6 (5e-7, 1e-5)
     standard solid on a Burgers layer on steel      2e-5 (1e-6, 5e-6)
 
 Images of a plate on a thin fluid layer, which sinks at rates as the fourth power of the wavenumber, cannot follow it much
@@ -188,7 +188,7 @@ def rate_limits(body: LayeredHalfSpace) -> tuple[Array, Array]:
 
     The poles of a stack lie where some moduli s/h(s) are positive and others negative, between the
     retardation and the relaxation rates of its solids. Only a fluid, whose retardation takes for ever, is
-    held by the springs around it, and by that of its volume.
+    held back by the solids around it and, with a bulk modulus, by that.
     """
     each = spectra(body)
     if body.substrate is None:  # a rigid base has no rate and holds nothing back
@@ -207,192 +207,23 @@ def rate_limits(body: LayeredHalfSpace) -> tuple[Array, Array]:
     return jnp.where(moves, low, 1.0) / MARGIN, jnp.where(moves, high, 1.0) * MARGIN
 
 
-# Positions of the images of a layered body, and the reference response of their fit.
-#
-# A film that is G times as stiff as what lies below bends under waves of h G^(1/3) and resists stretching under waves
-# of h G, so images reach several times that far. What a fit is weighted by is the response at first of a body whose
-# moduli and thicknesses, relative to the top layer's, are rounded to powers of two: it does not follow the body, so
-# the images are linear in the response, without noise in finite differences.
-
-
-FIRST = 1.6  # least depth over the thickness of the top layer
-SHALLOWEST = 30.0  # depth over all layers down to which images always lie closely
-BENDING = 13.0  # the same over the longest bending wave
-STRETCHING = 50.0  # depth down to which they lie at all, over the longest wave of stretching
-STIFFEST = 2.0e6  # ratio of moduli beyond which they reach no farther
-STEPS, LARGEST = (
-    8.0,
-    0.498,
-)  # of the rounded Poisson's ratio: in a unit, and the last, whose weight is not yet zero
-
-
-class StackConstants(NamedTuple):
-    """Constants of the solids that set the depths of the images, from the top to the half-space, without derivative.
-
-    compliances at first and final ones, at the ``horizon`` or, without one, at first [1/Pa], Poisson's ratios, and whether
-    each solid is rigid, (layers + 1,); thicknesses [m] and whether layers are loose, (layers,), or None if none is.
-    """
-
-    compliances: Array
-    final: Array
-    poissons: Array
-    thicknesses: Array
-    rigid: Array
-    loose: Array | None
-
-
-def stack_constants(body: LayeredHalfSpace) -> StackConstants:
-    each = solids(body)
-    first = jnp.stack([solid.spectrum().instantaneous for solid in each])
-    poissons = jnp.stack([nu_at_first(solid) for solid in each])
-    thicknesses = jnp.stack([jnp.asarray(layer.thickness, float) for layer in body.layers])
-    final = first
-    if may_have_no_slowest(body):
-        last = horizon(body)
-        late = jnp.stack([solid.creep(jnp.where(jnp.isfinite(last), last, 0.0)) for solid in each])
-        final = jnp.where(jnp.isfinite(last), late, first)
-    rigid = jnp.array([isinstance(solid, Rigid) for solid in each])
-    return jax.lax.stop_gradient(
-        StackConstants(first, final, poissons, thicknesses, rigid, loose_layers(body))
-    )
-
-
-def farthest_image(body: LayeredHalfSpace, times: Array) -> Array:
-    """Return the depth [m], (), down to which images lie for responses after each of the times [s], (t,)."""
-    constants = stack_constants(body)
-    creep = jnp.stack([solid.creep(times) for solid in solids(body)], 1)
-    late = jax.lax.stop_gradient(jnp.where(creep > 0.0, creep, constants.compliances))
-    stretched = jax.vmap(lambda final: _reach(constants._replace(final=final))[1])(late)
-    return STRETCHING * jnp.max(stretched)
-
-
-def wavenumbers(body: LayeredHalfSpace) -> Array:
-    """Return the wavenumbers (n,) [rad/m] at which the response is evaluated for its images."""
-    thicknesses = stack_constants(body).thicknesses
-    return fit_wavenumbers(thicknesses[0], jnp.sum(thicknesses))
-
-
-def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
-    """Images of C_0 and the S_m of alpha (L, T, K), (3, M + 1, n), heights (3, M + 1, J + 1).
-
-    Those of L and T are fitted relative to themselves, C_0 at first and the others in the end, those of K to the root of
-    L N.
-    """
-    constants = stack_constants(body)
-    rough_ones = [_rounded_constants(constants, j) for j in (constants.compliances, constants.final)]
-
-    def sizes(wavenumber: Array) -> Array:
-        each = [_responses(rough, wavenumber) for rough in rough_ones]
-        return jnp.concatenate([jnp.stack([L, T, jnp.sqrt(L * N)]) for L, _, N, T in each])
-
-    ladders = _ladders(constants, sizes, densely=True)
-    values = long_waves_kept(body, values)
-    pairs = zip(values, ladders[:3], ladders[3:], strict=True)
-    fitted = [_joined([entry[:1], entry[1:]], [first, last]) for entry, first, last in pairs]
-    return Images(fitted[0].depths, jnp.stack([images.heights for images in fitted]))
-
-
-def expand_tangential_in_time(
-    body: LayeredHalfSpace, rates: Array, mix: Array, last: Array | float, terms: Array
-) -> Images:
-    """Images of C_0 and the S_m of alpha (L, T, K) where there is no slowest rate, heights (3, M + 1, J + 1).
-
-    terms: (3, M + 1, n); rates, mix, last: as in ``images_in_time``.
-    """
-    first = expand_tangential(body, terms[:, :1])
-    sizes = lambda each: [each.in_plane, each.transverse, jnp.sqrt(each.in_plane * each.normal)]
-    depths, heights = images_in_time(body, rates, mix, last, terms[:, 1:], sizes, densely=True)
-    return Images(depths, jnp.concatenate([first.heights, heights], 1))
-
-
-def long_waves_kept(body: LayeredHalfSpace, values: Array) -> Array:
-    """Return responses (..., n) with, on a rigid base, their limit for long waves at wavenumber zero in place of that under
-    a uniform traction (``response.stack.alpha_LKNT``)."""
-    return values if body.substrate is not None else values.at[..., 0].set(0.0)
-
-
-def _joined(values: list[Array], ladders: list[Ladder]) -> Images:
-    """Fit images of values (m, n), each array on its own ladder."""
-    fitted = [fit_images(some, ladder) for some, ladder in zip(values, ladders, strict=True)]
-    return Images(fitted[0].depths, jnp.concatenate([images.heights for images in fitted]))
-
-
-def _rounded_constants(constants: StackConstants, compliances: Array) -> StackConstants:
-    """Round the ratios of compliances and of thicknesses to powers of two, and Poisson's ratios."""
-    rounded = lambda a: a[0] * jnp.exp2(jnp.round(jnp.log2(a / a[0])))
-    poissons = jnp.minimum(jnp.round(STEPS * constants.poissons) / STEPS, LARGEST)
-    soft = rounded(jnp.maximum(compliances, jnp.max(compliances) / STIFFEST))
-    soft = jnp.where(constants.rigid, 0.0, soft)
-    return constants._replace(
-        compliances=soft, final=soft, poissons=poissons, thicknesses=rounded(constants.thicknesses)
-    )
-
-
-def _reach(constants: StackConstants) -> tuple[Array, Array]:
-    """Lengths of the waves under which layers bend and are stretched over what lies below [m], () each.
-
-    Of thickness t, R times as stiff as a solid below them: t R^(1/3) and t R; over a layer of thickness d, whose
-    springs give way first, (R t^3 d)^(1/4), or (R t^3 d^3)^(1/6) if they are incompressible, and (R t d)^(1/2).
-    """
-    j, d = jnp.maximum(constants.final, jnp.max(constants.final) / STIFFEST), constants.thicknesses
-    ratio = j[1:] / jax.lax.cummin(j[:-1])
-    t, d = jnp.cumsum(d), jnp.append(d[1:], jnp.inf)
-    on_layer = jnp.maximum((ratio * t**3 * d) ** 0.25, (ratio * t**3 * d**3) ** (1.0 / 6.0))
-    bent = jnp.minimum(t * jnp.cbrt(ratio), on_layer)
-    return jnp.max(bent), jnp.max(jnp.minimum(t * ratio, jnp.sqrt(ratio * t * d)))
-
-
-def _responses(rough: StackConstants, wavenumber: Array) -> SurfaceCompliance:
-    return surface_compliance(rough.compliances, rough.poissons, rough.thicknesses, wavenumber, rough.loose)
-
-
-def _normal_sizes(bodies: list[StackConstants]) -> Callable[[Array], Array]:
-    """Return alpha N of each of the bodies, (m, n) at wavenumbers (n,)."""
-    return lambda wavenumber: jnp.stack([_responses(rough, wavenumber).normal for rough in bodies])
-
-
-def stacked_ladders(
-    constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
-) -> Ladder:
-    """Return ladders for images relative to each of the sizes, (m, n) at wavenumbers (n,): one with sizes (m, ...).
-
-    densely: whether depths lie as closely for the waves that stretch layers as for those that bend them.
-    """
-    bent, stretched = _reach(constants)
-    last = STRETCHING * stretched
-    dense = jnp.maximum(SHALLOWEST * jnp.sum(constants.thicknesses), last if densely else BENDING * bent)
-    depths = image_depths(FIRST * constants.thicknesses[0], dense, last)
-    between = 1.0 / jnp.sqrt(depths[1:] * depths[:-1])
-    alpha = fit_wavenumbers(constants.thicknesses[0], jnp.sum(constants.thicknesses))
-    at_nodes, at_steps = jnp.split(sizes(jnp.append(alpha[1:-1], between)), [alpha.size - 2], -1)
-    return Ladder(alpha, depths, at_nodes, at_steps)
-
-
-def _ladders(
-    constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
-) -> list[Ladder]:
-    """Return the ladders of ``stacked_ladders`` one by one."""
-    every = stacked_ladders(constants, sizes, densely=densely)
-    pairs = zip(every.at_nodes, every.at_steps, strict=True)
-    return [Ladder(every.wavenumbers, every.depths, *each) for each in pairs]
+# The sum of products: rates, shapes and their mix, from the response at frequencies.
 
 
 CLOCKS = 4.0  # the fastest over the slowest clock of the second body
 SHARE = 0.1  # weight of the second body in the combination
-CUTOFF = 1e-12  # singular values below this part of the largest are discarded
-SHAPE_CUTOFF = (
-    1e-9  # the same in the fit of the shapes: smaller ones are rounding, and derivatives would follow it
-)
+CUTOFF = 1e-12  # part of the largest singular value below which others are discarded
+SHAPE_CUTOFF = 1e-9  # CUTOFF in the fit of the shapes: smaller values are rounding
 CANDIDATES = 120  # wavenumbers of which some are picked, about
 STRIDE = 4  # the error is measured at every fourth wavenumber
 
 
 def separate(body: LayeredHalfSpace, wavenumber: Array, rates: int, shapes: int) -> Separable:
-    """Expand the response of a body with at least one layer at the wavenumbers >= 0, (n,) [rad/m].
+    """Return alpha N of a body with at least one layer as a sum of products, at the wavenumbers >= 0, (n,) [rad/m].
 
     rates: number of common rates besides those of the top layer's material; shapes: number of shapes besides the top
-    layer's own; both static, and more of them where the rates have no lower bound. Rates, picked
-    wavenumbers and weights carry no derivative, all else does.
+    layer's own; both static. Where there is no slowest rate there are ``MORE_RATES`` as many, each with a shape
+    (``fitted_to_rates``). Rates, picked wavenumbers and weights carry no derivative, all else does.
     """
     top = body.sublayers()[0]
     wavenumber = jnp.asarray(wavenumber, float)
@@ -433,21 +264,21 @@ def fitted_to_rates(rest: Array, chosen: RateBand, rates: Array) -> tuple[Array,
 
     rest: ``Samples.rest`` of n responses, (r, n); rates: ``common_rates``, (K,).
 
-    With r_m the chosen rates and zero, for a flow, unit r_0 = r_1,
+    With r_m the chosen rates, ascending, and r_M = 0 for the flow,
 
-        R(s, alpha) ~ sum_m C_m(alpha) unit_m/(s + r_m)
+        R(s, alpha) ~ sum_m S_m(alpha) unit_m/(s + r_m),      unit_m = r_m, but the lowest of the chosen rates for the flow,
 
-    by damped least squares at the frequencies, with weights |s|^(1/2) that are the same for all wavenumbers: the C_m are a
+    by damped least squares at the frequencies, with weights |s|^(1/2) that are the same for all wavenumbers: the S_m are a
     fixed matrix times R, and as smooth in the wavenumber as R is. The fit holds for whatever decays at rates in the band, so
     for derivatives too.
     """
-    own = rates.size - chosen.rates.size - 1
-    grid = jax.lax.stop_gradient(rates[own:])
-    unit = jnp.where(grid > 0.0, grid, chosen.rates[0])
+    of_top_layer = rates.size - chosen.rates.size - 1
+    each = jax.lax.stop_gradient(rates[of_top_layer:])
+    unit = jnp.where(each > 0.0, each, chosen.rates[0])
     s = 1.0 / chosen.period
     weights = jnp.sqrt(jnp.tile(jnp.abs(s), 2))[:, None]
-    terms = smoothly_fitted(weights * as_real(unit / (s[:, None] + grid)), weights * rest[: 2 * s.size])
-    return terms, jnp.pad(jnp.diag(unit), ((0, 0), (own, 0)))
+    terms = smoothly_fitted(weights * as_real(unit / (s[:, None] + each)), weights * rest[: 2 * s.size])
+    return terms, jnp.pad(jnp.diag(unit), ((0, 0), (of_top_layer, 0)))
 
 
 SMOOTHING = 1e-6  # damping of a fit, over the largest singular value
@@ -518,7 +349,7 @@ class Samples(NamedTuple):
 
 
 def _sampled(body: LayeredHalfSpace, wavenumber: Array, period: Array) -> Samples:
-    """Compute both bodies at the frequencies s = 1/period, (s,)."""
+    """Return the samples of alpha N of a body and of its second body at the frequencies s = 1/period, (s,)."""
     j = sampled_compliances(spectra(body), period)
     response = alpha_N(body, wavenumber, j[..., None])
     own, film = film_shapes(body, wavenumber), film_compliance(body.sublayers()[0], j[0])
@@ -539,7 +370,7 @@ def film_shapes(body: LayeredHalfSpace, wavenumber: Array) -> Array:
 
 
 def sampled_compliances(spectra: Spectra, period: Array) -> Array:
-    """Compliances [1/Pa] at t = 0, at 1/s = period, and of the second body, (layers + 1, 1 + 3/2 period.size).
+    """Return compliances [1/Pa] at t = 0, at 1/s = period, and of the second body, (layers + 1, 1 + 3/2 period.size).
 
     A solid that is rigid at first is taken as it is at the highest frequency.
     """
@@ -571,6 +402,7 @@ def weights_of(sizes: Array) -> Array:
 
 
 def as_real(values: Array) -> Array:
+    """Return the real parts above the imaginary parts, (2 r, ...)."""
     return jnp.concatenate([jnp.real(values), jnp.imag(values)])
 
 
@@ -620,42 +452,177 @@ def combination(matrix: Array, target: Array, weights: Array, cutoff: float = CU
     return x / size
 
 
-def common_rates(body: LayeredHalfSpace, grid: Array) -> tuple[Array, Array]:
-    """The top layer's rates, the grid and zero for a flow [1/s], and the top layer's fluidities, (K,) each."""
+def common_rates(body: LayeredHalfSpace, chosen: Array) -> tuple[Array, Array]:
+    """Return the rates of an expansion, the top layer's, the chosen ones and zero where a solid may flow [1/s], and the top
+    layer's fluidity at each, (K,) each."""
     top = film_creep(body.sublayers()[0])
-    rates = jnp.concatenate([top.rates, grid])
-    fluidities = jnp.concatenate([top.rates * top.amplitudes, jnp.zeros_like(grid)])
+    rates = jnp.concatenate([top.rates, chosen])
+    fluidities = jnp.concatenate([top.rates * top.amplitudes, jnp.zeros_like(chosen)])
     if not any(has_fluidity(solid) for solid in solids(body)):
         return rates, fluidities
     flow = 0.0 if top.fluidity is None else top.fluidity
     return jnp.append(rates, 0.0), jnp.append(fluidities, flow)
 
 
-class Layered(Response):
-    """The response of layers on a substrate or a rigid base, whose images lie at depths chosen by its layers alone."""
+# Positions of the images of a layered body, and the reference response of their fit.
+#
+# A film that is G times as stiff as what lies below bends under waves of h G^(1/3) and resists stretching under waves
+# of h G, so images reach several times that far. What a fit is weighted by is the response at first of a body whose
+# moduli and thicknesses, relative to the top layer's, are rounded to powers of two: it does not follow the body, so
+# the images are linear in the response, without noise in finite differences.
 
-    @property
-    @abc.abstractmethod
-    def body(self) -> LayeredHalfSpace:
-        """The layers, the top one first, and what is below them."""
 
-    def wavenumbers(self) -> Array:
-        return wavenumbers(self.body)
+FIRST = 1.6  # least depth of an image over the thickness of the top layer
+SHALLOWEST = 30.0  # depth down to which images always lie closely, over the thickness of all layers
+BENDING = 13.0  # depth down to which images lie closely, over the longest bending wave
+STRETCHING = 50.0  # depth down to which images lie at all, over the longest wave of stretching
+STIFFEST = 2.0e6  # ratio of moduli beyond which images reach no farther
+STEPS = 8.0  # steps of a rounded Poisson's ratio in a unit
+LARGEST = 0.498  # the largest rounded Poisson's ratio, at which a confined layer still has some compliance
 
-    def expand(self, values: Array) -> Images:
-        constants = stack_constants(self.body)
-        at_first = _rounded_constants(constants, constants.compliances)
-        return fit_images(long_waves_kept(self.body, values), *_ladders(constants, _normal_sizes([at_first])))
 
-    def expand_shapes(self, start: Array, film: Array, rest: Array) -> Images:
-        """Return images whose errors are relative to responses: of C_0 to the body's at first, of S_1 to that of the top
-        layer on a rigid base, and of the others to the body's in the end."""
-        constants = stack_constants(self.body)
-        at_first = _rounded_constants(constants, constants.compliances)
-        final = _rounded_constants(constants, constants.final)
-        on_base = at_first._replace(compliances=jnp.zeros_like(at_first.compliances).at[0].set(1.0))
-        ladders = _ladders(constants, _normal_sizes([at_first, on_base, final]))
-        return _joined([long_waves_kept(self.body, each) for each in (start, film, rest)], ladders)
+class StackConstants(NamedTuple):
+    """Constants of the solids that set the depths of the images, from the top to the half-space, without derivative.
+
+    compliances at first and final ones, at the ``horizon`` or, without one, at first [1/Pa], Poisson's ratios, and whether
+    each solid is rigid, (layers + 1,); thicknesses [m] and whether layers are loose, (layers,), or None if none is.
+    """
+
+    compliances: Array
+    final: Array
+    poissons: Array
+    thicknesses: Array
+    rigid: Array
+    loose: Array | None
+
+
+def stack_constants(body: LayeredHalfSpace) -> StackConstants:
+    """Return the constants of a body."""
+    each = solids(body)
+    first = jnp.stack([solid.spectrum().instantaneous for solid in each])
+    poissons = jnp.stack([nu_at_first(solid) for solid in each])
+    thicknesses = jnp.stack([jnp.asarray(layer.thickness, float) for layer in body.layers])
+    final = first
+    if may_have_no_slowest(body):
+        last = horizon(body)
+        late = jnp.stack([solid.creep(jnp.where(jnp.isfinite(last), last, 0.0)) for solid in each])
+        final = jnp.where(jnp.isfinite(last), late, first)
+    rigid = jnp.array([isinstance(solid, Rigid) for solid in each])
+    return jax.lax.stop_gradient(
+        StackConstants(first, final, poissons, thicknesses, rigid, loose_layers(body))
+    )
+
+
+def farthest_image(body: LayeredHalfSpace, times: Array) -> Array:
+    """Return the depth [m], (), down to which images lie for responses after each of the times [s], (t,)."""
+    constants = stack_constants(body)
+    creep = jnp.stack([solid.creep(times) for solid in solids(body)], 1)
+    late = jax.lax.stop_gradient(jnp.where(creep > 0.0, creep, constants.compliances))
+    stretched = jax.vmap(lambda final: _reach(constants._replace(final=final))[1])(late)
+    return STRETCHING * jnp.max(stretched)
+
+
+def wavenumbers(body: LayeredHalfSpace) -> Array:
+    """Return the wavenumbers (n,) [rad/m] at which the response is evaluated for its images."""
+    thicknesses = stack_constants(body).thicknesses
+    return fit_wavenumbers(thicknesses[0], jnp.sum(thicknesses))
+
+
+def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
+    """Return images of C_0 and the S_m of alpha (L, T, K), (3, M + 1, n), heights (3, M + 1, J + 1).
+
+    Images of L and T are relative to the responses L and T of the body, those of K to the root of L N: for C_0 as it is at
+    first, for the S_m as it is in the end.
+    """
+    constants = stack_constants(body)
+    rough_ones = [_rounded_constants(constants, j) for j in (constants.compliances, constants.final)]
+
+    def sizes(wavenumber: Array) -> Array:
+        each = [_responses(rough, wavenumber) for rough in rough_ones]
+        return jnp.concatenate([jnp.stack([L, T, jnp.sqrt(L * N)]) for L, _, N, T in each])
+
+    ladders = _ladders(constants, sizes, densely=True)
+    values = long_waves_kept(body, values)
+    pairs = zip(values, ladders[:3], ladders[3:], strict=True)
+    images = [_joined([entry[:1], entry[1:]], [first, last]) for entry, first, last in pairs]
+    return Images(images[0].depths, jnp.stack([each.heights for each in images]))
+
+
+def long_waves_kept(body: LayeredHalfSpace, values: Array) -> Array:
+    """Return responses (..., n) with, on a rigid base, their limit for long waves at wavenumber zero in place of that under
+    a uniform traction (``response.stack.alpha_LKNT``)."""
+    return values if body.substrate is not None else values.at[..., 0].set(0.0)
+
+
+def _joined(values: list[Array], ladders: list[Ladder]) -> Images:
+    """Fit images of values (m, n), each array on its own ladder."""
+    images = [fit_images(some, ladder) for some, ladder in zip(values, ladders, strict=True)]
+    return Images(images[0].depths, jnp.concatenate([each.heights for each in images]))
+
+
+def _rounded_constants(constants: StackConstants, compliances: Array) -> StackConstants:
+    """Return the constants with compliances as given, whose ratios, and those of thicknesses, are rounded to powers of two,
+    and with rounded Poisson's ratios."""
+    to_power_of_two = lambda a: a[0] * jnp.exp2(jnp.round(jnp.log2(a / a[0])))
+    poissons = jnp.minimum(jnp.round(STEPS * constants.poissons) / STEPS, LARGEST)
+    soft = to_power_of_two(jnp.maximum(compliances, jnp.max(compliances) / STIFFEST))
+    soft = jnp.where(constants.rigid, 0.0, soft)
+    return constants._replace(
+        compliances=soft,
+        final=soft,
+        poissons=poissons,
+        thicknesses=to_power_of_two(constants.thicknesses),
+    )
+
+
+def _reach(constants: StackConstants) -> tuple[Array, Array]:
+    """Return the lengths of the waves under which layers bend and are stretched over what lies below [m], () each.
+
+    Of thickness t, R times as stiff as a solid below them: t R^(1/3) and t R; over a layer of thickness d, whose
+    springs give way first, (R t^3 d)^(1/4), or (R t^3 d^3)^(1/6) if they are incompressible, and (R t d)^(1/2).
+    """
+    j, d = jnp.maximum(constants.final, jnp.max(constants.final) / STIFFEST), constants.thicknesses
+    ratio = j[1:] / jax.lax.cummin(j[:-1])
+    t, d = jnp.cumsum(d), jnp.append(d[1:], jnp.inf)
+    on_layer = jnp.maximum((ratio * t**3 * d) ** 0.25, (ratio * t**3 * d**3) ** (1.0 / 6.0))
+    bent = jnp.minimum(t * jnp.cbrt(ratio), on_layer)
+    return jnp.max(bent), jnp.max(jnp.minimum(t * ratio, jnp.sqrt(ratio * t * d)))
+
+
+def _responses(rough: StackConstants, wavenumber: Array) -> SurfaceCompliance:
+    """Return the elastic response of solids of these constants."""
+    return surface_compliance(rough.compliances, rough.poissons, rough.thicknesses, wavenumber, rough.loose)
+
+
+def _normal_sizes(bodies: list[StackConstants]) -> Callable[[Array], Array]:
+    """Return alpha N of each of the bodies, (m, n) at wavenumbers (n,)."""
+    return lambda wavenumber: jnp.stack([_responses(rough, wavenumber).normal for rough in bodies])
+
+
+def stacked_ladders(
+    constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
+) -> Ladder:
+    """Return ladders for images relative to each of the sizes, (m, n) at wavenumbers (n,): one with sizes (m, ...).
+
+    densely: whether depths lie as closely for the waves that stretch layers as for those that bend them.
+    """
+    bent, stretched = _reach(constants)
+    deepest = STRETCHING * stretched
+    dense = jnp.maximum(SHALLOWEST * jnp.sum(constants.thicknesses), deepest if densely else BENDING * bent)
+    depths = image_depths(FIRST * constants.thicknesses[0], dense, deepest)
+    between = 1.0 / jnp.sqrt(depths[1:] * depths[:-1])
+    alpha = fit_wavenumbers(constants.thicknesses[0], jnp.sum(constants.thicknesses))
+    at_nodes, at_steps = jnp.split(sizes(jnp.append(alpha[1:-1], between)), [alpha.size - 2], -1)
+    return Ladder(alpha, depths, at_nodes, at_steps)
+
+
+def _ladders(
+    constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
+) -> list[Ladder]:
+    """Return the ladders of ``stacked_ladders`` one by one."""
+    every = stacked_ladders(constants, sizes, densely=densely)
+    pairs = zip(every.at_nodes, every.at_steps, strict=True)
+    return [Ladder(every.wavenumbers, every.depths, *each) for each in pairs]
 
 
 # Images of the shapes where there is no slowest rate.
@@ -710,6 +677,46 @@ def images_in_time(
     beside = jnp.concatenate(jnp.split(heights, len(shapes)), -1)
     found = jnp.split(smoothly_fitted(growth, beside), len(shapes), -1)
     return ladders.depths, jnp.stack(found)
+
+
+def expand_tangential_in_time(
+    body: LayeredHalfSpace, rates: Array, mix: Array, last: Array | float, terms: Array
+) -> Images:
+    """Return images as ``expand_tangential`` does, where there is no slowest rate, heights (3, M + 1, J + 1).
+
+    terms: (3, M + 1, n); rates, mix, last: as in ``images_in_time``.
+    """
+    first = expand_tangential(body, terms[:, :1])
+    sizes = lambda each: [each.in_plane, each.transverse, jnp.sqrt(each.in_plane * each.normal)]
+    depths, heights = images_in_time(body, rates, mix, last, terms[:, 1:], sizes, densely=True)
+    return Images(depths, jnp.concatenate([first.heights, heights], 1))
+
+
+class Layered(Response):
+    """The response of layers on a substrate or a rigid base, whose images lie at depths chosen by its layers alone."""
+
+    @property
+    @abc.abstractmethod
+    def body(self) -> LayeredHalfSpace:
+        """The layers, the top one first, and what is below them."""
+
+    def wavenumbers(self) -> Array:
+        return wavenumbers(self.body)
+
+    def expand(self, values: Array) -> Images:
+        constants = stack_constants(self.body)
+        at_first = _rounded_constants(constants, constants.compliances)
+        return fit_images(long_waves_kept(self.body, values), *_ladders(constants, _normal_sizes([at_first])))
+
+    def expand_shapes(self, start: Array, film: Array, rest: Array) -> Images:
+        """Return images whose errors are relative to responses: of C_0 to the body's at first, of S_1 to that of the top
+        layer on a rigid base, and of the others to the body's in the end."""
+        constants = stack_constants(self.body)
+        at_first = _rounded_constants(constants, constants.compliances)
+        final = _rounded_constants(constants, constants.final)
+        on_base = at_first._replace(compliances=jnp.zeros_like(at_first.compliances).at[0].set(1.0))
+        ladders = _ladders(constants, _normal_sizes([at_first, on_base, final]))
+        return _joined([long_waves_kept(self.body, each) for each in (start, film, rest)], ladders)
 
 
 RATES_A_NODE, SHAPES_A_NODE = 12, 4

@@ -2,10 +2,11 @@
 
     f(alpha, t) = C_0(alpha) + sum_k lambda_k C_k(alpha) (1 - exp(-lambda_k t))/lambda_k,      f = alpha (L, T, K),
 
-lambda_k C_k = sum_m mix[m, k] S_m. For a half-space all is one shape times the creep compliance, exactly. For layers that
-creep the exact response (``response.stack``) is fitted at frequencies over the band of their rates, by the two linear
-least-squares fits of ``response.in_time``; the three functions share rates and shapes. The band, and what is different where
-there is no slowest rate (a shape for each rate, images at each time, a latest time), are those of ``response.in_time``.
+lambda_k C_k = sum_m mix[m, k] S_m, with L, T and K as in ``frequency_response``. For a half-space each is a number times its
+creep compliance, exactly (two such products with a bulk modulus). For layers that creep the exact response
+(``response.stack``) is fitted at frequencies over the band of their rates, by the two linear least-squares fits of
+``response.in_time``; the three functions share rates and shapes. The band, and what is different where there is no slowest
+rate (a shape for each rate, images at each time, a latest time), are those of ``response.in_time``.
 
 Errors are measured at times up to ten times the longest 1/lambda_k, or up to that latest time: of L and T relative to
 themselves, of K relative to the root of L N, N the normal response. Largest ones over all wavenumbers, images included:
@@ -61,7 +62,7 @@ from jaxcontact.response.stack import (
 
 # The tangential response of a body as images: alpha (L, T, K) as sums of real exponentials in the wavenumber.
 #
-# Each function of ``response.stack`` is written as
+# Each of the functions L, T and K of ``response.stack`` is written as
 #
 #     f(alpha) = f(0) + sum_j w_j (exp(-z_j alpha) - 1)
 #
@@ -70,16 +71,16 @@ from jaxcontact.response.stack import (
 # stiffer than what lies below it. A half-space is one image on its surface, exactly.
 
 
-def fit_wavenumbers(body: LayeredHalfSpace) -> Array:
-    """Return the wavenumbers (n,) [rad/m] at which ``fit_images`` takes a response: zero first, for a half-space zero
+def tangential_wavenumbers(body: LayeredHalfSpace) -> Array:
+    """Return the wavenumbers (n,) [rad/m] at which ``tangential_images`` takes a response: zero first, for a half-space zero
     alone."""
     return in_time.wavenumbers(body) if body.layers else jnp.zeros(1)
 
 
-def fit_images(body: LayeredHalfSpace, values: Array) -> TangentialImages:
-    """Least-squares images of alpha (L, T, K) at ``fit_wavenumbers``, (3, ..., n) [any unit].
+def tangential_images(body: LayeredHalfSpace, values: Array) -> TangentialImages:
+    """Return least-squares images of alpha (L, T, K), given at ``tangential_wavenumbers``, (3, M + 1, n) [any unit].
 
-    The matrix does not follow the values: the images are linear in them.
+    The matrix does not depend on the values, so that the images are linear in them. Not for layers without a slowest rate.
     """
     if not body.layers:
         return TangentialImages(jnp.zeros(1), values)
@@ -87,6 +88,7 @@ def fit_images(body: LayeredHalfSpace, values: Array) -> TangentialImages:
 
 
 def _as_exponentials(stairs: Images) -> TangentialImages:
+    """Return the staircases of ``response.images`` as f(0) and the weights w_j of the formula above."""
     weights = jnp.concatenate([stairs.heights[..., -1:], jnp.diff(stairs.heights, axis=-1)], -1)
     return TangentialImages(jnp.append(0.0, stairs.depths), weights)
 
@@ -102,9 +104,12 @@ RATES, SHAPES = 24, 12
 
 @pytree
 class TangentialSeparable:
-    """rates: lambda_k [1/s], (K,); terms: C_0 and the S_m of alpha (L, T, K) at ``fit_wavenumbers``, (3, M + 1, n); mix:
+    """The sum of products of alpha (L, T, K), the counterpart of ``response.interface.Separable``.
+
+    rates: lambda_k [1/s], (K,); terms: C_0 and the S_m of alpha (L, T, K) at ``tangential_wavenumbers``, (3, M + 1, n); mix:
     (M, K); lambda_k C_k = sum_m mix[m, k] S_m [1/(Pa s)]; times [s], (t,): at which errors are to be measured; horizon: the
-    latest time for which the sum of products is made [s], () inf without one."""
+    latest time for which the sum of products is made [s], () inf without one.
+    """
 
     rates: Array
     terms: Array
@@ -136,12 +141,12 @@ def tangential_expansion(body: LayeredHalfSpace) -> TangentialExpansion:
             )
         )
     else:
-        images = fit_images(body, separable.terms)
+        images = tangential_images(body, separable.terms)
     return TangentialExpansion(separable, images, *_errors(body, separable, images))
 
 
 def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
-    """Return the sum of products of a body; of a layered one at fixed rates, and those of its top layer."""
+    """Return the sum of products of a body, that of a layered one with the rates ``response.in_time.common_rates``."""
     if not body.layers:
         # One shape times the creep; with a bulk modulus one for the shear and one for the creep S of the surface
         # (``response.stack.surface_creep``), since then (1 - nu) j = S and (1/2 - nu) j = S - j/2.
@@ -161,7 +166,7 @@ def separate_tangential(body: LayeredHalfSpace) -> TangentialSeparable:
         mix = jax.scipy.linalg.block_diag(*(flow for _, flow in owned))
         return TangentialSeparable(own_rates, terms, mix, jnp.zeros(1))
 
-    wavenumber = fit_wavenumbers(body)
+    wavenumber = tangential_wavenumbers(body)
     if not any(creeps(solid) for solid in solids(body)):
         start = _entries(alpha_LKNT(body, wavenumber, spectra(body).instantaneous))
         return TangentialSeparable(jnp.zeros(0), start.reshape(3, 1, -1), jnp.zeros((0, 0)), jnp.zeros(1))
@@ -192,7 +197,7 @@ def _entries(responses: SurfaceCompliance) -> Array:
 
 
 def _sizes(responses: SurfaceCompliance) -> Array:
-    """Return the sizes to which errors of ``_entries`` are relative, (..., 3 n): |L|, |T| and the root of |L N|."""
+    """Return the sizes to which errors of ``_entries`` are relative, (..., 3 n): alpha times |L|, |T| and |L N|^(1/2)."""
     L, _, N, T = (jnp.abs(entry) for entry in responses)
     return jnp.concatenate([L, T, jnp.sqrt(L * N)], -1)
 
@@ -200,12 +205,12 @@ def _sizes(responses: SurfaceCompliance) -> Array:
 def _errors(
     body: LayeredHalfSpace, separable: TangentialSeparable, images: TangentialImages
 ) -> tuple[Array, Array]:
-    """Measure both errors of an expansion, without derivative."""
+    """Return the separation error and the image errors of ``TangentialExpansion``, without derivative."""
     body, separable, images = jax.lax.stop_gradient((body, separable, images))
     times = separable.times[:, None]
     if not body.layers:
         return jnp.zeros(()), jnp.pad(times, ((0, 0), (0, 1)))
-    wavenumber = fit_wavenumbers(body)
+    wavenumber = tangential_wavenumbers(body)
     some = jnp.arange(2, wavenumber.size - 1, STRIDE)  # between those at which images are fitted
     exact = step_responses(body, wavenumber[some], times)
     entries, sizes = _entries(exact), _sizes(exact)
@@ -221,7 +226,7 @@ def _errors(
 
 
 def half_space_shares(material: Material) -> Array:
-    """alpha (L, T, K) over the compliance at first, with a constant nu over the creep compliance, (3,)."""
+    """Return alpha (L, T, K) of a half-space over its compliance at first; with a constant nu over J(t) at any t, (3,)."""
     nu = nu_at_first(material)
     return jnp.stack([1.0 - nu, jnp.ones(()), 0.5 - nu])
 

@@ -42,7 +42,7 @@ from jaxcontact.simulate.slide_steady import (
     Wake,
     check_steady,
     doubled,
-    on_grid,
+    spectrum_on_grid,
     wake_of,
     with_no_steady_state,
 )
@@ -149,7 +149,7 @@ class _Track:
         mixed = jnp.tensordot(self.mix, self.wake.passage(self.rates), 1)
         shape, periodic = self.wake.shape, self.wake.periodic
         near = jnp.sum(shapes[1:] * mixed[:, None], 0)
-        return jnp.stack([on_grid(n, shape, periodic, f) for n, f in zip(near, far, strict=True)])
+        return jnp.stack([spectrum_on_grid(n, shape, periodic, f) for n, f in zip(near, far, strict=True)])
 
     def far_plane(self) -> list[Array]:
         """xx, yy and xy, (mx, my) each."""

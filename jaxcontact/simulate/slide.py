@@ -33,7 +33,7 @@ from jaxcontact.history.motion import (
     FARTHEST,
     as_array,
     carried_past,
-    check_rubbing,
+    check_sliding_friction,
     checked_track,
     departures,
     directions,
@@ -46,7 +46,7 @@ from jaxcontact.history.time_loop import Bent, Lapse, Outcome, Steps, in_radii
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import Solid, rise_coefficients
-from jaxcontact.operators.kernels import Kernels, joint_errors, rub, rub_indenter
+from jaxcontact.operators.kernels import Kernels, friction_kernels, friction_kernels_of_indenter, joint_errors
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined, tabor_numbers
@@ -242,7 +242,7 @@ class Sliding(Experiment):
                 "Thermal diffusivity [m2/s]: expected a number in slide, got None",
             )
             valid = valid & check_peclet(experiment.grid, velocity, thermal.diffusivity)
-        rubs = check_rubbing(friction, experiment.grid, experiment.body, experiment.indenter)
+        rubs = check_sliding_friction(friction, experiment.grid, experiment.body, experiment.indenter)
         valid = valid & adheres & rubs
         names = ("velocity", "friction", "thermal", "adhesion", "shear_strength")
         own = as_float64((velocity, friction, thermal, adhesion, shear_strength))
@@ -255,24 +255,25 @@ class Sliding(Experiment):
         contact = self.contact(scale)
 
         # the response, with that of the traction mu p if there is friction
-        rubbing, facing, friction, errors = None, None, jnp.zeros(()), kernels.errors(self.duration)
+        sheared_body, sheared_indenter = None, None
+        friction, errors = jnp.zeros(()), kernels.errors(self.duration)
         if self.friction is not None:
             coefficient = self.friction if self.adhesion is None else jnp.ones(grid.shape)
-            rubbing = rub(self.body, self.indenter, grid, scale, coefficient)
-            facing = rub_indenter(self.indenter, grid, scale, coefficient)
-            expansions = [each.expansion for each in (rubbing, facing) if each is not None]
+            sheared_body = friction_kernels(self.body, self.indenter, grid, scale, coefficient)
+            sheared_indenter = friction_kernels_of_indenter(self.indenter, grid, scale, coefficient)
+            expansions = [each.expansion for each in (sheared_body, sheared_indenter) if each is not None]
             friction, errors = self.friction, joint_errors(kernels, *expansions, duration=self.duration)
         ratio, shear = grid.spacing[1] / grid.spacing[0], None
         if self.adhesion is not None and self.friction is not None:
             strength = jnp.zeros(()) if self.shear_strength is None else self.shear_strength
             shear = (friction, scale.from_si("pressure", strength))
-        remembers = lambda kernels, rubbing: replace(
-            moving_memory(kernels, contact["profile"], ratio, rubbing), shear=shear
+        remembers = lambda kernels, sheared: replace(
+            moving_memory(kernels, contact["profile"], ratio, sheared), shear=shear
         )
-        of_body = remembers(kernels, rubbing)
+        of_body = remembers(kernels, sheared_body)
         memory: Memory = with_indenter(of_body, kernels)
-        if facing is not None:  # the indenter remembers the traction, too, at rest
-            memory = BothSurfaces((of_body, remembers(kernels.indenter, facing)))
+        if sheared_indenter is not None:  # the indenter remembers the traction, too, at rest
+            memory = BothSurfaces((of_body, remembers(kernels.indenter, sheared_indenter)))
 
         # the motion; on a periodic grid a step may have any length
         shift = shifts(self.velocity / scale.length, self.times, substeps)

@@ -1,4 +1,9 @@
-"""Steady sliding: the limit of a long run, as one contact problem."""
+"""Steady sliding: the limit of a long run, as one contact problem.
+
+The parts, from the top: ``Wake``, the operator of a pressure that has passed over a body for ever; ``FilmWake``, the same
+over a film whose thickness varies across the track; ``FrictionWake``, what the traction adds to it; and ``slide_steady``,
+whose program ``_run`` makes the operator, solves the contact once, and computes forces and powers.
+"""
 
 from __future__ import annotations
 
@@ -24,40 +29,40 @@ from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.adhesive import Attraction, Drag
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
-from jaxcontact.history.memory import Observer, RecursiveMemory, Shift, along
-from jaxcontact.history.motion import as_array, check_along_x, check_rubbing
+from jaxcontact.history.memory import Observer, RecursiveMemory, Shift, phase_and_loss
+from jaxcontact.history.motion import as_array, check_along_x, check_sliding_friction
 from jaxcontact.history.normal_step import at_rest, contact_outcome, solve_step, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import (
     Errors,
+    FrictionKernels,
     Kernels,
-    Rubbing,
     VaryingFilmStrain,
     build_surface,
     deepest_strain,
+    friction_kernels,
+    friction_kernels_of_indenter,
     joint_errors,
-    rub,
-    rub_indenter,
 )
 from jaxcontact.operators.operator import Family, Operator, series_entries
 from jaxcontact.response.body_facts import creeps_far, is_fluid
 from jaxcontact.results.contact import SteadySliding, with_totals
 from jaxcontact.simulate.run import Experiment, reported, tabor_numbers
 
-# The displacement behind an indenter in steady sliding, as one operator.
+# The displacement under an indenter in steady sliding, as one operator on its pressure.
 #
 # A pressure that is steady in the indenter's frame has left, at rate lambda_k, the history
 #
 #     eta_k(x) = int_0^T exp(-lambda_k s) p(x + v s) ds,      u = C_0 * p + sum_k lambda_k C_k * eta_k,
 #
-# with T to infinity. In Fourier space it is the complex modulus at the frequency -k . v. Here T is the time to cross
-# the grid, so that each mode has the factor T phi(z), phi = (1 - exp(-z))/z, z = (lambda_k - i k . v) T: finite for
+# with T to infinity. In Fourier space u/p is then the complex compliance at the frequency -k . v. Here T is the time to
+# cross the grid, so that each mode has the factor T phi(z), phi = (1 - exp(-z))/z, z = (lambda_k - i k . v) T: finite for
 # every rate and mode, unlimited flow included, and without wrapping around on a grid of twice the size, where the
 # kernel is made, and then cut to the offsets on the grid.
 #
-# What lies farther behind is out of a film's reach. A half-space or a substrate that creeps feels it as a line of
-# point sources, with lambda_k C_k at wavenumber zero, (1 - nu) fluidity_k for a half-space,
+# What lies farther behind has no effect through a film on an elastic or rigid base. A half-space or a substrate that
+# creeps feels it as a line of point sources, with lambda_k C_k at wavenumber zero, (1 - nu) fluidity_k for a half-space,
 #
 #     C_far(x) = (lambda_k C_k)(0)/(2 pi) int_T^infinity exp(-lambda_k s)/|x + v s| ds.
 #
@@ -71,9 +76,9 @@ from jaxcontact.simulate.run import Experiment, reported, tabor_numbers
 # On a periodic grid T is infinity, eta_k/p = 1/(lambda_k - i k . v), and each indenter runs in the tracks of others.
 
 
-AT_REST = 1e-30  # cells per second: slower is this
-FAR_NODES, FAR_WEIGHTS = np.polynomial.legendre.leggauss(40)
-FAR_REACH = 14.0  # e-folds of distance
+AT_REST = 1e-30  # smallest speed in a quotient [cells/s]
+FAR_NODES, FAR_WEIGHTS = np.polynomial.legendre.leggauss(40)  # in the logarithm of the distance
+FAR_REACH = 14.0  # how far the integrals over the track beyond the grid go, in e-folds of the distance
 
 
 @pytree
@@ -127,66 +132,68 @@ class Wake:
         return self.velocity / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
 
     def shift(self, time: Array | float) -> Shift:
-        """The way in a time."""
+        """Return the shift of the indenter in a time [s]."""
         return Shift(self.velocity[0] * time, self.velocity[1] * time if self.across else None)
 
     def symbols(self) -> Array:
-        """eta_k over p at each mode [s], (K, 1 or MY/2 + 1, MX) on the doubled grid."""
+        """Return eta_k over p at each mode [s], (K, 1 or MY/2 + 1, MX) on the doubled grid."""
         if all(self.periodic):
-            phase, loss = along(self.shape, self.shift(1.0), self.ratio)
-            return _reciprocal(self.kernels.rates[:, None, None] + jax.lax.complex(loss, -phase))
+            phase, loss = phase_and_loss(self.shape, self.shift(1.0), self.ratio)
+            z = self.kernels.rates[:, None, None] + jax.lax.complex(loss, -phase)
+            # 1/z; zero for a mean pressure on a fluid, which does nothing on a periodic grid
+            return jnp.where(z == 0.0, 0.0, 1.0 / jnp.where(z == 0.0, 1.0, z))
         return self.passage(self.kernels.rates)
 
     def passage(self, rates: Array) -> Array:
-        """The same for other rates, on a grid that is not periodic."""
+        """Return eta_k over p for any rates (K,), as ``symbols``, on a grid that is not periodic along both axes."""
         T = self.crossing_time
         padded = spectral.padded_shape(doubled(self.shape, self.periodic), self.periodic)
-        phase, loss = along(padded, self.shift(T), self.ratio)
+        phase, loss = phase_and_loss(padded, self.shift(T), self.ratio)
         return T * phi1((rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
 
     def kernel(self, weights: Array, symbols: Array) -> Array:
-        """Spectrum (my/2 + 1, mx) of sum_k weights_k lambda_k C_k * eta_k over p, (K,) weights."""
+        """Return the spectrum (my/2 + 1, mx) of sum_k weights_k lambda_k C_k * eta_k over p, with weights (K,)."""
         mixed = jnp.tensordot(self.kernels.mix * weights, symbols, 1)
         near = jnp.sum(self.shapes * mixed, 0)
         if not self.far_off or all(self.periodic):
-            return on_grid(near, self.shape, self.periodic)
-        return on_grid(near, self.shape, self.periodic, jnp.tensordot(weights, self.far(), 1))
+            return spectrum_on_grid(near, self.shape, self.periodic)
+        return spectrum_on_grid(near, self.shape, self.periodic, jnp.tensordot(weights, self.far(), 1))
 
     def without_history(self, weights: Array) -> Array:
-        """Spectrum (my/2 + 1, mx) of C_0 + sum_k weights_k lambda_k C_k."""
+        """Return the spectrum (my/2 + 1, mx) of C_0 + sum_k weights_k lambda_k C_k."""
         mixed = jnp.append(1.0, self.kernels.mix @ weights)
         return jnp.tensordot(mixed, self.kernels.family.spectrum, 1)
 
     def circulant(self) -> Array:
-        """For the preconditioner, (ny/2 + 1, nx): C_0 + sum_k lambda_k C_k/(lambda_k + 1/T - i k . v).
+        """Return C_0 + sum_k lambda_k C_k/(lambda_k + 1/T - i k . v), for the preconditioner, (ny/2 + 1, nx).
 
         The damping 1/T stands for the end of the track; each term has a real part above zero.
         """
         parts = self.kernels.family.circulant
         own = jnp.tensordot(self.kernels.mix.T, parts[1:], 1)
-        phase, loss = along(self.shape, self.shift(1.0), self.ratio)
+        phase, loss = phase_and_loss(self.shape, self.shift(1.0), self.ratio)
         damping = (self.kernels.rates + 1.0 / self.crossing_time)[:, None, None]
         return parts[0] + jnp.sum(own / (damping + jax.lax.complex(loss, -phase)), 0)
 
     def operator(self, symbols: Array) -> Operator:
-        """Pressure -> displacement, C_0 and all that was left behind."""
+        """Return the operator from the pressure to the displacement: C_0 and all that earlier pressure has left."""
         ones = jnp.ones(self.kernels.rates.size)
         spectrum = self.without_history(0.0 * ones) + self.kernel(ones, symbols)
         return Operator(spectrum[None], self.circulant(), periodic=self.periodic)
 
     def lost_power(self, symbols: Array, pressure: Array) -> Array:
-        """Return the power that the dashpots take up, ()."""
+        """Return the power that the dashpots of the body dissipate, ()."""
         lost = spectral.convolve(self.lost_spectrum(symbols), pressure, self.periodic)
         return jnp.sum(pressure * lost)
 
     def lost_spectrum(self, symbols: Array) -> Array:
-        """Return the spectrum (my/2 + 1, mx) of the speed on which the pressure works: lambda_k C_k (p - lambda_k eta_k)."""
+        """Return the spectrum (my/2 + 1, mx) of sum_k lambda_k C_k (p - lambda_k eta_k), a speed of dashpots, over p."""
         rates = self.kernels.rates
         speeds = self.without_history(jnp.ones_like(rates)) - self.without_history(jnp.zeros_like(rates))
         return speeds - self.kernel(rates, symbols)
 
     def film_strain(self, symbols: Array, pressure: Array) -> Array:
-        """Shortening of the film over its thickness at its deepest point; zero without a film."""
+        """Return the shortening of the film over its thickness at its deepest point, (); zero without a film."""
         film = self.kernels.film_strain
         if film is None:
             return jnp.zeros(())
@@ -196,12 +203,12 @@ class Wake:
     def film_history(self, symbols: Array) -> Array:
         """Return the spectrum (my/2 + 1, mx) of the film's weighted history over p; there is a film."""
         assert self.kernels.film_strain is not None
-        return on_grid(
+        return spectrum_on_grid(
             jnp.tensordot(self.kernels.film_strain.weights[1:], symbols, 1), self.shape, self.periodic
         )
 
     def far(self) -> Array:
-        """lambda_k C_k * eta_k over p from beyond T, wrapped like the padded kernel, (K, mx, my)."""
+        """Return the part of lambda_k C_k * eta_k over p that is older than T, in wrap-around order, (K, mx, my)."""
         square = lambda x, y: jnp.maximum(x**2 + y**2, 1.0)
         if self.line:
             varying = self.varying(
@@ -213,6 +220,7 @@ class Wake:
         return self._point_strength()[:, None, None] * beyond
 
     def _uniform_of_lines(self) -> Array:
+        """Return the part of the far displacement of line sources that is the same in all cells, (K,); zero for a flow."""
         rates, T = self.kernels.rates, self.crossing_time
         flows = rates == 0.0
         # the doubled grid has twice the datum of the grid
@@ -223,7 +231,7 @@ class Wake:
     def beyond(
         self, rates: Array, pattern: Callable[[Array, Array], Array], ahead: Array | float = 1.0
     ) -> Array:
-        """int_T^infinity exp(-lambda_k s) pattern(x + v s) ds, but for a constant where lambda is zero, (K, mx, my).
+        """Return int_T^infinity exp(-lambda_k s) pattern(x + v s) ds, up to a constant where lambda_k is zero, (K, mx, my).
 
         The pattern is ``ahead``/r straight ahead. x, y in cells along x.
         """
@@ -235,7 +243,7 @@ class Wake:
     def varying(
         self, rates: Array, pattern: Callable[[Array, Array], Array], ahead: Callable[[Array], Array]
     ) -> Array:
-        """int_T^infinity exp(-lambda_k s) (pattern(x + v s) - ahead(|v| s)) ds, (K, mx, my)."""
+        """Return int_T^infinity exp(-lambda_k s) (pattern(x + v s) - ahead(|v| s)) ds, (K, mx, my)."""
         mx, my = spectral.padded_shape(self.shape, self.periodic)
         x = offsets(mx)[:, None] + jnp.zeros(my)
         y = offsets(my)[None, :] * self.ratio + jnp.zeros((mx, 1))
@@ -251,21 +259,25 @@ class Wake:
         return jax.lax.scan(add, zero, jax.tree.map(jnp.asarray, nodes))[0]
 
     def drift(self, total: Array) -> Array:
-        """Growth of the approach for each e-fold of the track's length, under a sum of pressures."""
+        """Return the growth of the approach for each e-fold of the length of the track, under a sum of pressures, ()."""
         if not self.far_off or any(self.periodic):
             return jnp.zeros(())
         flows = self.kernels.rates == 0.0
         return jnp.sum(jnp.where(flows, self._point_strength(), 0.0)) * total / self.speed
 
     def _point_strength(self) -> Array:
-        """Displacement rate at a distance of one cell from a cell of unit pressure, (K,); of a strip without ln(1/d^2)."""
+        """Return the displacement rate at a distance of one cell from a cell of unit pressure, (K,); that of a strip without
+        its factor ln(1/d^2)."""
         cell = 1.0 if self.line else self.ratio
         return self.kernels.at_zero @ self.kernels.mix * cell / (2.0 * jnp.pi)
 
 
 def wake_of(body: LayeredHalfSpace, grid: Grid, kernels: Kernels, velocity: Array, *, across: bool) -> Wake:
-    """The wake in a surface, of a body or an indenter, at a velocity in cells per second; that of a half-space reaches
-    beyond the grid. kernels: of the surface."""
+    """Return the wake of a pressure in the surface of a body, at a velocity (2,) [cells along x per second].
+
+    kernels: of that surface; across: as in ``Wake``. The wake of a half-space reaches beyond the grid, so that its kernels
+    are computed once more on the doubled one.
+    """
     far_off = creeps_far(body)
     if not far_off or all(grid.periodic):
         shapes = extended(kernels, grid.shape)
@@ -276,7 +288,7 @@ def wake_of(body: LayeredHalfSpace, grid: Grid, kernels: Kernels, velocity: Arra
 
 
 def extended(kernels: Kernels, shape: tuple[int, int]) -> Array:
-    """Spectra of the S_m of a film on the doubled grid: beyond the grid they have died away."""
+    """Return the spectra of the S_m of a film on the doubled grid, with kernels that are zero beyond the grid."""
     periodic, spectra = kernels.family.periodic, kernels.family.spectrum[1:]
     if all(periodic):
         return spectra
@@ -284,11 +296,6 @@ def extended(kernels: Kernels, shape: tuple[int, int]) -> Array:
     kernel = spectral.inverse(spectra, shape, periodic)
     wide = jnp.pad(kernel, ((0, 0), (0, nx - shape[0]), (0, ny - shape[1])))
     return spectral.kernel_spectrum(wide, periodic)
-
-
-def _reciprocal(z: Array) -> Array:
-    """1/z, and zero where z is: for a mean pressure, which does nothing on a periodic grid."""
-    return jnp.where(z == 0.0, 0.0, 1.0 / jnp.where(z == 0.0, 1.0, z))
 
 
 def exponential_integral(x: Array) -> Array:
@@ -309,19 +316,20 @@ def exponential_integral(x: Array) -> Array:
 
 
 def doubled(shape: tuple[int, int], periodic: spectral.Periodic) -> tuple[int, int]:
-    """Twice as many cells each way that is not periodic."""
+    """Return the shape with twice as many cells along each axis that is not periodic."""
     nx, ny = (n if wraps else 2 * n for n, wraps in zip(shape, periodic, strict=True))
     return nx, ny
 
 
 def offsets(length: int) -> np.ndarray:
-    """The offsets of a kernel in wrap-around order, (length,)."""
+    """Return the offsets of a kernel in wrap-around order, (length,)."""
     i = np.arange(length)
     return np.where(i < (length + 1) // 2, i, i - length)
 
 
 def cut(wide: Array, shape: tuple[int, int], target: tuple[int, int]) -> Array:
-    """A wrapped kernel as a smaller wrapped one of shape ``target``, zero where no two cells of shape are."""
+    """Return a kernel in wrap-around order on fewer offsets, of the shape ``target``; zero at offsets that do not occur
+    between two cells of a grid of ``shape``."""
     for axis in (0, 1):
         at = offsets(target[axis])
         kept = jnp.asarray(np.abs(at) < shape[axis])
@@ -330,12 +338,12 @@ def cut(wide: Array, shape: tuple[int, int], target: tuple[int, int]) -> Array:
     return wide
 
 
-def on_grid(
+def spectrum_on_grid(
     symbol: Array, shape: tuple[int, int], periodic: spectral.Periodic, far: Array | float = 0.0
 ) -> Array:
-    """Spectrum (my/2 + 1, mx) of an operator from its symbol on the doubled grid, (1 or MY/2 + 1, MX).
+    """Return the spectrum (my/2 + 1, mx) of an operator on the grid from its symbol on the doubled one, (1 or MY/2 + 1, MX).
 
-    far: the kernel of its far part, (mx, my), which is added.
+    far: the kernel of its far part, (mx, my), which is added; not on a grid that is periodic along both axes.
     """
     MX, MY = spectral.padded_shape(doubled(shape, periodic), periodic)
     symbol = jnp.broadcast_to(symbol, (MY // 2 + 1, MX))
@@ -360,8 +368,11 @@ def on_grid(
 
 @pytree
 class FilmWake:
-    """terms: the wakes of the series, with a first axis (n, ...); one: that of a film of one thickness, for all that does
-    not depend on the thickness; shares: T_0, T_1, ... at each cell, (n, nx, ny); film: that of the strain."""
+    """The wake over a film whose thickness varies across the track; the methods are those of ``Wake``.
+
+    terms: the wakes of the terms of the series, with a first axis (n, ...); one: that of a film of one thickness, for all
+    that does not depend on the thickness; shares: T_0, T_1, ... at each cell, (n, nx, ny); film: the strain of the film.
+    """
 
     terms: Wake
     one: Wake
@@ -385,26 +396,26 @@ class FilmWake:
         return self.one.direction
 
     def symbols(self) -> Array:
-        """As of ``Wake``."""
+        """As ``Wake`` does."""
         return self.one.symbols()
 
     def drift(self, total: Array) -> Array:
-        """As of ``Wake``; zero, since the base is elastic."""
+        """As ``Wake`` does; zero, since the base is elastic."""
         return jnp.zeros(())
 
     def operator(self, symbols: Array) -> Operator:
-        """As of ``Wake``."""
+        """As ``Wake`` does."""
         found = jax.vmap(lambda wake: wake.operator(symbols))(self.terms)
         mean = jnp.tensordot(jnp.mean(self.shares, (1, 2)), found.circulant, 1)
         return self._varying(found.spectra[:, 0], mean)
 
     def lost_power(self, symbols: Array, pressure: Array) -> Array:
-        """As of ``Wake``."""
+        """As ``Wake`` does."""
         spectra = jax.vmap(lambda wake: wake.lost_spectrum(symbols))(self.terms)
         return jnp.sum(pressure * self._varying(spectra, spectra[0])(pressure))
 
     def film_strain(self, symbols: Array, pressure: Array) -> Array:
-        """As of ``Wake``, with a film that is as thick everywhere as at its deepest point."""
+        """As ``Wake`` does, with a film that is as thick everywhere as at its deepest point."""
         history = spectral.convolve(self.one.film_history(symbols), pressure, self.periodic)
         weights = jnp.stack([self.film.weights[0], jnp.ones(())])
         return replace(self.film, weights=weights).strain(pressure, history[None])
@@ -415,7 +426,7 @@ class FilmWake:
 
 
 def film_wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, thickness: Array) -> FilmWake:
-    """Return the wake at a velocity along x, in cells per second."""
+    """Return the wake over a film of thickness (nx, ny) [m] at a velocity (2,) along x [cells per second]."""
     body, grid = experiment.body, experiment.grid
     here, varying = kernels.at(thickness), kernels.varying
     assert varying is not None
@@ -429,87 +440,97 @@ def film_wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, thic
     return FilmWake(terms, one, varying.series.shares(thickness), here.film_strain)
 
 
-# The wake of an indenter that rubs: what friction adds to ``simulate.slide_steady``.
+# What friction adds to the wake: the normal displacement under the traction.
 #
 # The traction mu p e, e the unit vector of the velocity, leaves a history of its own, at the rates of the tangential
 # response,
 #
 #     u = C_0 * mu p + sum_k lambda_k C_k * mu eta_k,
 #
-# C the response to a traction along e. Far behind a half-space or a substrate that creeps it is felt as a line of
-# points, as the pressure is, K/(2 pi) (r . e)/r^2 from each in place of N/(2 pi r).
+# C the normal displacement under a traction along e. What lies beyond the grid acts on a half-space or a substrate that
+# creeps as a line of points, as the pressure does, each with K/(2 pi) (r . e)/r^2 in place of N/(2 pi r).
 
 
 @pytree
-class RubbedWake:
-    """wake: of the pressure; rubbing: on the doubled grid; direction: e, (2,), zero at rest; facing: of the surface of an
-    indenter that creeps or is coated, on the grid, else None. It has relaxed."""
+class FrictionWake:
+    """The normal displacement of both surfaces under the traction.
+
+    wake: of the pressure; of_body: kernels of friction of the body on the doubled grid; direction: e, (2,), zero at rest;
+    of_indenter: those of an indenter that creeps or is coated, on the grid, else None. The indenter is at rest in the frame
+    of the traction and has relaxed.
+    """
 
     wake: Wake
-    rubbing: Rubbing
+    of_body: FrictionKernels
     direction: Array
-    facing: Rubbing | None
+    of_indenter: FrictionKernels | None
 
     def added_to(self, operator: Operator) -> Operator:
         """Return the operator with friction."""
-        return self.rubbing.added_to(operator, self.spectrum())
+        return self.of_body.added_to(operator, self.spectrum())
 
     def displacement(self, pressure: Array) -> Array:
-        """Return the normal displacement under the tractions alone, (nx, ny)."""
-        return spectral.convolve(self.spectrum(), self.rubbing.sheared(pressure), self.wake.periodic)
+        """Return the normal displacement of both surfaces under the traction alone, (nx, ny)."""
+        return spectral.convolve(self.spectrum(), self.of_body.sheared(pressure), self.wake.periodic)
 
-    def of_indenter(self, pressure: Array) -> Array | float:
-        """Return the part of ``displacement`` of an indenter that creeps or is coated, (nx, ny)."""
-        if self.facing is None:
+    def displacement_of_indenter(self, pressure: Array) -> Array | float:
+        """Return the part of ``displacement`` of an indenter that creeps or is coated, (nx, ny); 0 of any other."""
+        if self.of_indenter is None:
             return 0.0
-        return spectral.convolve(self.relaxed(), self.rubbing.sheared(pressure), self.wake.periodic)
+        return spectral.convolve(self.relaxed(), self.of_body.sheared(pressure), self.wake.periodic)
 
     def coulomb_force(self, pressure: Array) -> Array:
         """Return the sum of mu p against the motion, (); zero at rest."""
-        return self.rubbing.coulomb_force(pressure) * jnp.sum(self.direction**2)
+        return self.of_body.coulomb_force(pressure) * jnp.sum(self.direction**2)
 
     def drift(self, pressure: Array) -> Array:
         """Return the drift of the approach by friction, as ``Wake.drift`` does by the pressure."""
         if not self.wake.far_off:
             return jnp.zeros(())
-        flows = self.rubbing.rates == 0.0
-        strength = self.rubbing.point_strength() * self.wake.ratio / (2.0 * jnp.pi)
-        total = jnp.sum(self.rubbing.sheared(pressure))
+        flows = self.of_body.rates == 0.0
+        strength = self.of_body.point_strength() * self.wake.ratio / (2.0 * jnp.pi)
+        total = jnp.sum(self.of_body.sheared(pressure))
         return jnp.sum(jnp.where(flows, strength, 0.0)) * total / self.wake.speed
 
-    def _along(self, spectra: Array) -> Array:
-        """Return spectra (..., 2, my/2 + 1, mx) of tractions along x and y for one along the velocity."""
+    def _along_velocity(self, spectra: Array) -> Array:
+        """Return the spectra for a traction along the velocity, from those for x and y, (..., 2, my/2 + 1, mx)."""
         return jnp.tensordot(spectra, self.direction, ((-3,), (0,)))
 
     def relaxed(self) -> Array:
-        """(my/2 + 1, mx) of the displacement of the indenter over p, under a traction that has stood for ever."""
-        assert self.facing is not None
-        spectra, rates = self.facing.spectra(self.wake.shape), self.facing.rates
+        """Return the spectrum (my/2 + 1, mx) of the indenter's displacement over p, under a traction that lasts for ever."""
+        assert self.of_indenter is not None
+        spectra, rates = self.of_indenter.spectra(self.wake.shape), self.of_indenter.rates
         times = jnp.where(rates > 0.0, 1.0 / jnp.where(rates > 0.0, rates, 1.0), 0.0)
-        return self._along(spectra[0] + jnp.tensordot(times, self.facing.lasting(spectra), 1))
+        return self._along_velocity(spectra[0] + jnp.tensordot(times, self.of_indenter.lasting(spectra), 1))
 
     def spectrum(self) -> Array:
-        """(my/2 + 1, mx) of all of it over p."""
-        return self._of_body() if self.facing is None else self._of_body() + self.relaxed()
+        """Return the spectrum (my/2 + 1, mx) of ``displacement`` over p, or over mu p where mu varies."""
+        of_body = self._spectrum_of_body()
+        return of_body if self.of_indenter is None else of_body + self.relaxed()
 
-    def _of_body(self) -> Array:
-        along, shape, rubbing = self._along, self.wake.shape, self.rubbing
-        at_once = along(rubbing.spectra(shape)[0])
-        if not rubbing.rates.size:
+    def _spectrum_of_body(self) -> Array:
+        """Return the part of ``spectrum`` of the body: C_0, the track on the grid and, if it creeps far, that beyond."""
+        shape, kernels = self.wake.shape, self.of_body
+        at_once = self._along_velocity(kernels.spectra(shape)[0])
+        if not kernels.rates.size:
             return at_once
-        wide = along(rubbing.lasting(rubbing.spectra(doubled(shape, self.wake.periodic))))
-        near = jnp.sum(wide * self.wake.passage(rubbing.rates), 0)
-        return at_once + on_grid(near, shape, self.wake.periodic, self._far() if self.wake.far_off else 0.0)
+        wide = self._along_velocity(kernels.lasting(kernels.spectra(doubled(shape, self.wake.periodic))))
+        near = jnp.sum(wide * self.wake.passage(kernels.rates), 0)
+        return at_once + spectrum_on_grid(
+            near, shape, self.wake.periodic, self._far() if self.wake.far_off else 0.0
+        )
 
     def _far(self) -> Array:
-        """Return the displacement due to the track beyond the grid, (mx, my)."""
+        """Return the displacement over p due to the track beyond the grid, in wrap-around order, (mx, my)."""
         e = self.direction
         ahead = lambda x, y: (e[0] * x + e[1] * y) / jnp.maximum(x**2 + y**2, 1.0)
-        strength = self.rubbing.point_strength() * self.wake.ratio / (2.0 * jnp.pi)
-        return jnp.tensordot(strength, self.wake.beyond(self.rubbing.rates, ahead), 1)
+        strength = self.of_body.point_strength() * self.wake.ratio / (2.0 * jnp.pi)
+        return jnp.tensordot(strength, self.wake.beyond(self.of_body.rates, ahead), 1)
 
 
-ALONG = 1e-9  # of the largest thickness: what a film may vary along the track
+UNIFORM = (
+    1e-9  # largest change of the thickness along the track that counts as none, over the largest thickness
+)
 
 
 def slide_steady(
@@ -539,16 +560,17 @@ def slide_steady(
     7.1).
 
     Args:
-        velocity: velocity of the indenter over the body [m/s], of any magnitude: a number (along x) or (2,).
         body: as in ``indent``; the thickness of the only layer on an elastic substrate may also vary across the track,
             (nx, ny) with equal values along x, if the velocity is a number and there is no friction. The film's surface is
             then higher where it is thicker.
         indenter, grid, tolerance, max_iterations, kernels: as in ``indent``. Kernels of a half-space save little
             time, since its wake is computed on a larger grid. The surface of an indenter that creeps or is coated is at rest
             in its own frame, so that in the steady state it has relaxed; its material does not flow without limit.
+        control: as in ``indent``, with a single value.
+        velocity: velocity of the indenter over the body [m/s], of any magnitude: a number (along x) or (2,).
         friction: coefficient of Coulomb friction mu >= 0, a number or (nx, ny) in the frame of the indenter; all of the
-            contact slips. With None, and at zero velocity, there is no traction. ``friction_coefficient`` of the result is
-            the total, which includes hysteresis.
+            contact slips. It needs a grid that is not periodic. With None, and at zero velocity, there is no traction.
+            ``friction_coefficient`` of the result is the total, which includes hysteresis.
         adhesion: as in ``indent``; the control may then be negative. Coulomb's friction is mu times the pressure that
             contact carries, the net pressure plus the attraction (``contact_pressure`` of the result). The surfaces approach
             from a distance, under a load from a contact that is pressed with the size of the load; a state that is reached
@@ -556,7 +578,6 @@ def slide_steady(
             (``contact.adhesive``), which converges for E0/Einf of up to 10, otherwise the status is 1.
         shear_strength: with adhesion, a shear stress tau [Pa] >= 0, a number or (nx, ny), of all of the contact, beside that
             of Coulomb's law: q = mu p_c + tau where the surfaces touch. None for zero.
-        control: as in ``indent``, with a single value.
 
     Since there is no time integration, there are no arguments ``times``, ``save``, ``substeps`` and ``checkpoint``.
 
@@ -592,7 +613,7 @@ def slide_steady(
         body, indenter, control, np.zeros(1), grid, film_map=film_map, adhesive=adhesive, **solver
     )
     valid = valid & check_steady(experiment, experiment.body, velocity)
-    valid = valid & check_rubbing(friction, grid, experiment.body, experiment.indenter)
+    valid = valid & check_sliding_friction(friction, grid, experiment.body, experiment.indenter)
     flows = experiment.indenter.flows()
     checks.require(
         not is_concrete(flows) or not bool(flows),
@@ -613,15 +634,15 @@ def slide_steady(
             friction is None and kernels is None,
             "layer thickness in the plane: expected no friction and no kernels",
         )
-        along = jnp.max(jnp.abs(thickness - thickness[:1]))
-        constant = along <= ALONG * jnp.max(thickness)
-        if not is_concrete(along):
+        change = jnp.max(jnp.abs(thickness - thickness[:1]))
+        constant = change <= UNIFORM * jnp.max(thickness)
+        if not is_concrete(change):
             valid = valid & constant
         else:
             checks.require(
                 bool(constant),
                 "layer thickness [m]: expected one that varies along y alone, across the track, got changes along x by up"
-                f" to {float(along):g}: the film would move through the frame of the indenter; rub with path= computes it",
+                f" to {float(change):g}: the film would move through the frame of the indenter; rub with path= computes it",
             )
     experiment = experiment.also(valid)
     given = as_float64((velocity, friction, adhesion, shear_strength))
@@ -672,39 +693,39 @@ def _run(
     adhesion: Adhesion | None,
     shear_strength: Array | None,
 ) -> tuple[SteadySliding, Errors]:
-    """Solve the steady contact, compiled once for equal shapes and flags, and observe it."""
+    """Solve the steady contact and compute all fields of its result; compiled once for equal shapes and flags."""
     # the wake: the response of a body that pressure in this place has passed over for ever
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     kernels, grid = experiment.kernels, experiment.grid
+    cells_per_second = vector / kernels.scale.length
     wake: Wake | FilmWake
     if experiment.film_map is not None:
-        moved = vector / kernels.scale.length
-        wake = film_wake_of(experiment, kernels, moved, experiment.film_map.values)
+        wake = film_wake_of(experiment, kernels, cells_per_second, experiment.film_map.values)
     else:
-        moved = vector / kernels.scale.length
-        wake = wake_of(experiment.body, grid, kernels, moved, across=velocity.ndim > 0)
+        wake = wake_of(experiment.body, grid, kernels, cells_per_second, across=velocity.ndim > 0)
     scale, symbols, direction = wake.kernels.scale, wake.symbols(), wake.direction
     operator = wake.operator(symbols)
 
-    # the traction moves the surface too: with the pressure in one operator, or with adhesion apart, as a drag
-    rubbed, drag, mu = None, None, jnp.zeros(()) if friction is None else friction
+    # the traction moves the surface too: in one operator with the pressure or, with adhesion, separately as a drag, which
+    # follows the pressure that contact carries; friction over a film of varying thickness is refused by ``slide_steady``
+    sheared_wake, drag, mu = None, None, jnp.zeros(()) if friction is None else friction
     if friction is not None and not isinstance(wake, FilmWake):
         wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
         coefficient = friction if adhesion is None else jnp.ones(())
-        rubbing = rub(experiment.body, experiment.indenter, wide, scale, coefficient)
-        facing = rub_indenter(experiment.indenter, grid, scale, coefficient)
-        rubbed = RubbedWake(wake, rubbing, direction, facing)
+        of_body = friction_kernels(experiment.body, experiment.indenter, wide, scale, coefficient)
+        of_indenter = friction_kernels_of_indenter(experiment.indenter, grid, scale, coefficient)
+        sheared_wake = FrictionWake(wake, of_body, direction, of_indenter)
         if adhesion is None:
-            operator = rubbed.added_to(operator)
+            operator = sheared_wake.added_to(operator)
         else:
             strength = jnp.zeros(()) if shear_strength is None else shear_strength
             strength = scale.from_si("pressure", strength)
-            drag = Drag(replace(operator, spectra=rubbed.spectrum()[None]), mu, strength)
+            drag = Drag(replace(operator, spectra=sheared_wake.spectrum()[None]), mu, strength)
 
     # an indenter that creeps is at rest in its own frame: under a steady pressure it has relaxed
-    of_its_own = None if kernels.indenter is None else RecursiveMemory(kernels.indenter)
-    if of_its_own is not None:
-        operator = operator.plus(of_its_own.steady_operator())
+    indenter = None if kernels.indenter is None else RecursiveMemory(kernels.indenter)
+    if indenter is not None:
+        operator = operator.plus(indenter.steady_operator())
 
     # the contact, with adhesion from a distance
     profile = experiment.profile / scale.length
@@ -727,26 +748,27 @@ def _run(
     status = with_no_steady_state(status, experiment, experiment.body, vector)
     status = most_serious((jnp.asarray(experiment.indenter.flows()), Status.NOT_STEADY), status=status)
 
-    # forces and powers, from the pressure on the slope of the indenter's own profile
-    p, none = solution.pressure, jnp.zeros(())
+    # forces and powers (``history.memory``): the hysteresis force is that of the pressure on the slope of the profile and of
+    # what moves the surface apart from the body's memory of the pressure: the traction, and an indenter that creeps
+    p, zero = solution.pressure, jnp.zeros(())
     sheared = p if drag is None else drag.traction(solution.carried)
-    displaced = None if rubbed is None else rubbed.displacement(sheared)
+    displaced = None if sheared_wake is None else sheared_wake.displacement(sheared)
     if drag is not None:
         adheres["shear_strength"] = jnp.broadcast_to(drag.strength, profile.shape)
-    of_indenter: dict[str, Array] = {}
-    if of_its_own is not None:
-        stood = of_its_own.steady(p)
-        pressed = of_its_own.displacement(stood, p)
+    shown: dict[str, Array] = {}
+    if indenter is not None:
+        eta = indenter.steady(p)
+        pressed = indenter.displacement(eta, p)
         displaced = pressed if displaced is None else displaced + pressed
-        moved = pressed if rubbed is None else pressed + rubbed.of_indenter(sheared)
-        strain = of_its_own.observe(stood, p, none)["film_strain"]
-        of_indenter = {"indenter_displacement": moved, "indenter_film_strain": strain}
+        moved = pressed if sheared_wake is None else pressed + sheared_wake.displacement_of_indenter(sheared)
+        strain = indenter.observe(eta, p, zero)["film_strain"]
+        shown = {"indenter_displacement": moved, "indenter_film_strain": strain}
     observer = Observer.of(experiment.indenter.profile(grid) / scale.length, wake.ratio, wake.periodic)
     pushed, centre, leading = observer.surface(p, direction)
-    hysteresis = observer.hysteresis(p, displaced, direction) if wake.kernels.rates.size else none
+    hysteresis = observer.hysteresis(p, displaced, direction) if wake.kernels.rates.size else zero
     fields = (
         contact_outcome(problem, solution)
-        | of_indenter
+        | shown
         | adheres
         | {
             "profile": problem.gap,
@@ -754,8 +776,9 @@ def _run(
             "film_strain": wake.film_strain(symbols, p),
             "lateral_force": pushed,
             "hysteresis_force": hysteresis,
-            "coulomb_force": none if rubbed is None else rubbed.coulomb_force(sheared),
-            "approach_drift": wake.drift(jnp.sum(p)) + (none if rubbed is None else rubbed.drift(sheared)),
+            "coulomb_force": zero if sheared_wake is None else sheared_wake.coulomb_force(sheared),
+            "approach_drift": wake.drift(jnp.sum(p))
+            + (zero if sheared_wake is None else sheared_wake.drift(sheared)),
             "pressure_centre": centre,
             "leading_peak": leading,
             "hysteresis_power": wake.lost_power(symbols, p),
@@ -763,10 +786,10 @@ def _run(
         }
     )
     in_si = with_totals(scale.to_si(**fields), vector)
-    rubbings = (
-        [] if rubbed is None else [each for each in (rubbed.rubbing, rubbed.facing) if each is not None]
-    )
-    errors = joint_errors(kernels, *(each.expansion for each in rubbings)) if rubbings else kernels.errors()
+    errors = kernels.errors()
+    if sheared_wake is not None:
+        tangential = [sheared_wake.of_body, sheared_wake.of_indenter]
+        errors = joint_errors(kernels, *(each.expansion for each in tangential if each is not None))
     mu = jnp.broadcast_to(mu, profile.shape)
     return SteadySliding(grid=grid, velocity=vector, friction=mu, **in_si), errors
 

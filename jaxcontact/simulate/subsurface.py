@@ -18,7 +18,7 @@ from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, untupled
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
-from jaxcontact.history.memory import Shift, along
+from jaxcontact.history.memory import Shift, phase_and_loss
 from jaxcontact.history.motion import as_array, check_along_x, shifts, ways
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.operators import spectral
@@ -245,7 +245,7 @@ class Track:
             (total, before), (share, place, way) = carry, step
             i = jnp.clip(jnp.floor(jax.lax.stop_gradient(place)).astype(int), 0, last)
             field = tractions[i] + (place - i) * (tractions[i + 1] - tractions[i])
-            phase, loss = along((mx, my), way, ratio)
+            phase, loss = phase_and_loss((mx, my), way, ratio)
             now = jnp.exp(jax.lax.complex(-loss, phase)) * spectral.transform(field, grid.periodic)
             return (total + share[:, None, None, None] * (now - before), now), None
 

@@ -12,7 +12,7 @@ from jaxcontact.operators.coupled import Tangential, TractionOperator
 from jaxcontact.reference.layered_solid import surface_response
 from jaxcontact.response.coefficients import TangentialImages, tangential_coefficients
 from jaxcontact.response.stack import step_responses
-from jaxcontact.response.tangential import fit_images, fit_wavenumbers, separate_tangential
+from jaxcontact.response.tangential import separate_tangential, tangential_images, tangential_wavenumbers
 
 GRID = jc.Grid((6, 5), (2.0, 3.0))
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(60)
@@ -75,8 +75,8 @@ def test_the_operator_is_the_sum_over_cells():
 
 @jax.jit
 def fitted(body):
-    L, K, _, T = step_responses(body, fit_wavenumbers(body), 0.0)
-    return fit_images(body, jnp.stack([L, T, K])[:, None])
+    L, K, _, T = step_responses(body, tangential_wavenumbers(body), 0.0)
+    return tangential_images(body, jnp.stack([L, T, K])[:, None])
 
 
 @pytest.mark.parametrize("ratio", [1e-4, 0.1, 4.0, 300.0])
@@ -107,7 +107,7 @@ def test_the_sum_of_products_is_the_response_in_time(substrate, bound):
     t, some = np.geomspace(0.03, 300.0, 13), np.arange(1, 402, 40)
     growth = t[:, None] * phi1(t[:, None] * separable.rates)
     ours = separable.terms[:, 0] + np.einsum("tk,mk,cmn->tcn", growth, separable.mix, separable.terms[:, 1:])
-    alpha = np.asarray(fit_wavenumbers(body))[some]
+    alpha = np.asarray(tangential_wavenumbers(body))[some]
     exact = np.asarray(jc.frequency_response(body, alpha, 0.0, t[:, None])) * alpha[:, None, None]
     entries = np.stack([exact[..., 0, 0].real, exact[..., 1, 1].real, exact[..., 0, 2].imag], 1)
     assert np.max(np.abs(ours[..., some] - entries) / entries[:, :1]) < bound
