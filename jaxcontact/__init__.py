@@ -78,8 +78,8 @@ from jaxcontact.results.contact import SteadyRolling as SteadyRolling  # noqa: E
 from jaxcontact.results.contact import SteadySliding as SteadySliding  # noqa: E402
 from jaxcontact.results.deflected_surface import Deflection as Deflection  # noqa: E402
 from jaxcontact.results.interior import InteriorFields as InteriorFields  # noqa: E402
-from jaxcontact.results.storage import load as load  # noqa: E402
-from jaxcontact.results.storage import save as save  # noqa: E402
+from jaxcontact.results.storage import read_result as read_result  # noqa: E402
+from jaxcontact.results.storage import write_result as write_result  # noqa: E402
 from jaxcontact.results.surface_statistics import ContactClusters as ContactClusters  # noqa: E402
 from jaxcontact.results.surface_statistics import ContactStatistics as ContactStatistics  # noqa: E402
 from jaxcontact.results.surface_statistics import PressureHistogram as PressureHistogram  # noqa: E402
@@ -105,6 +105,8 @@ from jaxcontact.simulate.temperature import ThermalBody as ThermalBody  # noqa: 
 from jaxcontact.simulate.temperature import ThermalFilm as ThermalFilm  # noqa: E402
 from jaxcontact.simulate.temperature import flash_temperature as flash_temperature  # noqa: E402
 from jaxcontact.simulate.temperature import heat_partition as heat_partition  # noqa: E402
+
+load, save = read_result, write_result  # their former names
 
 # what the reference shows; tests/project/test_public_api.py holds the same names
 __all__ = [
@@ -171,13 +173,12 @@ __all__ = [
     "heat_partition",
     "indent",
     "kernels",
-    "load",
     "normal_response",
     "pressure_histogram",
+    "read_result",
     "read_surface",
     "roll_steady",
     "rub",
-    "save",
     "self_affine",
     "sensitivity",
     "shear",
@@ -186,4 +187,5 @@ __all__ = [
     "subsurface",
     "surface_statistics",
     "sweep",
+    "write_result",
 ]

@@ -86,7 +86,7 @@ def _read(path: Path, read: Callable[[IO[bytes]], T]) -> T:
         ) as error:  # the errors of zipfile, zlib and numpy for damaged files have no common base class
             raise ValueError(
                 f"{path}: not an {path.suffix.lstrip('.')} file of arrays;"
-                " accepted: a file written by jaxcontact.save"
+                " accepted: a file written by jaxcontact.write_result"
             ) from error
 
 

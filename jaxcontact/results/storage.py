@@ -191,7 +191,7 @@ def has_times(cls: type) -> bool:
     return "times" in stored_fields(cls)
 
 
-def save(result: Result, path: str | Path, **case: Any) -> Path:
+def write_result(result: Result, path: str | Path, **case: Any) -> Path:
     """Write a result to a file, replacing an existing one atomically (for ParaView, each of its files).
 
     Args:
@@ -219,7 +219,7 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
         >>> import tempfile
         >>> glass, grid = jc.LayeredHalfSpace([], jc.Elastic(30e9)), jc.Grid.square(n=16, width=300e-6)
         >>> history = jc.indent(glass, jc.Sphere(5e-3), jc.Load(20.0), [0.0], grid=grid)
-        >>> path = jc.save(history, tempfile.mkdtemp() + "/glass.npz", body=glass)
+        >>> path = jc.write_result(history, tempfile.mkdtemp() + "/glass.npz", body=glass)
     """
     path = Path(path)
     classes = result_classes()
@@ -240,8 +240,8 @@ def save(result: Result, path: str | Path, **case: Any) -> Path:
     return path
 
 
-def load(path: str | Path) -> Any:
-    """Load the result from a file that ``save`` or the command line wrote.
+def read_result(path: str | Path) -> Any:
+    """Return the result in a file that ``write_result`` or the command line wrote.
 
     Args:
         path: a file name ending in ``.npz`` or ``.nc``.
@@ -260,7 +260,7 @@ def load(path: str | Path) -> Any:
         >>> import tempfile
         >>> glass, grid = jc.LayeredHalfSpace([], jc.Elastic(30e9)), jc.Grid.square(n=16, width=300e-6)
         >>> history = jc.indent(glass, jc.Sphere(5e-3), jc.Load(20.0), [0.0], grid=grid)
-        >>> again = jc.load(jc.save(history, tempfile.mkdtemp() + "/glass.npz"))
+        >>> again = jc.read_result(jc.write_result(history, tempfile.mkdtemp() + "/glass.npz"))
         >>> bool(np.all(again.pressure == history.pressure))
         True
     """
@@ -274,7 +274,7 @@ def load(path: str | Path) -> Any:
     classes = result_classes()
     if kind not in classes:
         raise ValueError(
-            f"{path}: found no result of jaxcontact; accepted: a file written by jaxcontact.save"
+            f"{path}: found no result of jaxcontact; accepted: a file written by jaxcontact.write_result"
         )
     cls = classes[kind]
     if cls is InteriorFields:  # files of earlier versions do not have it
@@ -296,7 +296,7 @@ def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     names = [name for name in stored_fields(cls) if name in arrays or name not in optional_fields(cls)]
     for name in (*names, "x", "y"):
         if name not in arrays:
-            raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.save")
+            raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.write_result")
         if arrays[name].dtype.kind not in "bfiu":
             raise ValueError(f"{name}: found {arrays[name].dtype}, accepted: real numbers")
     wraps = _check_notes(arrays)
@@ -344,7 +344,9 @@ def _check_notes(arrays: dict[str, np.ndarray]) -> bool:
     wraps, spacing = (np.asarray(arrays.get(name, ())) for name in (PERIODIC, SPACING))
     whole = wraps.shape == spacing.shape == (2,) and wraps.dtype.kind in "biu" and spacing.dtype.kind == "f"
     if not whole or not np.all((spacing > 0.0) & (spacing < np.inf)):
-        raise ValueError(f"{PERIODIC}, {SPACING}: expected two numbers each, as written by jaxcontact.save")
+        raise ValueError(
+            f"{PERIODIC}, {SPACING}: expected two numbers each, as written by jaxcontact.write_result"
+        )
     return bool(wraps[1])
 
 
@@ -487,7 +489,7 @@ def _read_netcdf(path: Path) -> tuple[dict[str, np.ndarray], str]:
         if isinstance(error, OSError) and error.errno:
             raise
         raise ValueError(
-            f"{path}: not a complete NetCDF file; accepted: a file written by jaxcontact.save"
+            f"{path}: not a complete NetCDF file; accepted: a file written by jaxcontact.write_result"
         ) from error
     for axis in {"time", "depth"} & set(arrays):
         arrays[f"{axis}s"] = arrays.pop(axis)

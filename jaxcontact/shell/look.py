@@ -68,7 +68,7 @@ def plot(options: argparse.Namespace) -> int:
     _check_new(picture, options.force)
     from jaxcontact.shell.run_results import write_picture  # matplotlib takes a second to import
 
-    write_picture(picture, storage.load(options.result).plot())
+    write_picture(picture, storage.read_result(options.result).plot())
     print(picture)
     _report_few(options.result)
     return FINE
@@ -77,7 +77,7 @@ def plot(options: argparse.Namespace) -> int:
 def convert(options: argparse.Namespace) -> int:
     """Write a saved result in another file format."""
     _check_new(options.file, options.force)
-    print(storage.save(storage.load(options.result), options.file))
+    print(storage.write_result(storage.read_result(options.result), options.file))
     _report_few(options.result)
     return FINE
 

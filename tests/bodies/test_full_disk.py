@@ -32,8 +32,8 @@ def figure():
 
 
 WRITERS = {
-    "result.npz": lambda path: jc.save(made_up(jc.ContactHistory), path),
-    "result.nc": lambda path: jc.save(made_up(jc.ContactHistory), path),
+    "result.npz": lambda path: jc.write_result(made_up(jc.ContactHistory), path),
+    "result.nc": lambda path: jc.write_result(made_up(jc.ContactHistory), path),
     "case.npz": lambda path: write_whole(path, lambda part: write_npz(part, {"a": np.zeros(9999)})),
     "picture.png": lambda path: pictures.save(figure(), path),
     "study.csv": lambda path: write_whole(path, written_table),
@@ -69,7 +69,7 @@ def test_no_part_of_the_bytecode_of_a_module_is_kept(tmp_path, monkeypatch):
 
 def test_files_for_paraview_name_the_one_that_fails(tmp_path):
     with limited(300), pytest.raises(OSError, match=r"film_0\.vtr'$"):
-        jc.save(made_up(jc.ContactHistory), tmp_path / "film.pvd")
+        jc.write_result(made_up(jc.ContactHistory), tmp_path / "film.pvd")
     assert [path.name for path in tmp_path.rglob("*")] == ["film"]
 
 
@@ -144,7 +144,7 @@ def test_a_study_may_move_and_another_is_told_by_what_differs(swept):
 
 def test_nothing_is_converted_or_drawn_over_what_is_there(tmp_path, capfd):
     """Each kind of file: refused by its name, and by --force written. A film for ParaView is a folder as well."""
-    result = str(jc.save(made_up(jc.ContactHistory), tmp_path / "result.npz"))
+    result = str(jc.write_result(made_up(jc.ContactHistory), tmp_path / "result.npz"))
     commands = [["plot", result, "-o", name] for name in ("a.png",)]
     commands += [["convert", result, "-o", name] for name in ("a.nc", "a.npz", "a.pvd")]
     for command in commands:

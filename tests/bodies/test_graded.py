@@ -99,5 +99,5 @@ def test_a_graded_film_that_creeps_is_pressed_as_its_sublayers(tmp_path):
     graded, layered = map(run, bodies)
     assert float(graded.approach[1]) > 1.02 * float(graded.approach[0])
     np.testing.assert_array_equal(graded.approach, layered.approach)
-    with np.load(jc.save(graded, tmp_path / "graded.npz", body=bodies[0])) as file:
+    with np.load(jc.write_result(graded, tmp_path / "graded.npz", body=bodies[0])) as file:
         assert str(file["body.layers.0.profile"]).endswith("<lambda>")

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 JAXCONTACT = """
 Approach Burgers Cone ContactHistory Cylinder Elastic FlatPunch Graded Grid HeightField KelvinVoigt Layer
 LayeredHalfSpace Load Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent
-kernels load enable_compilation_cache frequency_response normal_response save sensitivity slide slide_steady Status
+kernels load enable_compilation_cache frequency_response normal_response read_result save sensitivity write_result slide slide_steady Status
 ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
 ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
@@ -120,8 +120,8 @@ KEYWORDS = {
     jc.contact_statistics: "result",
     jc.pressure_histogram: "result bins",
     jc.contact_clusters: "result step",
-    jc.save: "result path case",
-    jc.load: "path",
+    jc.write_result: "result path case",
+    jc.read_result: "path",
     fitting.minimise: "loss start bounds scale method steps tolerance state",
     fitting.fit_fields: "data body parameters indenter grid units fixed bounds align blur noise level tolerance",
     fitting.fit_creep: "model weights fixed bounds",
@@ -187,3 +187,7 @@ def test_fitting_has_a_second_name_with_the_same_modules():
     assert done.returncode == 0, done.stderr
     count, said = done.stdout.split(maxsplit=1)
     assert int(count) > 40 and said.strip() == "No module named 'fitting.nothing'"
+
+
+def test_results_are_written_and_read_by_their_former_names_too():
+    assert jc.save is jc.write_result and jc.load is jc.read_result

@@ -52,12 +52,12 @@ def test_only_a_fine_step_is_converged_and_every_verdict_has_words():
 @pytest.mark.slow
 def test_statuses_are_stored_with_their_names(tmp_path):
     xarray = pytest.importorskip("xarray")
-    jc.save(run(), tmp_path / "a.nc")
+    jc.write_result(run(), tmp_path / "a.nc")
     with xarray.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as file:
         attributes = file.status.attrs
     assert attributes["flag_meanings"].split()[2] == "AT_EDGE"
     assert np.asarray(attributes["flag_values"]).tolist() == [int(status) for status in jc.Status]
-    jc.save(run(), tmp_path / "a.npz")
+    jc.write_result(run(), tmp_path / "a.npz")
     assert np.load(tmp_path / "a.npz")[storage.STATUS_NAMES].tolist() == [s.name for s in jc.Status]
 
 

@@ -99,8 +99,8 @@ def test_every_result_keeps_its_notes_through_every_transformation(told, way):
 def test_every_result_keeps_its_notes_in_files_and_exports(told, ending, tmp_path):
     result, expected = told
     xarray = pytest.importorskip("xarray", reason="NetCDF is the extra jaxcontact[io]")
-    path = jc.save(result, tmp_path / f"result{ending}")
-    assert jc.load(path).notes == expected
+    path = jc.write_result(result, tmp_path / f"result{ending}")
+    assert jc.read_result(path).notes == expected
     assert result.to_xarray().attrs["notes"].split("\n") == list(expected)
     if ending == ".npz":
         with np.load(path) as arrays:
@@ -115,18 +115,18 @@ def test_a_result_without_notes_has_none_in_its_file(ending, tmp_path):
     pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
     made = made_up(jc.SteadySliding)
     fine = dataclasses.replace(made, status=np.asarray(0), film_strain=np.asarray(0.1), cohesive_cells=None)
-    assert fine.notes == jc.load(jc.save(fine, tmp_path / f"a{ending}")).notes == ()
+    assert fine.notes == jc.read_result(jc.write_result(fine, tmp_path / f"a{ending}")).notes == ()
     assert "note" not in str(fine)
 
 
 def test_a_file_without_diagnostics_is_read(tmp_path):
     """As earlier versions wrote it: what the fields tell is noted, the rest is not known."""
     result, expected = troubled(jc.ContactHistory)
-    path = jc.save(result, tmp_path / "a.npz")
+    path = jc.write_result(result, tmp_path / "a.npz")
     with np.load(path) as file:
         arrays = dict(file)
     np.savez(path, **{k: v for k, v in arrays.items() if k not in (*storage.DIAGNOSTICS, "notes")})
-    assert jc.load(path).notes == expected[:2]
+    assert jc.read_result(path).notes == expected[:2]
 
 
 def test_of_many_runs_the_worst_note_of_each_kind_is_shown_with_their_number():
@@ -258,7 +258,7 @@ def test_errors_of_the_kernels_are_noted_where_they_are_given(tmp_path):
         words == history.notes and "error of up to 0.005" in words[0] and "error of up to 0.0003" in words[1]
     )
     assert jax.jit(lambda kernels: pressed(0.1e-6, kernels))(worse).notes == words
-    assert jc.load(jc.save(history, tmp_path / "a.npz")).notes == words
+    assert jc.read_result(jc.write_result(history, tmp_path / "a.npz")).notes == words
 
 
 @pytest.mark.slow
@@ -297,7 +297,7 @@ def test_every_verb_tells_the_same_plainly_and_under_jit_and_vmap(verb, tmp_path
     many, silent = said(lambda: jax.vmap(call)(jnp.array([1.0, 60.0])))
     assert silent == () and jax.tree.map(lambda a: a[0], many).notes == words
     assert f"run 0: {words[0]}" in many.notes[0]
-    assert jc.load(jc.save(compiled, tmp_path / "a.npz")).notes == words
+    assert jc.read_result(jc.write_result(compiled, tmp_path / "a.npz")).notes == words
 
 
 # studies

@@ -100,7 +100,7 @@ def test_a_run_stores_what_indent_gives(case, tmp_path, capfd):
     read = read_case(case)
     given = read.body, read.indenter, read.control, read.times
     wanted = jc.indent(*given, grid=read.grid, adhesion=read.motion["adhesion"])
-    stored = jc.load(out / "result.npz")
+    stored = jc.read_result(out / "result.npz")
     assert isinstance(stored, jc.AdhesiveHistory)
     for name in ("load", "approach", "jumps", "cohesive_cells", "tabor_number"):
         np.testing.assert_allclose(getattr(stored, name), getattr(wanted, name), rtol=1e-9, atol=1e-20)
@@ -110,6 +110,6 @@ def test_a_run_stores_what_indent_gives(case, tmp_path, capfd):
     assert summary["cohesive_cells_end_m_per_m"] == pytest.approx(float(wanted.cohesive_cells[-1]))
     assert "overview.png" in summary["pictures"] and "tabor number" in stored.summary()
     assert main(["convert", str(out / "result.npz"), "-o", str(out / "result.nc")]) == 0
-    again = jc.load(out / "result.nc")
+    again = jc.read_result(out / "result.nc")
     np.testing.assert_array_equal(again.pressure, stored.pressure)
     stored.plot().savefig(tmp_path / "again.png")

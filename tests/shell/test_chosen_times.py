@@ -68,7 +68,7 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
     summary = json.loads((out / "summary.json").read_text())
     assert set(summary["arrays_in_course_npz"]) == set(course.files)
     assert summary["approach_end_m"] == course["approach"][-1]
-    assert jc.load(out / FILE).pressure.shape == (9, 16, 16)
+    assert jc.read_result(out / FILE).pressure.shape == (9, 16, 16)
     assert main(["convert", str(out / FILE), "-o", str(tmp_path / "few.pvd")]) == 0
     said = capfd.readouterr()
     assert said.out.strip() == str(tmp_path / "few.pvd") and "result.npz: 9 of 41 times" in said.err
@@ -82,7 +82,7 @@ def test_another_choice_leaves_no_course_of_the_run_before(long_case, tmp_path):
     out = tmp_path / "out"
     assert main(["run", str(long_case), "-o", str(out), "--save", "few"]) == 0
     assert main(["run", str(long_case), "-o", str(out), "--save", "last", "--force"]) == 0
-    result = jc.load(out / FILE)
+    result = jc.read_result(out / FILE)
     assert result.pressure.shape == (16, 16) and result.approach.shape == (41,)
     assert not (out / "course.npz").exists() and 'save = "last"' in str(np.load(out / FILE)["case"])
 

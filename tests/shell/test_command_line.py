@@ -93,7 +93,7 @@ def test_a_run_writes_what_indent_gives(case, tmp_path, capfd):
     assert all((out / p).stat().st_size > 5000 for p in out.glob("*.png"))
     printed = capfd.readouterr()
     assert "film strain" in printed.err and "\nnote: film strain above 0.2\n" in printed.out
-    assert summary["warnings"] == list(expected.notes) == list(jc.load(out / "result.npz").notes)
+    assert summary["warnings"] == list(expected.notes) == list(jc.read_result(out / "result.npz").notes)
 
 
 def test_nothing_is_overwritten_without_force(case, tmp_path, capfd):
@@ -254,7 +254,7 @@ def test_plot_and_convert_take_a_saved_result_and_overwrite_nothing(case, tmp_pa
     assert sorted(out.iterdir()) == of_the_run
     pieces = re.findall('file="(.*?)"', beside.read_text())
     assert len(pieces) == 7 and all((tmp_path / piece).exists() for piece in pieces)
-    history = jc.load(out / "result.npz")
+    history = jc.read_result(out / "result.npz")
     summary = json.loads((out / "summary.json").read_text())
     assert history.pressure.shape == (7, 32, 32)
     assert float(history.approach[-1]) == summary["approach_end_m"]

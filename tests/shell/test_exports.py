@@ -60,7 +60,7 @@ def test_tables_have_them(kind):
 def test_files_have_them(kind, ending, tmp_path):
     result = made_up(kind)
     xarray = pytest.importorskip("xarray", reason="NetCDF is the extra jaxcontact[io]")
-    path = jc.save(result, tmp_path / f"a{ending}")
+    path = jc.write_result(result, tmp_path / f"a{ending}")
     read = np.load if ending == ".npz" else lambda path: xarray.open_dataset(path, decode_times=False)
     with read(path) as file:
         for name in derived(kind) - MAPS:
@@ -69,7 +69,7 @@ def test_files_have_them(kind, ending, tmp_path):
 
 @KINDS
 def test_paraview_has_them(kind, tmp_path):
-    path = jc.save(made_up(kind), tmp_path / "film.pvd")
+    path = jc.write_result(made_up(kind), tmp_path / "film.pvd")
     text = next(iter(path.with_suffix("").glob("*_0.vtr"))).read_text()
     assert derived(kind) <= {name.split(" ")[0] for name in re.findall(r'Name="([^"]+)"', text)}
 
@@ -79,12 +79,12 @@ def test_paraview_and_netcdf_have_every_stored_map_at_every_time(kind, tmp_path)
     result = made_up(kind)
     known = fields.fields_of(labels.stored_fields(kind))
     maps = {name for name in labels.stored_fields(kind) if known[name].is_map}
-    pieces = sorted(jc.save(result, tmp_path / "film.pvd").with_suffix("").glob("*.vtr"))
+    pieces = sorted(jc.write_result(result, tmp_path / "film.pvd").with_suffix("").glob("*.vtr"))
     assert len(pieces) == (len(result.times) if storage.has_times(kind) else 1)
     for piece in pieces:
         assert maps <= {name.split(" ")[0] for name in re.findall(r'Name="([^"]+)"', piece.read_text())}
     xarray = pytest.importorskip("xarray", reason="NetCDF is the extra jaxcontact[io]")
-    with xarray.open_dataset(jc.save(result, tmp_path / "a.nc"), decode_times=False) as file:
+    with xarray.open_dataset(jc.write_result(result, tmp_path / "a.nc"), decode_times=False) as file:
         for name in maps:
             assert file[name].attrs["units"] == known[name].symbol
             values = file[name].transpose(..., "x", "y").to_numpy()

@@ -49,12 +49,12 @@ def test_a_case_has_a_hardness_or_a_map_of_it(case, capfd):
 @pytest.mark.slow
 def test_a_run_stores_the_dents_that_indent_gives(case, tmp_path, capfd):
     assert main(["run", str(case), "-o", str(tmp_path / "out")]) == 0
-    stored, given = jc.load(tmp_path / "out" / "result.npz"), read_case(case)
+    stored, given = jc.read_result(tmp_path / "out" / "result.npz"), read_case(case)
     wanted = given.run()
     np.testing.assert_allclose(stored.dent, wanted.dent, rtol=1e-12, atol=1e-20)
     np.testing.assert_allclose(stored.peak_dent, wanted.peak_dent, rtol=1e-12)
-    jc.save(wanted, tmp_path / "stored.nc")
-    np.testing.assert_array_equal(jc.load(tmp_path / "stored.nc").dent, wanted.dent)
+    jc.write_result(wanted, tmp_path / "stored.nc")
+    np.testing.assert_array_equal(jc.read_result(tmp_path / "stored.nc").dent, wanted.dent)
     labelled = wanted.to_xarray()["dent"]
     assert labelled.dims == ("time", "x", "y") and labelled.attrs["units"] == "m"
     assert wanted.plot().axes

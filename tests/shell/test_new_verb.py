@@ -75,7 +75,7 @@ def test_the_record_of_a_verb_is_all_that_files_and_commands_need(case, tmp_path
     assert main(["run", str(case), "-o", str(out)]) == 0
     assert main(["plot", str(out / "result.npz"), "-o", str(tmp_path / "hold.png")]) == 0
     assert main(["convert", str(out / "result.npz"), "-o", str(tmp_path / "hold.pvd")]) == 0
-    found = jc.load(out / "result.npz")
+    found = jc.read_result(out / "result.npz")
     assert type(found) is HoldHistory and "HoldHistory of 9 times" in found.summary()
     np.testing.assert_allclose(found.load, 5e-3 * np.minimum(found.times / 900.0, 1.0), rtol=1e-9)
     given = jc.indent(**arguments_of(case), control=jc.Load(found.load), times=found.times)

@@ -38,7 +38,7 @@ def at(grid, name, place):
 @pytest.mark.parametrize("last", [False, True])
 def test_every_time_is_a_map_with_the_values_of_each_cell_at_its_place(last, tmp_path):
     history = made_up(jc.ContactHistory, last)
-    files = collection(jc.save(history, tmp_path / "press.pvd"))
+    files = collection(jc.write_result(history, tmp_path / "press.pvd"))
     times = history.times[-1:] if last else history.times
     np.testing.assert_allclose([time for time, _ in files], times, rtol=1e-15)
     x, y = GRID.axes()
@@ -56,7 +56,7 @@ def test_every_time_is_a_map_with_the_values_of_each_cell_at_its_place(last, tmp
 
 def test_tractions_are_vectors_in_the_surface(tmp_path):
     sheared = made_up(jc.ShearHistory)
-    (_, file), *_ = collection(jc.save(sheared, tmp_path / "shear.pvd"))
+    (_, file), *_ = collection(jc.write_result(sheared, tmp_path / "shear.pvd"))
     x, y = GRID.axes()
     expected = [*sheared.traction[0, :, 4, 1], 0.0]
     np.testing.assert_array_equal(at(read(file), "traction [Pa]", (x[4], y[1], 0.0)), expected)
@@ -64,7 +64,7 @@ def test_tractions_are_vectors_in_the_surface(tmp_path):
 
 def test_stresses_below_the_surface_are_tensors_in_a_volume(tmp_path):
     inside = made_up(jc.InteriorFields)
-    ((_, file),) = collection(jc.save(inside, tmp_path / "below.pvd"))
+    ((_, file),) = collection(jc.write_result(inside, tmp_path / "below.pvd"))
     grid, (x, y) = read(file), GRID.axes()
     assert grid.GetDimensions() == (NX, NY, 2)
     place = (x[5], y[2], inside.depths[1])
@@ -77,6 +77,6 @@ def test_stresses_below_the_surface_are_tensors_in_a_volume(tmp_path):
 @pytest.mark.parametrize("kind", [jc.SteadySliding, jc.SteadyRolling])
 def test_a_steady_state_is_one_time(kind, tmp_path):
     steady = made_up(kind)
-    ((time, file),) = collection(jc.save(steady, tmp_path / "steady.pvd"))
+    ((time, file),) = collection(jc.write_result(steady, tmp_path / "steady.pvd"))
     x, y = GRID.axes()
     assert time == 0.0 and at(read(file), "pressure [Pa]", (x[1], y[3], 0.0)) == steady.pressure[1, 3]

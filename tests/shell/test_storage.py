@@ -55,11 +55,11 @@ def test_what_is_saved_comes_back(kind, ending, tmp_path):
         pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
     for last in (False, True):
         result = made_up(kind, last)
-        path = jc.save(result, tmp_path / f"result{ending}")
-        assert_same(result, jc.load(path))
+        path = jc.write_result(result, tmp_path / f"result{ending}")
+        assert_same(result, jc.read_result(path))
     for shape, periodic in (((NX, NY), True), ((NX, 1), (False, True))):
         result = made_up(kind, grid=jc.Grid(shape, GRID.spacing, periodic))
-        assert_same(result, jc.load(jc.save(result, path)))
+        assert_same(result, jc.read_result(jc.write_result(result, path)))
     assert [path.name for path in tmp_path.iterdir()] == [f"result{ending}"]
 
 
@@ -72,7 +72,9 @@ def test_every_field_of_every_result_can_be_stored():
 def test_netcdf_has_named_dimensions_units_and_the_case(tmp_path, body, ball):
     xarray = pytest.importorskip("xarray", reason="NetCDF is the extra jaxcontact[io]")
     result = made_up(jc.ContactHistory)
-    path = jc.save(result, tmp_path / "a.nc", body=body, indenter=ball, control=jc.Load(60.0), note="mine")
+    path = jc.write_result(
+        result, tmp_path / "a.nc", body=body, indenter=ball, control=jc.Load(60.0), note="mine"
+    )
     with xarray.open_dataset(path, engine="h5netcdf", decode_times=False) as file:
         assert file["pressure"].dims == ("time", "y", "x")
         np.testing.assert_array_equal(file["pressure"].transpose("time", "x", "y"), result.pressure)
@@ -93,16 +95,16 @@ def test_netcdf_has_named_dimensions_units_and_the_case(tmp_path, body, ball):
 def test_without_the_extra_the_error_says_how_to_install_it(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "h5netcdf", None)
     with pytest.raises(ImportError, match=r"pip install 'jaxcontact\[io\]'.*npz"):
-        jc.save(made_up(jc.ContactHistory), tmp_path / "a.nc")
+        jc.write_result(made_up(jc.ContactHistory), tmp_path / "a.nc")
     assert not list(tmp_path.iterdir())
 
 
 def test_a_save_that_fails_leaves_the_file_as_it_was(tmp_path, monkeypatch):
-    path = jc.save(made_up(jc.ContactHistory), tmp_path / "a.npz")
+    path = jc.write_result(made_up(jc.ContactHistory), tmp_path / "a.npz")
     before = path.read_bytes()
     monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("full")))
     with pytest.raises(OSError, match="full"):
-        jc.save(made_up(jc.ContactHistory, last=True), path)
+        jc.write_result(made_up(jc.ContactHistory, last=True), path)
     assert path.read_bytes() == before
 
 
@@ -144,14 +146,14 @@ FORGED = {
 @pytest.mark.parametrize("name", FORGED)
 def test_a_file_that_is_not_what_it_claims_is_refused(name, tmp_path):
     members, words = FORGED[name]
-    path = jc.save(made_up(jc.ContactHistory), tmp_path / "a.npz")
+    path = jc.write_result(made_up(jc.ContactHistory), tmp_path / "a.npz")
     with zipfile.ZipFile(path) as archive:
         own = {info.filename.removesuffix(".npy"): archive.read(info) for info in archive.infolist()}
     with zipfile.ZipFile(path, "w") as archive:
         for member, content in (own | members).items():
             archive.writestr(f"{member}.npy", content)
     with pytest.raises(ValueError, match=words) as caught:
-        jc.load(path)
+        jc.read_result(path)
     assert str(caught.value).startswith(f"{path}: ")
 
 
@@ -168,7 +170,7 @@ def test_memory_is_not_set_aside_for_what_an_archive_only_claims(directory, tmp_
         path.write_bytes(content)
     tracemalloc.start()
     with pytest.raises(ValueError, match="not an npz file"):
-        jc.load(path)
+        jc.read_result(path)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 1e8
@@ -178,41 +180,41 @@ def test_memory_is_not_set_aside_for_what_an_archive_only_claims(directory, tmp_
 def test_a_file_that_was_cut_off_is_refused_wherever_it_was_cut(ending, tmp_path):
     if ending == ".nc":
         pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
-    path = jc.save(made_up(jc.ContactHistory), tmp_path / f"a{ending}")
+    path = jc.write_result(made_up(jc.ContactHistory), tmp_path / f"a{ending}")
     whole = path.read_bytes()
     for length in range(0, len(whole), len(whole) // 7):
         path.write_bytes(whole[:length])
         with pytest.raises(ValueError, match="accepted: a file written by jaxcontact"):
-            jc.load(path)
+            jc.read_result(path)
 
 
 def test_a_result_of_vmap_is_not_saved_as_what_nobody_could_load(tmp_path):
     result = made_up(jc.ContactHistory)
     batch = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), result)
     with pytest.raises(ValueError, match="times: found an array of shape"):
-        jc.save(dataclasses.replace(batch, grid=result.grid), tmp_path / "a.npz")
+        jc.write_result(dataclasses.replace(batch, grid=result.grid), tmp_path / "a.npz")
     assert not list(tmp_path.iterdir())
 
 
 def test_stresses_below_the_surface_have_a_depth_that_points_down(tmp_path):
     xarray = pytest.importorskip("xarray", reason="NetCDF is the extra jaxcontact[io]")
     inside = made_up(jc.InteriorFields)
-    with xarray.open_dataset(jc.save(inside, tmp_path / "inside.nc"), engine="h5netcdf") as file:
+    with xarray.open_dataset(jc.write_result(inside, tmp_path / "inside.nc"), engine="h5netcdf") as file:
         assert file["stress"].dims == ("depth", "row", "column", "y", "x")
         np.testing.assert_array_equal(file["stress"].values[1, 0, 2], inside.stress[1, 0, 2].T)
         assert file["depth"].attrs["positive"] == "down" and file["stress"].attrs["units"] == "Pa"
-    np.testing.assert_allclose(jc.load(tmp_path / "inside.nc").von_mises, inside.von_mises)
+    np.testing.assert_allclose(jc.read_result(tmp_path / "inside.nc").von_mises, inside.von_mises)
 
 
 @pytest.mark.parametrize("kind", storage.result_classes().values(), ids=storage.result_classes())
 def test_every_stored_result_can_be_drawn(kind, tmp_path):
-    path = jc.save(made_up(kind), tmp_path / "a.npz")
+    path = jc.write_result(made_up(kind), tmp_path / "a.npz")
     assert main(["plot", str(path)]) == 0
     assert (tmp_path / "a.png").stat().st_size > 5000
 
 
 def test_equal_results_give_equal_files(tmp_path):
-    a, b = (jc.save(made_up(jc.ContactHistory), tmp_path / f"{name}.npz") for name in "ab")
+    a, b = (jc.write_result(made_up(jc.ContactHistory), tmp_path / f"{name}.npz") for name in "ab")
     assert a.read_bytes() == b.read_bytes()
 
 
@@ -237,22 +239,22 @@ def test_no_name_of_a_case_changes_what_is_loaded(kind, ending, tmp_path):
     if ending == ".nc":
         pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
     result = made_up(kind, grid=jc.Grid((NX, NY), GRID.spacing, periodic=True))
-    with np.load(jc.save(result, tmp_path / "plain.npz")) as file:
+    with np.load(jc.write_result(result, tmp_path / "plain.npz")) as file:
         names = {*file.files, "time", "depth", "grid", "saved", *dir(kind)}
     names = {name for name in names if not name.startswith("_")} - {"path", "result"}
     path, taken = tmp_path / f"result{ending}", set()
     for name in sorted(names):
         try:
-            jc.save(result, tmp_path / "probe.npz", **{name: NOTES["body"]})
+            jc.write_result(result, tmp_path / "probe.npz", **{name: NOTES["body"]})
         except ValueError:
             taken.add(name)
     for name in taken:
         with pytest.raises(ValueError, match=f"^{name}: expected another name"):
-            jc.save(result, path, **{name: 1.0})
+            jc.write_result(result, path, **{name: 1.0})
     assert not path.exists()
-    jc.save(result, path, **dict.fromkeys(names - taken, NOTES["body"]))
+    jc.write_result(result, path, **dict.fromkeys(names - taken, NOTES["body"]))
     if ending != ".pvd":
-        assert_same(result, jc.load(path))
+        assert_same(result, jc.read_result(path))
     assert {"x", "y", "kind", "status_names", *labels.stored_fields(kind)} <= taken
     assert (
         kind in (jc.InteriorFields, jc.Deflection)
@@ -266,8 +268,8 @@ def test_what_is_written_beside_a_result_comes_back(kind, ending, tmp_path):
     if ending == ".nc":
         pytest.importorskip("h5netcdf", reason="NetCDF is the extra jaxcontact[io]")
     result = made_up(kind)
-    path = jc.save(result, tmp_path / f"result{ending}", **NOTES)
-    assert_same(result, jc.load(path))
+    path = jc.write_result(result, tmp_path / f"result{ending}", **NOTES)
+    assert_same(result, jc.read_result(path))
     if ending == ".nc":
         import xarray
 
@@ -296,7 +298,7 @@ def test_what_is_written_beside_a_result_comes_back(kind, ending, tmp_path):
 )
 def test_what_cannot_be_read_again_is_not_written(case, told, ending, tmp_path):
     with pytest.raises(ValueError, match=told):
-        jc.save(made_up(jc.ContactHistory), tmp_path / f"a{ending}", **case)
+        jc.write_result(made_up(jc.ContactHistory), tmp_path / f"a{ending}", **case)
     assert not list(tmp_path.iterdir())
 
 
@@ -305,9 +307,9 @@ def test_a_netcdf_file_names_the_version_and_has_no_internal_numbers_among_its_a
     xarray = pytest.importorskip("xarray")
     body, grid = jc.LayeredHalfSpace([], jc.Elastic(30e9)), jc.Grid.square(16, 3e-4)
     history = jc.indent(body, jc.Sphere(5e-3), jc.Load(20.0), [0.0], grid=grid)
-    jc.save(history, tmp_path / "a.nc", note="mine")
+    jc.write_result(history, tmp_path / "a.nc", note="mine")
     with xarray.open_dataset(tmp_path / "a.nc", engine="h5netcdf") as file:
         assert set(file.attrs) == {"Conventions", "source", "kind", "notes", "note"}
         assert file.attrs["source"] == history.to_xarray().attrs["source"] == f"jaxcontact {jc.__version__}"
         assert float(file["diagnostics"].attrs["ball_radius"]) == 5e-3
-    assert float(jc.load(tmp_path / "a.nc").diagnostics.ball_radius) == 5e-3
+    assert float(jc.read_result(tmp_path / "a.nc").diagnostics.ball_radius) == 5e-3

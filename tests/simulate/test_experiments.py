@@ -167,7 +167,7 @@ def test_a_run_gives_the_numbers_that_python_gives(kind, written, tmp_path, capf
     assert main(["check", str(written(kind))]) == 0
     assert main(["run", str(written(kind)), "-o", str(out)]) == 0
     assert "16 x 16 cells" in capfd.readouterr().out
-    expected, found = VERBS[kind](**given(kind)), jc.load(out / "result.npz")
+    expected, found = VERBS[kind](**given(kind)), jc.read_result(out / "result.npz")
     assert type(found) is type(expected)
     assert {name for name, value in vars(found).items() if value is None} == {
         name for name, value in vars(expected).items() if value is None
@@ -197,7 +197,7 @@ def test_a_run_leaves_its_result_a_summary_and_pictures(kind, written, instead, 
     result, out = fine(kind), tmp_path / "out"
     instead(kind, lambda **arguments: result)
     assert main(["run", str(written(kind)), "-o", str(out)]) == 0
-    assert_same(jc.load(out / "result.npz"), result)
+    assert_same(jc.read_result(out / "result.npz"), result)
     summary = json.loads((out / "summary.json").read_text())
     last = "end_" if hasattr(result, "times") else ""
     assert summary[f"approach_{last}m"] == np.atleast_1d(result.approach)[-1]
@@ -257,6 +257,6 @@ def test_what_fails_in_a_thread_fails_outside():
 @pytest.mark.parametrize("kind", STEADY)
 def test_the_disk_that_a_run_takes_is_what_was_said(kind, written, tmp_path):
     result = made_up(case_schema.KINDS[kind].result, grid=jc.Grid.square(64, 250e-6))
-    path = jc.save(result, tmp_path / "a.npz")
+    path = jc.write_result(result, tmp_path / "a.npz")
     case = read_case(written(kind, ("n = 16", "n = 64")))
     assert footprint_of(case).disk == pytest.approx(path.stat().st_size, rel=0.1)

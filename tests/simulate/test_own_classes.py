@@ -156,5 +156,5 @@ def test_a_grid_around_an_indenter_without_an_outline_is_refused():
 def test_results_with_a_material_of_ones_own_can_be_saved(tmp_path):
     body, grid = jc.LayeredHalfSpace([], TwoKelvin(*GEL)), jc.Grid.square(24, 400e-6)
     run = jc.indent(body, jc.Sphere(1e-3), jc.Load(1e-5), [0.0, 1.0], grid=grid, substeps=4)
-    jc.save(run, tmp_path / "run.npz")
-    np.testing.assert_array_equal(jc.load(tmp_path / "run.npz").pressure, run.pressure)
+    jc.write_result(run, tmp_path / "run.npz")
+    np.testing.assert_array_equal(jc.read_result(tmp_path / "run.npz").pressure, run.pressure)

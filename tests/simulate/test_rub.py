@@ -232,11 +232,11 @@ def test_friction_heats_the_surface_and_heat_drives_growth(tmp_path):
     np.testing.assert_allclose(
         run.thickness[-1] - run.thickness[0], 10.0 * speed, rtol=2e-2, atol=1e-2 * 10.0 * speed.max()
     )
-    again = jc.load(jc.save(run, tmp_path / "hot.npz"))
+    again = jc.read_result(jc.write_result(run, tmp_path / "hot.npz"))
     np.testing.assert_array_equal(again.temperature, run.temperature)
     cold = heated(jc.Archard(0.0), None)
     assert cold.temperature is None
-    assert jc.load(jc.save(cold, tmp_path / "cold.npz")).temperature is None
+    assert jc.read_result(jc.write_result(cold, tmp_path / "cold.npz")).temperature is None
     work = np.sum(cold.friction_work) * DISC.cell_area
     assert work == pytest.approx(0.3 * 2.0 * 2.0 * 10.0, rel=1e-6)
 

@@ -78,7 +78,7 @@ def test_mindlin_and_deresiewicz_loop():
 @pytest.mark.parametrize("ending", ["npz", "nc"])
 def test_a_history_with_friction_comes_back_from_its_file(ending, tmp_path):
     _, history = sheared(64, 0.3, *LOOP)
-    again = jc.load(jc.save(history, tmp_path / f"loop.{ending}"))
+    again = jc.read_result(jc.write_result(history, tmp_path / f"loop.{ending}"))
     assert isinstance(again, jc.ShearHistory)
     for name in ("traction", "slip", "stick", "tangential_load", "dissipated", "pressure"):
         np.testing.assert_array_equal(getattr(again, name), getattr(history, name))

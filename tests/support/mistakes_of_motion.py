@@ -514,9 +514,12 @@ MOTION = {
         lambda: TWICE.vjp({"a": [1.0, 2.0]}, {"b": 1.0}),
         r"cotangents: expected shape \(2,\) for b, got \(\)",
     ),
-    "a list for a result": (lambda: jc.save([1.0], "a.npz"), r"result: expected ContactHistory.*got list"),
+    "a list for a result": (
+        lambda: jc.write_result([1.0], "a.npz"),
+        r"result: expected ContactHistory.*got list",
+    ),
     "a result as text": (
-        lambda: jc.load("result.txt"),
+        lambda: jc.read_result("result.txt"),
         r"result.txt: found .txt, accepted: .* in .npz or .nc",
     ),
 }
