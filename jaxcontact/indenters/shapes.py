@@ -22,13 +22,13 @@ from jaxcontact.bodies.grid import Grid
 from jaxcontact.bodies.materials import Elastic, Material
 from jaxcontact.indenters.predicted_contact import Outline, predicted
 from jaxcontact.reference import hertz
-from jaxcontact.response.body_facts import (
+from jaxcontact.response.stack import (
     is_fluid,
     long_wave_compliance,
     relaxed_compliance,
     short_wave_compliance,
+    surface_creep,
 )
-from jaxcontact.response.stack import surface_creep
 
 ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that elsewhere
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths, so that there is no contact there

@@ -31,7 +31,6 @@ from jaxcontact.indenters.shapes import Indenter, checked_indenter, with_layers_
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import CoupledFamily, Tangential, spectrum
 from jaxcontact.operators.operator import Family, Operator, series_entries
-from jaxcontact.response.body_facts import relaxed_compliance, stiffness_ratio, surface_material, top_layer
 from jaxcontact.response.coefficients import (
     SurfaceKernels,
     TangentialImages,
@@ -46,7 +45,13 @@ from jaxcontact.response.coefficients import (
 from jaxcontact.response.images import Images, image_errors
 from jaxcontact.response.interface import DEFAULT_NODES, Response, Separable, check_times, products
 from jaxcontact.response.normal import response_of, sideways_compliance
-from jaxcontact.response.stack import film_shape
+from jaxcontact.response.stack import (
+    film_shape,
+    relaxed_compliance,
+    stiffness_ratio,
+    surface_material,
+    top_layer,
+)
 from jaxcontact.response.tangential import TangentialExpansion, half_space_shares, tangential_expansion
 
 SAME = 1e-9  # relative difference within which two cell sizes are equal

@@ -26,7 +26,6 @@ from jaxcontact.operators import spectral
 
 Linear = Callable[[Array], Array]
 OnContact = Callable[[Array, Array], Array]  # of a field that is zero outside some cells, and these cells
-Corner = tuple[Array, Array]  # the lowest cell of a window in its grid
 Entry = tuple[int, int, int]  # i, j, k of the module
 SINGLE: tuple[Entry, ...] = ((0, 0, 0),)
 
@@ -212,15 +211,15 @@ class Operator:
         none = self.window is None or spectral.devices() > 1
         return None if none else spectral.window_shape(shape, self.periodic)
 
-    def restricted(self, corner: Corner) -> Operator:
+    def restricted(self, corner: spectral.Corner) -> Operator:
         """The same operator on the window of ``window_shape`` at a corner of the grid, with the weights there, without
         derivative."""
         assert self.window is not None
         if self.weights is None:
             return self.window
-        (m, *shape), held = self.weights.shape, jax.lax.stop_gradient(self.weights)
-        part = (m, *spectral.window_shape(tuple(shape), self.periodic))
-        return replace(self.window, weights=jax.lax.dynamic_slice(held, (0, *corner), part))
+        held = jax.lax.stop_gradient(self.weights)
+        part = spectral.window_shape(held.shape[-2:], self.periodic)
+        return replace(self.window, weights=spectral.cut(held, corner, part))
 
     def extended(self, shape: tuple[int, ...]) -> Extended:
         """Return an operator on a larger grid that has an inverse, and acts between the cells of ``shape`` as this one, as

@@ -63,13 +63,14 @@ from jaxcontact.operators.kernels import (
     compiled_build,
     compiled_varying,
 )
-from jaxcontact.response.body_facts import (
+from jaxcontact.response.stack import (
     has_zero_instantaneous_compliance,
     short_wave_compliance,
+    solids,
     stiffness_ratio,
     top_layer,
+    uniform_compliance,
 )
-from jaxcontact.response.stack import solids, uniform_compliance
 from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
 from jaxcontact.results.notes import Diagnostics, announce
 

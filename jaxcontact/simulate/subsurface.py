@@ -23,7 +23,6 @@ from jaxcontact.history.motion import as_array, check_along_x, shifts, ways
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum as padded_spectrum
-from jaxcontact.response.body_facts import creeps
 from jaxcontact.response.interior import (
     OF_DISPLACEMENTS,
     OF_GRADIENTS,
@@ -43,7 +42,7 @@ from jaxcontact.response.interior import (
     subsurface_images,
     summed,
 )
-from jaxcontact.response.stack import solids, spectra
+from jaxcontact.response.stack import creeps, solids, spectra
 from jaxcontact.results.interior import InteriorFields
 from jaxcontact.simulate.run import fine_values
 
