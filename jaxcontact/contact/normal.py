@@ -163,11 +163,11 @@ def first_guess(problem: Problem) -> Array:
     if problem.load_controlled:
         # The level below which a quarter of the cells lie, to 1e-6 of the range, by bisection: a sort takes longer, and
         # of a gap that is a constant XLA makes one for itself, slowly, while it compiles.
-        halve = lambda ends, level: jnp.where(
-            jnp.mean(gap < level) < 0.25, ends.at[0].set(level), ends.at[1].set(level)
-        )
-        ends = jnp.stack([jnp.min(gap), jnp.max(gap)])
-        level = jnp.mean(jax.lax.fori_loop(0, 20, lambda _, ends: halve(ends, jnp.mean(ends)), ends))
+        def halve(_: int, ends: Array) -> Array:
+            middle = jnp.mean(ends)
+            return jnp.where(jnp.mean(gap < middle) < 0.25, ends.at[0].set(middle), ends.at[1].set(middle))
+
+        level = jnp.mean(jax.lax.fori_loop(0, 20, halve, jnp.stack([jnp.min(gap), jnp.max(gap)])))
         overlap = jnp.maximum(level - gap, 0.0)
         overlap = jnp.where(jnp.any(overlap > 0.0), overlap, 1.0)
         return law.balanced(overlap, problem.target, overlap > 0.0)
@@ -339,14 +339,10 @@ def _search_in_window(
     return jnp.where(fits, paste(found.pressure, corner, start.shape), start), found.iterations
 
 
-def solve_on_grid(
-    problem: Problem, start: Array, tolerance: Array, max_iterations: Array
-) -> tuple[Array, Array]:
-    """Return the pressure and the iterations taken, without a search in a window first, from any start."""
+def solve_on_grid(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
+    """Solve as ``solve`` does, from any start, without a search in a window first."""
     start = usable_start(problem, start)
-    precondition = problem.operator.preconditioner_on_contact()
-    found = _search(problem, precondition, start, problem.operator(start), tolerance, max_iterations)
-    return found.pressure, found.iterations
+    return _solution(problem, start, problem.operator(start), tolerance, max_iterations)
 
 
 def solve_further(

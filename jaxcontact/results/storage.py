@@ -20,8 +20,7 @@ from jaxcontact._support.fields import fields_of
 from jaxcontact._support.files import read_npz, write_npz, write_whole
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.results.contact import ContactHistory, SteadyContact
-from jaxcontact.results.deflected_surface import Deflection
-from jaxcontact.results.interior import InteriorFields
+from jaxcontact.results.deformation import Deflection, InteriorFields
 from jaxcontact.results.labels import (
     arrays_of,
     dataset,

@@ -43,7 +43,7 @@ from jaxcontact.response.interior import (
     summed,
 )
 from jaxcontact.response.stack import creeps, solids, spectra
-from jaxcontact.results.interior import InteriorFields
+from jaxcontact.results.deformation import InteriorFields
 from jaxcontact.simulate.run import fine_values
 
 STEP = 0.25  # cells by which a load moves in an inner step, unless their number is given
@@ -148,7 +148,7 @@ def subsurface(
 
     # the surface of the indenter, on which the traction is the opposite one
     if indenter is not None:
-        valid = valid & checked_indenter(indenter, grid)
+        valid = valid & checked_indenter(indenter, grid)[1]
         checks.require(
             indenter.material is not None,
             "indenter: expected one with a material, in which there are stresses, got a rigid one in subsurface",
