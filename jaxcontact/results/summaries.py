@@ -75,9 +75,9 @@ def summary(result: Any) -> str:
         return "\n".join([head, *_notes(result)])
     with jax.ensure_compile_time_eval():  # so that a result with numbers is printed inside jit as well
         # what it is of, and over which times
-        extent, columns = "", ("",)
+        extent, columns = "", [""]
         if hasattr(result, "times"):
-            times, columns = np.asarray(result.times), ("first", "last", "largest")
+            times, columns = np.asarray(result.times), ["first", "last", "largest"]
             extent = f" of {times.size} times from {times[0]:g} to {times[-1]:g} s"
             extent = f" at {times[0]:g} s" if times.size == 1 else extent
         lines = [f"{name}{extent}{_cells(result.grid)}"]
