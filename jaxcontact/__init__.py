@@ -76,8 +76,8 @@ from jaxcontact.results.contact import ShearHistory as ShearHistory  # noqa: E40
 from jaxcontact.results.contact import SlidingHistory as SlidingHistory  # noqa: E402
 from jaxcontact.results.contact import SteadyRolling as SteadyRolling  # noqa: E402
 from jaxcontact.results.contact import SteadySliding as SteadySliding  # noqa: E402
-from jaxcontact.results.deflected_surface import Deflection as Deflection  # noqa: E402
-from jaxcontact.results.interior import InteriorFields as InteriorFields  # noqa: E402
+from jaxcontact.results.deformation import Deflection as Deflection  # noqa: E402
+from jaxcontact.results.deformation import InteriorFields as InteriorFields  # noqa: E402
 from jaxcontact.results.storage import read_result as read_result  # noqa: E402
 from jaxcontact.results.storage import write_result as write_result  # noqa: E402
 from jaxcontact.results.surface_statistics import ContactClusters as ContactClusters  # noqa: E402

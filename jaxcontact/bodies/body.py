@@ -140,7 +140,34 @@ def checked_body(body: LayeredHalfSpace) -> tuple[LayeredHalfSpace, Verdict]:
     )
     valid = check_material("substrate", body.base)
     for layer in body.layers:
-        valid = valid & _check_layer(layer)
+        checks.require(
+            isinstance(layer, Layer | Graded),
+            f"body.layers: expected Layer(material, thickness), got {type(layer).__name__}",
+        )
+        shape = np.shape(layer.thickness)
+        checks.require(
+            len(shape) < 2,
+            f"layer thickness [m]: expected a number, got shape {shape}: a thickness that varies in the plane is for a Layer"
+            " in indent, rub and, where it varies across the track alone, slide_steady. A film that moves past the indenter"
+            " is for rub with path=; tangential traction and fields below the surface need one thickness",
+        )
+        checks.require(
+            shape == (),
+            f"layer thickness [m]: expected a number, got shape {shape}; only a Layer in indent accepts one value per time",
+        )
+        checks.require(
+            isinstance(layer.bonded, bool | np.bool_),
+            f"layer bonded: expected True or False, got {layer.bonded!r}",
+        )
+        if isinstance(layer, Graded):
+            kind = type(layer.profile).__name__
+            checks.require(
+                callable(layer.profile), f"Graded profile: expected a function of depth, got {kind}"
+            )
+            checks.whole("Graded layers", layer.layers, 1, 1000)
+        valid = valid & checks.positive("layer thickness [m]", layer.thickness)
+
+    # a graded layer is cut only when all of it is in order
     layers = body.sublayers()
     for each in layers:
         valid = valid & check_material("layer", each.material)
@@ -260,34 +287,6 @@ def at_its_thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
         return body
     there = [(layer, h) for layer, h in zip(layers, at_most, strict=True) if h != 0.0]
     return replace(body, layers=tuple(replace(layer, thickness=h) for layer, h in there))
-
-
-def _check_layer(layer: Layer | Graded) -> Verdict:
-    """Check all of a layer except its material."""
-    checks.require(
-        isinstance(layer, Layer | Graded),
-        f"body.layers: expected Layer(material, thickness), got {type(layer).__name__}",
-    )
-    shape = np.shape(layer.thickness)
-    checks.require(
-        len(shape) < 2,
-        f"layer thickness [m]: expected a number, got shape {shape}: a thickness that varies in the plane is for a Layer in"
-        " indent, rub and, where it varies across the track alone, slide_steady. A film that moves past the indenter is for"
-        " rub with path=; tangential traction and fields below the surface need one thickness",
-    )
-    checks.require(
-        shape == (),
-        f"layer thickness [m]: expected a number, got shape {shape}; only a Layer in indent accepts one value per time",
-    )
-    checks.require(
-        isinstance(layer.bonded, bool | np.bool_),
-        f"layer bonded: expected True or False, got {layer.bonded!r}",
-    )
-    if isinstance(layer, Graded):
-        kind = type(layer.profile).__name__
-        checks.require(callable(layer.profile), f"Graded profile: expected a function of depth, got {kind}")
-        checks.whole("Graded layers", layer.layers, 1, 1000)
-    return checks.positive("layer thickness [m]", layer.thickness)
 
 
 def thickest(body: LayeredHalfSpace) -> float:

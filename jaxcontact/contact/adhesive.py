@@ -430,13 +430,14 @@ def _bounded(problem: Problem, tools: SearchTools, s: SearchState) -> SearchStat
     hard = replace(problem, law=UNILATERAL, gap=surface, target=target)
     # only of cells that touch: from tractions that are not balanced elsewhere the search took hundreds of iterations
     start = jnp.where(seen.contact, seen.excess, 0.0)
-    contact, taken = normal.solve_on_grid(hard, start, BOUND * s.error, jnp.asarray(BOUND_ITERATIONS))
+    found = normal.solve_on_grid(hard, start, BOUND * s.error, jnp.asarray(BOUND_ITERATIONS))
+    contact = found.pressure
     new = first_state(problem, tools, Start(contact - attraction, contact > 0.0, jnp.asarray(False)))
     lost = jnp.where(problem.load_controlled & (target <= 0.0), LOST, 0)
     new = new._replace(lost=lost, bent=s.bent)
     lower = (energy_of(problem, new) <= energy_of(problem, s)) | (s.iterations == 0) | (lost > 0)
     kept = jax.tree.map(lambda a, b: jnp.where(lower, a, b), new, s._replace(part=jnp.ones(())))
-    return kept._replace(iterations=s.iterations + taken + 1)
+    return kept._replace(iterations=s.iterations + found.iterations + 1)
 
 
 def _newton(problem: Problem, tools: SearchTools, tolerance: Array, s: SearchState) -> SearchState:

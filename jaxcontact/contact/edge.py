@@ -109,11 +109,12 @@ def contact_cells(
     own, stretch = compliance * pressure, jnp.log(cell_ratio)
     largest = jnp.max(own) * _long_cell(stretch) * jnp.exp(0.5 * jnp.abs(stretch))
     level = jnp.where(pressure > 0.0, own, -jnp.minimum(gap, largest))
-    along_x, along_y = (_widths(n, wraps) for n, wraps in zip(pressure.shape, periodic, strict=True))
-    for axis, (widths, wraps) in enumerate(zip((along_x, along_y), periodic, strict=True)):
-        before, n = 1 if wraps else 2, level.shape[axis]
-        pads = [(before, widths.size + 3 - before - n) if k == axis else (0, 0) for k in range(2)]
-        level = jnp.pad(level, pads, mode="wrap" if wraps else "edge")
+    (nx, ny), (wraps_x, wraps_y) = pressure.shape, periodic
+    along_x, along_y = _widths(nx, wraps_x), _widths(ny, wraps_y)
+    before, after = 1 if wraps_x else 2, along_x.size + 3 - nx
+    level = jnp.pad(level, [(before, after - before), (0, 0)], mode="wrap" if wraps_x else "edge")
+    before, after = 1 if wraps_y else 2, along_y.size + 3 - ny
+    level = jnp.pad(level, [(0, 0), (before, after - before)], mode="wrap" if wraps_y else "edge")
 
     # The area of the squares whose first corner is pressed; only tiles that the edge crosses differ from that.
     positive = level[1:-1, 1:-1] > 0.0

@@ -57,10 +57,11 @@ from jaxcontact.contact.friction import (
     free_directions,
     preconditioner,
 )
-from jaxcontact.contact.krylov import bicgstab, conjugate_gradients, cut, paste, place
+from jaxcontact.contact.krylov import bicgstab, conjugate_gradients
 from jaxcontact.contact.normal import Problem, Solution, masked_mean, projected, solve
 from jaxcontact.operators.coupled import TractionOperator
 from jaxcontact.operators.operator import Linear, OnContact, Operator, unchanged
+from jaxcontact.operators.spectral import cut, paste, place
 
 # Solutions of the linear systems of derivatives.
 #

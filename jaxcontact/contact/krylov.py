@@ -1,4 +1,4 @@
-"""Krylov methods for the linear systems of a contact, and the window of the grid in which they may run.
+"""Krylov methods for the linear systems of a contact.
 
 Conjugate gradients for K x = b, K symmetric and positive on the cells where b lives; BiCGSTAB for a K that is not symmetric.
 Operators and preconditioners are functions of fields, projected by the caller onto the cells and the mean that may change.
@@ -12,7 +12,6 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.reductions import total
-from jaxcontact.operators.operator import Corner as Corner
 from jaxcontact.operators.operator import Linear
 
 
@@ -130,37 +129,3 @@ def bicgstab(
     start = zero, b, zero, zero, one, one, one, jnp.zeros((), int)
     x, r, *_, count = jax.lax.while_loop(going, step, start)
     return x, count, jnp.sum(r**2) <= goal
-
-
-# A window of the grid that holds the contact.
-#
-# Most contacts leave a good part of the grid free, so that the search for the pressure may run on a smaller grid: the window
-# of the operator, put around the contact. The solution in the window is exact there. The search always ends on the whole
-# grid, where it goes on if the window was too small.
-
-
-def place(mask: Array, shape: tuple[int, int]) -> tuple[Corner, Array]:
-    """The lowest cell of a window around the cells of the mask, and whether it holds them all.
-
-    An empty mask does not fit any window: there is nothing to search for in it.
-    """
-    corner, fits = [], jnp.asarray(True)
-    for axis, length in enumerate(shape):
-        touched, n = jnp.any(mask, 1 - axis), mask.shape[axis]
-        first, last = jnp.argmax(touched), n - 1 - jnp.argmax(touched[::-1])
-        width = last - first + 1
-        corner.append(jnp.clip(first - (length - width) // 2, 0, n - length))
-        fits = fits & (width <= length)
-    return (corner[0], corner[1]), fits
-
-
-def cut(field: Array, corner: Corner, shape: tuple[int, int]) -> Array:
-    """The part of a field (..., nx, ny) in the window."""
-    leading = field.shape[:-2]
-    return jax.lax.dynamic_slice(field, (*(0 for _ in leading), *corner), (*leading, *shape))
-
-
-def paste(part: Array, corner: Corner, shape: tuple[int, ...]) -> Array:
-    """A field of a shape (..., nx, ny) with this part in the window, and zero outside."""
-    start = (*(0 for _ in shape[:-2]), *corner)
-    return jax.lax.dynamic_update_slice(jnp.zeros(shape, part.dtype), part, start)

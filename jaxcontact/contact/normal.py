@@ -10,7 +10,7 @@ convolution, also where cells leave contact: a step is tried that is as long as 
 is clipped, and of the way from the old pressure to the clipped one, along which u is linear, the part of least energy
 is taken. A given approach is met as a given load is, by directions of zero mean, and each new pressure is brought to
 the size of least energy: a surface that yields as a whole, as a stiff film does, would else come and go with every
-cell. Where the contact leaves enough of the grid free, the search begins in a window around it (``contact.krylov``);
+cell. Where the contact leaves enough of the grid free, the search begins in a window around it (``operators.spectral``);
 it ends on the whole grid in any case.
 
 The stopping error is dimensionless and holds for the whole problem, also outside the contact:
@@ -28,9 +28,9 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.reductions import largest, total, totals
-from jaxcontact.contact.krylov import cut, paste, place
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.operators.operator import OnContact, Operator, unchanged
+from jaxcontact.operators.spectral import cut, paste, place
 
 PARALLEL = 1e-14  # directions whose squared sine to the pressure is below this count as parallel to it
 LENGTH = 0.5  # length of the first trial step, relative to the preconditioned residual
@@ -163,11 +163,11 @@ def first_guess(problem: Problem) -> Array:
     if problem.load_controlled:
         # The level below which a quarter of the cells lie, to 1e-6 of the range, by bisection: a sort takes longer, and
         # of a gap that is a constant XLA makes one for itself, slowly, while it compiles.
-        halve = lambda ends, level: jnp.where(
-            jnp.mean(gap < level) < 0.25, ends.at[0].set(level), ends.at[1].set(level)
-        )
-        ends = jnp.stack([jnp.min(gap), jnp.max(gap)])
-        level = jnp.mean(jax.lax.fori_loop(0, 20, lambda _, ends: halve(ends, jnp.mean(ends)), ends))
+        def halve(_: int, ends: Array) -> Array:
+            middle = jnp.mean(ends)
+            return jnp.where(jnp.mean(gap < middle) < 0.25, ends.at[0].set(middle), ends.at[1].set(middle))
+
+        level = jnp.mean(jax.lax.fori_loop(0, 20, halve, jnp.stack([jnp.min(gap), jnp.max(gap)])))
         overlap = jnp.maximum(level - gap, 0.0)
         overlap = jnp.where(jnp.any(overlap > 0.0), overlap, 1.0)
         return law.balanced(overlap, problem.target, overlap > 0.0)
@@ -339,14 +339,10 @@ def _search_in_window(
     return jnp.where(fits, paste(found.pressure, corner, start.shape), start), found.iterations
 
 
-def solve_on_grid(
-    problem: Problem, start: Array, tolerance: Array, max_iterations: Array
-) -> tuple[Array, Array]:
-    """Return the pressure and the iterations taken, without a search in a window first, from any start."""
+def solve_on_grid(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
+    """Solve as ``solve`` does, from any start, without a search in a window first."""
     start = usable_start(problem, start)
-    precondition = problem.operator.preconditioner_on_contact()
-    found = _search(problem, precondition, start, problem.operator(start), tolerance, max_iterations)
-    return found.pressure, found.iterations
+    return _solution(problem, start, problem.operator(start), tolerance, max_iterations)
 
 
 def solve_further(

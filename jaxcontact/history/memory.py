@@ -45,8 +45,7 @@ from jaxcontact.operators.kernels import (
     image_weights,
 )
 from jaxcontact.operators.operator import Operator
-from jaxcontact.response.body_facts import top_layer
-from jaxcontact.response.stack import film_creep
+from jaxcontact.response.stack import film_creep, top_layer
 
 
 class Prediction(NamedTuple):

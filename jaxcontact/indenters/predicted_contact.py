@@ -39,10 +39,15 @@ from jax import Array
 
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.controls import Control, Load
-from jaxcontact.response.body_facts import long_wave_compliance, short_wave_compliance, top_layer
 from jaxcontact.response.interface import Response
 from jaxcontact.response.normal import response_of
-from jaxcontact.response.stack import film_creep, film_shape
+from jaxcontact.response.stack import (
+    film_creep,
+    film_shape,
+    long_wave_compliance,
+    short_wave_compliance,
+    top_layer,
+)
 
 Z = np.geomspace(1e-4, 1e3, 3000)  # alpha a; the omitted part is 1e-6 of the displacement at the centre
 WEIGHTS = Z * np.log(Z[1] / Z[0])  # of the quadrature over Z

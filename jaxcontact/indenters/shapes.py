@@ -22,13 +22,13 @@ from jaxcontact.bodies.grid import Grid
 from jaxcontact.bodies.materials import Elastic, Material
 from jaxcontact.indenters.predicted_contact import Outline, predicted
 from jaxcontact.reference import hertz
-from jaxcontact.response.body_facts import (
+from jaxcontact.response.stack import (
     is_fluid,
     long_wave_compliance,
     relaxed_compliance,
     short_wave_compliance,
+    surface_creep,
 )
-from jaxcontact.response.stack import surface_creep
 
 ROLLER_END_FACTOR = 1.3  # approximate ratio of the half-width at the sharp ends of a roller to that elsewhere
 OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths, so that there is no contact there
@@ -116,8 +116,11 @@ class Indenter(Base, abc.ABC):
         return self.compliance() if surface is None else relaxed_compliance(surface)
 
 
-def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:
-    """Return whether an indenter's values are in range; raise ValueError for one that cannot be used on this grid."""
+def checked_indenter(indenter: Indenter, grid: Grid) -> tuple[Indenter, Verdict]:
+    """Return the indenter with its graded layers cut into uniform ones, and whether its values are in range.
+
+    Raises ValueError for one that cannot be used on this grid.
+    """
     checks.require(
         isinstance(indenter, Indenter), f"indenter: expected a Sphere, ..., got {type(indenter).__name__}"
     )
@@ -127,22 +130,15 @@ def checked_indenter(indenter: Indenter, grid: Grid) -> Verdict:
     )
     valid, material = indenter.check(grid), indenter.material
     if material is None:
-        return valid
+        return indenter, valid
     if isinstance(material, LayeredHalfSpace):
-        return valid & checked_body(material)[1]
+        layers, good = checked_body(material)
+        return replace(indenter, material=layers), valid & good
     checks.require(
         isinstance(material, Material),
         f"indenter material: expected a material, a LayeredHalfSpace or None, got {type(material).__name__}",
     )
-    return valid & check_material("indenter", material)
-
-
-def with_layers_apart(indenter: Indenter) -> Indenter:
-    """Return a checked indenter whose graded layers are cut into uniform ones."""
-    material = indenter.material
-    if not isinstance(material, LayeredHalfSpace):
-        return indenter
-    return replace(indenter, material=checked_body(material)[0])
+    return indenter, valid & check_material("indenter", material)
 
 
 @pytree

@@ -18,7 +18,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import spectral
-from jaxcontact.operators.operator import FLOOR, Corner, Linear, Operator
+from jaxcontact.operators.operator import FLOOR, Linear, Operator
 from jaxcontact.response.coefficients import SurfaceKernels
 
 
@@ -175,7 +175,7 @@ class TractionOperator:
         """Return the shape of a smaller grid for the start of a search within a grid of ``shape``, or None."""
         return None if self.tangential.window is None else self.normal.window_shape(shape)
 
-    def restricted(self, corner: Corner) -> TractionOperator:
+    def restricted(self, corner: spectral.Corner) -> TractionOperator:
         """Return the same operator on the window of ``window_shape`` at a corner of the grid, without derivative."""
         assert self.tangential.window is not None
         return TractionOperator(self.normal.restricted(corner), self.tangential.window)

@@ -26,12 +26,11 @@ from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace,
 from jaxcontact._support.reductions import total
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
-from jaxcontact.bodies.materials import Elastic, Material
-from jaxcontact.indenters.shapes import Indenter, checked_indenter, with_layers_apart
+from jaxcontact.bodies.materials import Elastic
+from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import CoupledFamily, Tangential, spectrum
 from jaxcontact.operators.operator import Family, Operator, series_entries
-from jaxcontact.response.body_facts import relaxed_compliance, stiffness_ratio, surface_material, top_layer
 from jaxcontact.response.coefficients import (
     SurfaceKernels,
     TangentialImages,
@@ -44,9 +43,15 @@ from jaxcontact.response.coefficients import (
     wavenumbers,
 )
 from jaxcontact.response.images import Images, image_errors
-from jaxcontact.response.interface import DEFAULT_NODES, Response, Separable, check_times, products
+from jaxcontact.response.interface import DEFAULT_NODES, Separable, check_times, products
 from jaxcontact.response.normal import response_of, sideways_compliance
-from jaxcontact.response.stack import film_shape
+from jaxcontact.response.stack import (
+    film_shape,
+    relaxed_compliance,
+    stiffness_ratio,
+    surface_material,
+    top_layer,
+)
 from jaxcontact.response.tangential import TangentialExpansion, half_space_shares, tangential_expansion
 
 SAME = 1e-9  # relative difference within which two cell sizes are equal
@@ -179,8 +184,9 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
         >>> history = jc.indent(glass, ball, jc.Load(20.0), [0.0], grid=grid, kernels=ready)
     """
     body, valid = checked_body(body)
-    valid = valid & check_grid(grid) & checked_indenter(indenter, grid) & check_stiffness(body)
-    indenter = with_layers_apart(indenter)
+    valid = valid & check_grid(grid)
+    indenter, good = checked_indenter(indenter, grid)
+    valid = valid & good & check_stiffness(body)
     surface = indenter.surface()
     if surface is not None:
         valid = valid & check_stiffness(surface)
@@ -298,7 +304,14 @@ def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
     response = response_of(body)
     separable = response.separate(nodes)
     images = response.expand_separable(separable)
-    return Expansion(separable, images, _image_errors(response, separable, images))
+
+    # the errors of the images, at times spread around every rate
+    response, held, fit = jax.lax.stop_gradient((response, separable, images))
+    times, wavenumbers = check_times(held.rates), response.wavenumbers()
+    exact = products(held, held.terms, times[:, None])
+    fitted = products(held, fit.at(wavenumbers), times[:, None])
+    errors = jnp.stack([times, image_errors(fitted, exact)], -1)
+    return Expansion(separable, images, errors)
 
 
 def assembled(
@@ -381,15 +394,6 @@ def on_grid(grid: Grid, images: Images, mean: Array | None = None) -> tuple[Fami
         return family, periodic_coefficients(grid, images, mean)
     coefficients = (strip_coefficients if any(grid.periodic) else influence_coefficients)(grid, images)
     return Family.of(coefficients, grid.periodic), coefficients
-
-
-def _image_errors(response: Response, separable: Separable, images: Images) -> Array:
-    """Return time and error at times spread around every rate, (t, 2)."""
-    response, separable, images = jax.lax.stop_gradient((response, separable, images))
-    times, wavenumbers = check_times(separable.rates), response.wavenumbers()
-    exact = products(separable, separable.terms, times[:, None])
-    fitted = products(separable, images.at(wavenumbers), times[:, None])
-    return jnp.stack([times, image_errors(fitted, exact)], -1)
 
 
 def largest_until(errors: Array, last: Array) -> Array:
@@ -654,21 +658,16 @@ def scaled_coefficients(
     expansion: TangentialExpansion, indenter: Indenter, grid: Grid, scale: Scale
 ) -> SurfaceKernels:
     """The coefficients of C_0, with the indenter's, and of the S_m, (M + 1, nx, ny) in cells."""
-    images = expansion.images
-    weights = images.weights.at[:, 0, 0].add(_of_indenter(indenter))
+    images, weights = expansion.images, expansion.images.weights
+    material = indenter.material
+    if isinstance(material, Elastic):
+        # its alpha (L, T, K) [1/Pa] is added; K has the opposite sign on a surface that faces down
+        shares = half_space_shares(material) * jnp.array([1.0, 1.0, -1.0])
+        weights = weights.at[:, 0, 0].add(shares * material.spectrum().instantaneous)
     coefficients_of = tangential_lines if grid.plane_strain else tangential_coefficients
     coefficients = coefficients_of(grid, TangentialImages(images.depths, weights))
     scaled = jax.tree.map(lambda a: a / scale.length, coefficients)
     return jax.tree.map(lambda a: a.at[0].divide(scale.compliance), scaled)
-
-
-def _of_indenter(indenter: Indenter) -> Array:
-    """Return the contribution of an elastic indenter to alpha (L, T, K) [1/Pa], (3,); zero of any other."""
-    material = indenter.material
-    if not isinstance(material, Elastic):
-        return jnp.zeros(3)
-    shares = half_space_shares(material) * jnp.array([1.0, 1.0, -1.0])
-    return shares * material.spectrum().instantaneous
 
 
 # Kernels whose weights of the images are given for each pair of times, as the quasi-elastic correspondence needs them
@@ -695,15 +694,13 @@ def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> Imag
     unit = jnp.eye(on_base.depths.size + 1) / (scale.length * scale.compliance)
     family, _ = on_grid(grid, Images(on_base.depths, unit))
     film = None if top is None else on_grid(grid, on_base)[1][0] / top.thickness
-    return ImageKernels(family, film, scale, _quasi_elastic_error(response, surface_material(body)))
 
-
-def _quasi_elastic_error(response: Response, surface: Material) -> Array:
-    """Return the largest error at times spread around the rates of the surface."""
-    response, surface = jax.lax.stop_gradient((response, surface))
-    times, wavenumbers = check_times(surface.spectrum().rates)[:, None], response.wavenumbers()
-    values = response.quasi_elastic(wavenumbers, times, times)
-    return jnp.max(image_errors(response.expand(values).at(wavenumbers), values))
+    # the largest error of the images, at times spread around the rates of the surface
+    response, surface = jax.lax.stop_gradient((response, surface_material(body)))
+    times, alpha = check_times(surface.spectrum().rates)[:, None], response.wavenumbers()
+    values = response.quasi_elastic(alpha, times, times)
+    error = jnp.max(image_errors(response.expand(values).at(alpha), values))
+    return ImageKernels(family, film, scale, error)
 
 
 def image_weights(
@@ -843,7 +840,12 @@ def compiled_varying(
     """
     expansion = compiled_expansion(body, nodes=nodes)
     if terms is None:
-        terms = _terms_for(body, grid, expansion, thickness)
+        terms = DEFAULT_TERMS
+        if is_concrete(body, grid, expansion, thickness):
+            ends = jnp.stack([jnp.min(thickness), jnp.max(thickness)])
+            errors = np.asarray(_series_errors(body, grid, expansion, ends))
+            enough = np.flatnonzero(errors <= ENOUGH)
+            terms = FEWER[enough[0]] if enough.size else MOST_TERMS
     own = _compiled_own(indenter, nodes)
     return _assembled_varying(body, indenter, grid, expansion, own, thickness, nodes=nodes, terms=terms)
 
@@ -875,7 +877,11 @@ def assembled_varying(
     nodes_of = jax.lax.map(node, jnp.maximum(series.nodes(), THINNEST * cell))
     family, strains = jax.tree.map(series.coefficients, nodes_of)
     family = _as_one(family, terms)
-    bed = _bed(scaled) / reference * uniform.scale.length
+
+    # the displacement of a film on a rigid base under a uniform pressure, over the response of its creep and the thickness
+    heights = scaled.heights[1]
+    bed = (heights[:-1] - heights[-1]) @ jnp.diff(scaled.depths, prepend=0.0)
+    bed = bed / reference * uniform.scale.length
     slopes = jnp.zeros(len(family.spectra)).at[0].set(uniform.film_strain.weights[0] * bed).at[1].set(bed)
     error = jax.lax.stop_gradient(_series_error(series, expansion, body, grid))
     return replace(uniform, varying=VaryingThickness(body, series, family, strains, slopes, error))
@@ -898,15 +904,6 @@ def _as_one(terms: Family, count: int) -> Family:
 _assembled_varying = Program(assembled_varying, ("nodes", "terms"))
 
 
-def _terms_for(body: LayeredHalfSpace, grid: Grid, expansion: Expansion, thickness: Array) -> int:
-    """Return how many terms the series for a thickness needs."""
-    if not is_concrete(body, grid, expansion, thickness):
-        return DEFAULT_TERMS
-    ends = jnp.stack([jnp.min(thickness), jnp.max(thickness)])
-    errors = np.asarray(_series_errors(body, grid, expansion, ends))
-    return next((n for n, error in zip(FEWER, errors, strict=True) if error <= ENOUGH), MOST_TERMS)
-
-
 def series_errors(body: LayeredHalfSpace, grid: Grid, expansion: Expansion, thickness: Array) -> Array:
     """Return the errors of the series of ``FEWER`` terms, (4,)."""
     cell = cell_of(grid)
@@ -920,12 +917,6 @@ _series_errors = Program(series_errors)
 def cell_of(grid: Grid) -> Array:
     """Return the shorter side of a cell that the fields vary along [m]."""
     return jnp.asarray(grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing))
-
-
-def _bed(images: Images) -> Array:
-    """Return the displacement of a film on a rigid base under a uniform pressure, over the response of its creep, ()."""
-    heights = images.heights[1]
-    return (heights[:-1] - heights[-1]) @ jnp.diff(images.depths, prepend=0.0)
 
 
 def _series_error(series: ThicknessSeries, expansion: Expansion, body: LayeredHalfSpace, grid: Grid) -> Array:

@@ -26,7 +26,6 @@ from jaxcontact.operators import spectral
 
 Linear = Callable[[Array], Array]
 OnContact = Callable[[Array, Array], Array]  # of a field that is zero outside some cells, and these cells
-Corner = tuple[Array, Array]  # the lowest cell of a window in its grid
 Entry = tuple[int, int, int]  # i, j, k of the module
 SINGLE: tuple[Entry, ...] = ((0, 0, 0),)
 
@@ -164,8 +163,12 @@ class Operator:
         if jnp.iscomplexobj(circulant):
             raised = jax.lax.complex(raised, circulant.imag)
         inverse = 1.0 / raised
-        shape = lambda r: spectral.wide_shape(r.shape, self.periodic) if self.wide is not None else None
-        return lambda r: spectral.apply_circulant(inverse, r, shape(r))
+
+        def approximate(r: Array) -> Array:
+            around = None if self.wide is None else spectral.wide_shape(r.shape, self.periodic)
+            return spectral.apply_circulant(inverse, r, around)
+
+        return approximate
 
     def preconditioner_on_contact(self) -> OnContact:
         """The same for fields that are zero outside given cells, of contacts of any shape; it costs more.
@@ -212,15 +215,15 @@ class Operator:
         none = self.window is None or spectral.devices() > 1
         return None if none else spectral.window_shape(shape, self.periodic)
 
-    def restricted(self, corner: Corner) -> Operator:
+    def restricted(self, corner: spectral.Corner) -> Operator:
         """The same operator on the window of ``window_shape`` at a corner of the grid, with the weights there, without
         derivative."""
         assert self.window is not None
         if self.weights is None:
             return self.window
-        (m, *shape), held = self.weights.shape, jax.lax.stop_gradient(self.weights)
-        part = (m, *spectral.window_shape(tuple(shape), self.periodic))
-        return replace(self.window, weights=jax.lax.dynamic_slice(held, (0, *corner), part))
+        held = jax.lax.stop_gradient(self.weights)
+        part = spectral.window_shape(held.shape[-2:], self.periodic)
+        return replace(self.window, weights=spectral.cut(held, corner, part))
 
     def extended(self, shape: tuple[int, ...]) -> Extended:
         """Return an operator on a larger grid that has an inverse, and acts between the cells of ``shape`` as this one, as
@@ -263,38 +266,40 @@ def superposed(
     """
     shape, periodic = fields[0].shape, at.periodic
     weights = [] if at.weights is None else _each(at.weights)
-    weighted = lambda i, field: weights[i - 1] * field if i else field
-    varying = fields if lifts is None else [field - jnp.mean(field) for field in fields]
-    # for each i the products K_k F(f_j p), which are summed before they are transformed back
     sides = sorted({j for _, j, _ in at.entries})
+
+    # for each i the products K_k F(f_j p), which are summed before they are transformed back
     products: dict[int, list[tuple[Array, Array]]] = {i: [] for i, *_ in at.entries}
-    for each, field in zip(spectra, varying, strict=True):
+    for each, field in zip(spectra, fields, strict=True):
+        varying = field if lifts is None else field - jnp.mean(field)
+        weighted = [weights[j - 1] * varying if j else varying for j in sides]
+        if len(weighted) == 1:
+            waves = [spectral.transform(weighted[0], periodic)]
+        else:
+            waves = _each(spectral.transform(jnp.stack(weighted), periodic))
         kernels = _each(each)
-        waves = _at_once(lambda f: spectral.transform(f, periodic), [weighted(j, field) for j in sides])
         for i, j, k in at.entries:
             products[i].append((kernels[k], waves[sides.index(j)]))
-    sums = [_sum_of_products(each) for each in products.values()]
-    parts = _at_once(lambda s: spectral.inverse(s, shape, periodic), sums)
-    total = _sum([weighted(i, part) for i, part in zip(products, parts, strict=True)])
+    sums = []
+    for pairs in products.values():
+        if any(jnp.iscomplexobj(kernel) for kernel, _ in pairs):
+            sums.append(_sum([kernel * wave for kernel, wave in pairs]))
+        else:  # real spectra are not made complex
+            real = _sum([kernel * wave.real for kernel, wave in pairs])
+            sums.append(jax.lax.complex(real, _sum([kernel * wave.imag for kernel, wave in pairs])))
+
+    # back to the cells, all at once, and each times its f_i
+    if len(sums) == 1:
+        parts = [spectral.inverse(sums[0], shape, periodic)]
+    else:
+        parts = _each(spectral.inverse(jnp.stack(sums), shape, periodic))
+    total = _sum([weights[i - 1] * part if i else part for i, part in zip(products, parts, strict=True)])
     if lifts is None:
         return total
     # displacement is from the mean, but for what a mean pressure lifts and, by reciprocity, what lifts the mean
     total = total - jnp.mean(total)
     moved = [lift * jnp.mean(p) + jnp.mean(lift * p) for lift, p in zip(lifts, fields, strict=True)]
     return total + _sum(moved)
-
-
-def _at_once(function: Linear, arrays: list[Array]) -> list[Array]:
-    """Return a function of several arrays, computed in one call."""
-    return [function(arrays[0])] if len(arrays) == 1 else _each(function(jnp.stack(arrays)))
-
-
-def _sum_of_products(pairs: list[tuple[Array, Array]]) -> Array:
-    """Return the sum of kernels' spectra times complex ones; real spectra are not made complex."""
-    if any(jnp.iscomplexobj(kernel) for kernel, _ in pairs):
-        return _sum([kernel * wave for kernel, wave in pairs])
-    real, imaginary = ([kernel * part(wave) for kernel, wave in pairs] for part in (jnp.real, jnp.imag))
-    return jax.lax.complex(_sum(real), _sum(imaginary))
 
 
 def _sum(parts: list[Array]) -> Array:
@@ -468,33 +473,29 @@ def continuing(inverse: Linear) -> OnContact:
         return unchanged(inverse)
 
     def on_contact(field: Array, cells: Array) -> Array:
-        outside = _outside(cells)
-        return _gathered(inverse(_continued(field, outside)), outside)
+        # r_l of every level, 1 - c_l of all but the coarsest
+        fields, shares = [field], [cells.astype(float)]
+        for _ in range(LEVELS):
+            fields.append(_averaged(fields[-1]))
+        for _ in range(LEVELS - 1):
+            shares.append(_averaged(shares[-1]))
+        outside = [1.0 - share for share in shares]
+
+        # E r, from the coarsest level to the finest
+        continued = fields[-1]
+        for r, free in zip(fields[-2::-1], outside[::-1], strict=True):
+            continued = r + free * _spread(continued, r.shape)
+
+        # E^T z: z_(l+1) = D (1 - c_l) z_l to the coarsest level, and the sum of all back to the finest
+        moved = [inverse(continued)]
+        for free in outside:
+            moved.append(_averaged(free * moved[-1]))
+        gathered = moved[-1]
+        for z in moved[-2::-1]:
+            gathered = z + _spread(gathered, z.shape)
+        return gathered
 
     return on_contact
-
-
-def _outside(cells: Array) -> list[Array]:
-    """Return 1 - c_l of every level."""
-    shares = [cells.astype(float)]
-    for _ in range(LEVELS - 1):
-        shares.append(_averaged(shares[-1]))
-    return [1.0 - share for share in shares]
-
-
-def _continued(field: Array, outside: list[Array]) -> Array:
-    """Return E r."""
-    if not outside:
-        return field
-    around = _continued(_averaged(field), outside[1:])
-    return field + outside[0] * _spread(around, field.shape)
-
-
-def _gathered(field: Array, outside: list[Array]) -> Array:
-    """Return E^T z."""
-    if not outside:
-        return field
-    return field + _spread(_gathered(_averaged(outside[0] * field), outside[1:]), field.shape)
 
 
 def _averaged(field: Array) -> Array:

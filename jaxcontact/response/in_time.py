@@ -61,7 +61,6 @@ from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.bodies.body import Layer, LayeredHalfSpace
 from jaxcontact.bodies.materials import Material, Rigid
-from jaxcontact.response.body_facts import creeps, has_fluidity
 from jaxcontact.response.images import (
     Images,
     Ladder,
@@ -84,9 +83,11 @@ from jaxcontact.response.stack import (
     SurfaceCompliance,
     alpha_N,
     compliances,
+    creeps,
     film_compliance,
     film_creep,
     film_shape,
+    has_fluidity,
     loose_layers,
     mean_response,
     nu_at_first,

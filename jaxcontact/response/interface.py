@@ -1,7 +1,7 @@
 """The interface of a body's response to a pressure wave, as a function of wavenumber and time.
 
-``Response`` has one class for each kind of formula: ``half_space``, ``one_layer``, and ``in_time`` for stacks. ``Separable``
-is the form that the march in time needs.
+``Response`` has one class for each kind of formula: ``normal.HalfSpace``, ``one_layer``, and ``in_time`` for stacks.
+``Separable`` is the form that the march in time needs.
 """
 
 import abc

@@ -20,7 +20,6 @@ from jax import Array
 
 from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.grid import Grid
-from jaxcontact.response.body_facts import has_fluidity
 from jaxcontact.response.coefficients import of_image, on_surface
 from jaxcontact.response.images import decomposed, log_spaced
 from jaxcontact.response.in_time import farthest_image
@@ -29,6 +28,7 @@ from jaxcontact.response.stack import (
     TwoPort,
     compliances_on_contour,
     covered,
+    has_fluidity,
     loose_layers,
     mean_in_time,
     nu_at_first,

@@ -34,7 +34,7 @@ from jax import Array
 
 from jaxcontact._support.exponential import phi1
 from jaxcontact.bodies.body import Layer, LayeredHalfSpace
-from jaxcontact.bodies.materials import Material, Spectrum, parallel_creep
+from jaxcontact.bodies.materials import Elastic, KelvinVoigt, Material, Rigid, Spectrum, parallel_creep
 
 # A single layer as a two-port between its two surfaces, for each wavenumber.
 #
@@ -270,13 +270,12 @@ def spectra(body: LayeredHalfSpace) -> Spectra:
     """Return the spectra of the layers' materials, the top one first, and of the substrate's."""
     each = [solid.spectrum() for solid in solids(body)]
     longest = max(spectrum.rates.size for spectrum in each)
-    pad = lambda a: jnp.pad(a, (0, longest - a.size))
-    return Spectra(
-        jnp.stack([spectrum.instantaneous for spectrum in each]),
-        jnp.stack([pad(spectrum.amplitudes) for spectrum in each]),
-        jnp.stack([pad(spectrum.rates) for spectrum in each]),
-        jnp.stack([jnp.zeros(()) if one.fluidity is None else one.fluidity for one in each]),
-    )
+    rows = []
+    for one in each:
+        more = (0, longest - one.rates.size)
+        flow = jnp.zeros(()) if one.fluidity is None else one.fluidity
+        rows.append((one.instantaneous, jnp.pad(one.amplitudes, more), jnp.pad(one.rates, more), flow))
+    return Spectra(*map(jnp.stack, zip(*rows, strict=True)))
 
 
 def compliances(spectra: Spectra, period: Array) -> Array:
@@ -403,13 +402,6 @@ def surface_creep(material: Material) -> Spectrum:
     return _with_springs(material.spectrum(), 0.5, 1.5, 3.0 * material.bulk_modulus)
 
 
-def surface_parts(material: Material) -> tuple[Array, Spectrum]:
-    """Return a factor and a creep whose product is ``surface_creep``: for a constant nu, 1 - nu and the material's own."""
-    if material.bulk_modulus is None:
-        return 1.0 - nu_at_first(material), material.spectrum()
-    return jnp.ones(()), surface_creep(material)
-
-
 def uniaxial_strain_creep(material: Material) -> Spectrum:
     """Return the creep of a layer in uniaxial strain, per unit thickness."""
     if material.bulk_modulus is None:
@@ -461,3 +453,84 @@ def _with_springs(spectrum: Spectrum, free: float, parallel: float, stiffness: A
         jnp.concatenate([alone.rates, rates]),
         alone.fluidity if free else None,
     )
+
+
+# Facts about a body that follow from its materials, whatever the formula of its response.
+#
+# The compliance for contacts much wider than the layers is that of the substrate, and for contacts much narrower than the
+# top layer that of its material, both as half-spaces (``surface_creep``).
+
+
+def top_layer(body: LayeredHalfSpace) -> Layer | None:
+    """Return the layer whose shortening is reported, or None for a half-space."""
+    layers = body.sublayers()
+    return layers[0] if layers else None
+
+
+def surface_material(body: LayeredHalfSpace) -> Material:
+    """Return the material that the indenter touches."""
+    return solids(body)[0]
+
+
+def creeps(solid: Material) -> bool:
+    """Return whether materials of this class may creep."""
+    spectrum = solid.spectrum()
+    return spectrum.rates.size > 0 or spectrum.fluidity is not None
+
+
+def has_fluidity(solid: Material) -> bool:
+    """Return whether materials of this class may have steady-state flow."""
+    return solid.spectrum().fluidity is not None
+
+
+def creeps_far(body: LayeredHalfSpace) -> bool:
+    """Return whether creep may have an effect at any distance from a load: that of a half-space or of a substrate."""
+    return not body.layers or not isinstance(body.substrate, Elastic | None)
+
+
+def long_wave_compliance(body: LayeredHalfSpace, t: Array | float) -> Array:
+    """Return the compliance [1/Pa] at a time t [s] of the substrate, for contacts much wider than the layers; zero on a
+    rigid base."""
+    return surface_creep(body.base).creep(t)
+
+
+def short_wave_compliance(body: LayeredHalfSpace, t: Array | float) -> Array:
+    """Return the compliance [1/Pa] at a time t [s] of the top layer, for contacts much narrower than it."""
+    return surface_creep(surface_material(body)).creep(t)
+
+
+def relaxed_compliance(body: LayeredHalfSpace) -> Array:
+    """Return the relaxed compliance of the substrate, or of the top layer on a rigid base, without its steady-state flow
+    [1/Pa], which is never zero."""
+    creep = surface_creep(surface_material(body) if body.substrate is None else body.substrate)
+    return creep.instantaneous + jnp.sum(jnp.where(creep.rates > 0.0, creep.amplitudes, 0.0))
+
+
+def is_fluid(body: LayeredHalfSpace) -> Array:
+    """Return whether the surface displacement grows without limit under a load, () bool."""
+    fluidities = [solid.spectrum().fluidity for solid in solids(body)]
+    return jnp.any(jnp.stack([jnp.asarray(0.0 if each is None else each) > 0.0 for each in fluidities]))
+
+
+def has_zero_instantaneous_compliance(body: LayeredHalfSpace) -> Array | bool:
+    """Return whether a solid has J(0) = 0 and does not respond to a step load instantaneously.
+
+    The result is a bool where the class of the material determines it. A rigid base does not count.
+    """
+    deforming = [solid for solid in solids(body) if not isinstance(solid, Rigid)]
+    return any(isinstance(solid, KelvinVoigt) for solid in deforming) or _any_zero_at_first(deforming)
+
+
+@jax.jit  # one program of every check instead of one for each operation
+def _any_zero_at_first(solids: list[Material]) -> Array:
+    return jnp.any(jnp.stack([solid.spectrum().instantaneous == 0.0 for solid in solids]))
+
+
+@jax.jit  # as above
+def stiffness_ratio(body: LayeredHalfSpace) -> Array:
+    """Return the largest modulus at first of a layer over that of a solid below it, without derivative, (); zero without
+    layers. Solids that are rigid at first are left aside."""
+    compliances = jax.lax.stop_gradient(spectra(body).instantaneous)
+    above, softest_below = compliances[:-1], jax.lax.cummax(compliances, reverse=True)[1:]
+    ratios = jnp.where(above > 0.0, softest_below / jnp.where(above > 0.0, above, 1.0), 0.0)
+    return jnp.max(ratios, initial=0.0)

@@ -31,7 +31,6 @@ from jaxcontact._support.pytree import as_float64, is_concrete, pytree
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
 from jaxcontact.bodies.materials import Material
 from jaxcontact.response import in_time
-from jaxcontact.response.body_facts import creeps
 from jaxcontact.response.coefficients import TangentialImages
 from jaxcontact.response.images import Images, expected_sizes
 from jaxcontact.response.in_time import (
@@ -53,6 +52,7 @@ from jaxcontact.response.in_time import (
 from jaxcontact.response.stack import (
     SurfaceCompliance,
     alpha_LKNT,
+    creeps,
     nu_at_first,
     solids,
     spectra,

@@ -4,12 +4,11 @@ import dataclasses
 from dataclasses import field
 from typing import Any, ClassVar
 
-import jax
 import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support import checks
-from jaxcontact._support.pytree import pytree, replace
+from jaxcontact._support.pytree import pytree
 from jaxcontact._support.status import Status
 from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.grid import Grid
@@ -325,15 +324,6 @@ def radius_of(area: Array, grid: Grid) -> Array:
         return area / (2.0 * grid.spacing[1])
     touches = area > 0.0  # the square root is not differentiable at zero
     return jnp.where(touches, jnp.sqrt(jnp.where(touches, area, 1.0) / jnp.pi), 0.0)
-
-
-def nan_where_invalid(result: Any, valid: Array | None) -> Any:
-    """Return the result with all its numbers nan and status OUT_OF_RANGE where ``valid`` is false; None means valid."""
-    if valid is None:
-        return result
-    masked = lambda a: jnp.where(valid, a, jnp.nan) if jnp.issubdtype(a.dtype, jnp.inexact) else a
-    status = jnp.where(valid, result.status, int(Status.OUT_OF_RANGE))
-    return replace(jax.tree.map(masked, result), status=status)
 
 
 # The results of contacts with friction.

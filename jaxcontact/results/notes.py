@@ -135,7 +135,18 @@ def notes_of(result: Any) -> tuple[Note, ...]:
         )
     plane_strain = result.grid.plane_strain
     found = {index: list(_notes(run, plane_strain)) for index, run in _runs(result)}
-    return tuple(found[()]) if () in found else tuple(_worst_of_each_kind(found))
+    if () in found:
+        return tuple(found[()])
+
+    # of a batch the worst note of each kind, with the number of runs that have one and the index of its own run
+    summed = []
+    for kind in dict.fromkeys(note.kind for notes in found.values() for note in notes):
+        matching = [(note, index) for index, notes in found.items() for note in notes if note.kind == kind]
+        worst, index = max(matching, key=lambda one: one[0].severity)
+        run = index[0] if len(index) == 1 else index
+        text = f"{len(matching)} of {len(found)} runs, worst in run {run}: {worst}"
+        summed.append(Note(text, kind, float(len(matching))))
+    return tuple(summed)
 
 
 def has_numbers(result: Any) -> bool:
@@ -191,55 +202,15 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
         yield index, _Run(*picked, *(a[index] for a in whole[len(series) :]))
 
 
-def _worst_of_each_kind(found: dict[tuple[int, ...], list[Note]]) -> Iterator[Note]:
-    """Yield the worst note of each kind, with the number of runs that have such a note and the index of its own run."""
-    for kind in dict.fromkeys(note.kind for notes in found.values() for note in notes):
-        matching = [(note, index) for index, notes in found.items() for note in notes if note.kind == kind]
-        worst, index = max(matching, key=lambda one: one[0].severity)
-        run = index[0] if len(index) == 1 else index
-        yield Note(
-            f"{len(matching)} of {len(found)} runs, worst in run {run}: {worst}", kind, float(len(matching))
-        )
-
-
 def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
     """Yield the notes on one run."""
-    yield from _of_status(run)
-    yield from _of_strain(run)
-    yield from _of_errors(run)
-    yield from _of_time_steps(run)
-    yield from _of_thickness(run)
-    yield from _of_adhesion(run)
-    if run.single_contact:  # a rough contact has patches of all sizes
-        yield from _of_cells(run, plane_strain)
-    if not plane_strain:
-        yield from _of_depth(run)
-    if run.size_error > ROUNDED:
-        share = 100.0 * float(run.size_error)
-        yield Note(
-            f"the length or radius of the indenter is rounded to whole cells, by {told_apart(share, 100.0 * ROUNDED)}"
-            " %: use a finer grid, or cells that divide it",
-            f"size of the indenter rounded by more than {100.0 * ROUNDED:g} %",
-            share,
-        )
-    if run.coldest < COLD:
-        text = f"a temperature of {float(run.coldest):g} K was given: temperatures are in kelvin, not in °C"
-        yield Note(text, f"a temperature below {COLD:g} K", -float(run.coldest))
-    if run.widenings:
-        text = f'grid="auto": widened {int(run.widenings)} times, to {float(run.width):.3g} m'
-        yield Note(text, 'grid="auto": widened', float(run.widenings))
-
-
-def _of_status(run: _Run) -> Iterator[Note]:
+    # 1. Statuses, and the strain of a film.
     size = run.status.size
     for code in np.unique(run.status[run.status > 0]).tolist():
         steps = np.flatnonzero(run.status == code)
         first = f", the first is {_step(run, steps[0])}" if size > 1 else ""
         message = message_of(code)
         yield Note(f"{steps.size} of {size} steps{first}: {message}", brief(message), steps.size / size)
-
-
-def _of_strain(run: _Run) -> Iterator[Note]:
     strain = np.where(np.isnan(run.film_strain), -np.inf, run.film_strain)
     step = int(np.argmax(strain))
     if strain[step] > STRAIN_LIMIT:
@@ -250,8 +221,7 @@ def _of_strain(run: _Run) -> Iterator[Note]:
             float(strain[step]),
         )
 
-
-def _of_errors(run: _Run) -> Iterator[Note]:
+    # 2. Errors of the response, of the time steps, and of effects that not every run has.
     separation, images = float(run.separation_error), float(run.image_error)
     if separation > SEPARATION_LIMIT:
         yield Note(
@@ -267,6 +237,57 @@ def _of_errors(run: _Run) -> Iterator[Note]:
             f"error of the response on the grid above {IMAGE_LIMIT:g}",
             images,
         )
+    yield from _of_time_steps(run)
+    yield from _of_thickness(run)
+    yield from _of_adhesion(run)
+
+    # 3. Cells across the smallest contact of the run; a rough contact has patches of all sizes. With adhesion the largest
+    # contact counts: one may shrink to nothing before it separates, and the cells across the zone of attraction matter then.
+    if run.single_contact:
+        adheres = bool(np.any(np.isfinite(run.cohesive_cells)))
+        area = np.where(run.contact_area > 0.0, run.contact_area, 0.0 if adheres else np.inf)
+        step = int((np.argmax if adheres else np.argmin)(area))
+        cells = area[step] / float(run.cell_area)
+        across = cells if plane_strain else 2.0 * np.sqrt(cells / np.pi)
+        if 0.0 < across < FEW_CELLS:
+            which = "largest" if adheres else "smallest"
+            yield Note(
+                f"only {math.floor(10.0 * across) / 10.0:.1f} cells across the {which} contact{_at(run, step)}:"
+                f" fewer than {FEW_CELLS} are too coarse",
+                f"fewer than {FEW_CELLS} cells across the contact",
+                -float(across),
+            )
+
+    # 4. A ball pressed in so deep that its surface in the contact is no paraboloid. In an elliptic contact of area pi a b
+    # the half-axis b along the smaller radius R is the deeper one: a/b is nearly the ratio of the radii to 2/3, so that b/R
+    # is sqrt(a b) over R times the ratio to 1/3.
+    if not plane_strain:
+        area = np.where(np.isnan(run.contact_area), 0.0, run.contact_area)
+        step = int(np.argmax(area))
+        share = float(np.sqrt(area[step] / np.pi) / run.ball_radius)
+        if share > DEEP:
+            yield Note(
+                f"the contact radius reaches {told_apart(share, DEEP)} of the ball's radius{_at(run, step)}:"
+                " above a third a paraboloid, which stands for the ball, and the theory of small strains are inaccurate",
+                "contact radius above a third of the ball's radius",
+                share,
+            )
+
+    # 5. The input: sizes in whole cells, temperatures, and a grid that was widened.
+    if run.size_error > ROUNDED:
+        share = 100.0 * float(run.size_error)
+        yield Note(
+            f"the length or radius of the indenter is rounded to whole cells, by {told_apart(share, 100.0 * ROUNDED)}"
+            " %: use a finer grid, or cells that divide it",
+            f"size of the indenter rounded by more than {100.0 * ROUNDED:g} %",
+            share,
+        )
+    if run.coldest < COLD:
+        text = f"a temperature of {float(run.coldest):g} K was given: temperatures are in kelvin, not in °C"
+        yield Note(text, f"a temperature below {COLD:g} K", -float(run.coldest))
+    if run.widenings:
+        text = f'grid="auto": widened {int(run.widenings)} times, to {float(run.width):.3g} m'
+        yield Note(text, 'grid="auto": widened', float(run.widenings))
 
 
 def _of_time_steps(run: _Run) -> Iterator[Note]:
@@ -359,44 +380,6 @@ def _of_adhesion(run: _Run) -> Iterator[Note]:
             f" {FEW_COHESIVE} pull-off depends on the grid{worse}",
             f"fewer than {FEW_COHESIVE} cells across the zone of attraction",
             -cells,
-        )
-
-
-def _of_cells(run: _Run, plane_strain: bool) -> Iterator[Note]:
-    """Yield a note if the smallest contact of the run, with adhesion the largest, has few cells across it.
-
-    A contact with adhesion may shrink to nothing before it separates; the cells across the zone of attraction then matter.
-    """
-    adheres = bool(np.any(np.isfinite(run.cohesive_cells)))
-    area = np.where(run.contact_area > 0.0, run.contact_area, 0.0 if adheres else np.inf)
-    step = int((np.argmax if adheres else np.argmin)(area))
-    cells = area[step] / float(run.cell_area)
-    across = cells if plane_strain else 2.0 * np.sqrt(cells / np.pi)
-    if 0.0 < across < FEW_CELLS:
-        which = "largest" if adheres else "smallest"
-        yield Note(
-            f"only {math.floor(10.0 * across) / 10.0:.1f} cells across the {which} contact{_at(run, step)}:"
-            f" fewer than {FEW_CELLS} are too coarse",
-            f"fewer than {FEW_CELLS} cells across the contact",
-            -float(across),
-        )
-
-
-def _of_depth(run: _Run) -> Iterator[Note]:
-    """Yield a note if a ball is pressed in so deep that its surface in the contact is not a paraboloid.
-
-    In an elliptic contact of area pi a b the half-axis b along the smaller radius R is the deeper one: a/b is nearly the
-    ratio of the radii to 2/3, so that b/R is sqrt(a b) over R times the ratio to 1/3.
-    """
-    area = np.where(np.isnan(run.contact_area), 0.0, run.contact_area)
-    step = int(np.argmax(area))
-    share = float(np.sqrt(area[step] / np.pi) / run.ball_radius)
-    if share > DEEP:
-        yield Note(
-            f"the contact radius reaches {told_apart(share, DEEP)} of the ball's radius{_at(run, step)}:"
-            " above a third a paraboloid, which stands for the ball, and the theory of small strains are inaccurate",
-            "contact radius above a third of the ball's radius",
-            share,
         )
 
 

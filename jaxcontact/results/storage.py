@@ -20,8 +20,7 @@ from jaxcontact._support.fields import fields_of
 from jaxcontact._support.files import read_npz, write_npz, write_whole
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.results.contact import ContactHistory, SteadyContact
-from jaxcontact.results.deflected_surface import Deflection
-from jaxcontact.results.interior import InteriorFields
+from jaxcontact.results.deformation import Deflection, InteriorFields
 from jaxcontact.results.labels import (
     arrays_of,
     dataset,
@@ -299,7 +298,17 @@ def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
             raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.write_result")
         if arrays[name].dtype.kind not in "bfiu":
             raise ValueError(f"{name}: found {arrays[name].dtype}, accepted: real numbers")
-    wraps = _check_notes(arrays)
+
+    # the axes: a grid that is periodic along y may have one cell along it
+    wraps = False
+    if PERIODIC in arrays:
+        both, spacing = (np.asarray(arrays.get(name, ())) for name in (PERIODIC, SPACING))
+        pairs = both.shape == spacing.shape == (2,) and both.dtype.kind in "biu" and spacing.dtype.kind == "f"
+        if not pairs or not np.all((spacing > 0.0) & (spacing < np.inf)):
+            raise ValueError(
+                f"{PERIODIC}, {SPACING}: expected two numbers each, as written by jaxcontact.write_result"
+            )
+        wraps = bool(both[1])
     for name in ("x", "y"):
         _check_axis(name, arrays[name], alone=wraps and name == "y")
     sizes = {"x": arrays["x"].size, "y": arrays["y"].size, "direction": 2}
@@ -307,20 +316,21 @@ def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
         sizes |= {"depth": arrays["depths"].size, "row": 3, "column": 3, "component": 3}
         sizes["interface"] = arrays["interfaces"].size if "interfaces" in arrays else 0
     if has_times(cls):
-        sizes["time"] = _count_of_times(arrays["times"])
-    for name in names:
-        accepted = _shapes(fields_of(names)[name].dimensions, sizes)
-        if arrays[name].shape not in accepted:
+        times = arrays["times"]
+        good = times.ndim == 1 and times.size and np.all(np.isfinite(times)) and np.all(np.diff(times) >= 0.0)
+        if not good:
             raise ValueError(
-                f"{name}: found shape {arrays[name].shape}, accepted: {accepted[0]}, as its axes"
+                f"times: found an array of shape {times.shape}, accepted: one or more that do not decrease"
             )
+        sizes["time"] = times.size
 
-
-def _shapes(dims: tuple[str, ...], sizes: dict[str, int]) -> list[tuple[int, ...]]:
-    """Return the accepted shapes of a field on axes of these sizes; a map may lack the axis of time (save="last")."""
-    spec = [dim for dim in dims if dim in sizes]
-    without_time = [dim for dim in spec if dim != "time"] if "x" in spec else spec
-    return [tuple(sizes[dim] for dim in dims) for dims in (spec, without_time)]
+    # each field on its axes; a map may lack that of time (save="last")
+    for name in names:
+        spec = [dim for dim in fields_of(names)[name].dimensions if dim in sizes]
+        without_time = [dim for dim in spec if dim != "time"] if "x" in spec else spec
+        whole, last = (tuple(sizes[dim] for dim in dims) for dims in (spec, without_time))
+        if arrays[name].shape not in (whole, last):
+            raise ValueError(f"{name}: found shape {arrays[name].shape}, accepted: {whole}, as its axes")
 
 
 def notes_of(result: Any) -> dict[str, Any]:
@@ -337,19 +347,6 @@ def _of_grid(grid: Grid) -> dict[str, np.ndarray]:
     return {PERIODIC: np.array(grid.periodic, int), SPACING: np.array([float(d) for d in grid.spacing])}
 
 
-def _check_notes(arrays: dict[str, np.ndarray]) -> bool:
-    """Return whether the grid is periodic along y; raise ValueError if the grid's properties are incomplete."""
-    if PERIODIC not in arrays:
-        return False
-    wraps, spacing = (np.asarray(arrays.get(name, ())) for name in (PERIODIC, SPACING))
-    whole = wraps.shape == spacing.shape == (2,) and wraps.dtype.kind in "biu" and spacing.dtype.kind == "f"
-    if not whole or not np.all((spacing > 0.0) & (spacing < np.inf)):
-        raise ValueError(
-            f"{PERIODIC}, {SPACING}: expected two numbers each, as written by jaxcontact.write_result"
-        )
-    return bool(wraps[1])
-
-
 def _check_axis(name: str, values: np.ndarray, *, alone: bool) -> None:
     """Check that cell centres are equally spaced, so that they form a grid; alone: a single one is accepted."""
     if alone and values.shape == (1,) and np.all(np.isfinite(values)):
@@ -361,15 +358,6 @@ def _check_axis(name: str, values: np.ndarray, *, alone: bool) -> None:
         raise ValueError(
             f"{name}: found an array of shape {values.shape}, accepted: two or more equally spaced cell centres"
         )
-
-
-def _count_of_times(times: np.ndarray) -> int:
-    good = times.ndim == 1 and times.size and np.all(np.isfinite(times)) and np.all(np.diff(times) >= 0.0)
-    if not good:
-        raise ValueError(
-            f"times: found an array of shape {times.shape}, accepted: one or more that do not decrease"
-        )
-    return times.size
 
 
 def _grid(arrays: dict[str, np.ndarray]) -> Grid:

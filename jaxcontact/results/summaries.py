@@ -4,7 +4,7 @@ import base64
 import dataclasses
 import io
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import jax
@@ -74,16 +74,23 @@ def summary(result: Any) -> str:
         head = f"{name} of status {getattr(result.status, 'shape', result.status)}: no single run"
         return "\n".join([head, *_notes(result)])
     with jax.ensure_compile_time_eval():  # so that a result with numbers is printed inside jit as well
-        return _lines(result, name)
+        # what it is of, and over which times
+        extent, columns = "", [""]
+        if hasattr(result, "times"):
+            times, columns = np.asarray(result.times), ["first", "last", "largest"]
+            extent = f" of {times.size} times from {times[0]:g} to {times[-1]:g} s"
+            extent = f" at {times[0]:g} s" if times.size == 1 else extent
+        lines = [f"{name}{extent}{_cells(result.grid)}"]
 
-
-def _lines(result: Any, name: str) -> str:
-    columns = ("first", "last", "largest") if hasattr(result, "times") else ("",)
-    lines = [f"{name}{_extent(result)}", " " * 20 + "".join(f"{column:>14s}" for column in columns)]
-    lines += [row for name, field in shown().items() for row in _row(result, name, field.unit)]
-    return "\n".join(
-        line.rstrip() for line in [*lines, _convergence(result), *_notes(result)] if line.strip()
-    )
+        # its quantities, and whether they are found
+        lines.append(" " * 20 + "".join(f"{column:>14s}" for column in columns))
+        for quantity, field in shown().items():
+            lines += _row(result, quantity, field.unit)
+        counts = Counter(np.atleast_1d(np.asarray(result.status)).tolist())
+        iterations = int(np.sum(np.asarray(result.iterations)))
+        verdicts = [f"{count} {brief(message_of(code))}" for code, count in sorted(counts.items())]
+        lines.append(f"{iterations} iterations; steps: " + "; ".join(verdicts))
+        return "\n".join(line.rstrip() for line in [*lines, *_notes(result)] if line.strip())
 
 
 def _notes(result: Any) -> list[str]:
@@ -97,34 +104,17 @@ def interior_summary(fields: Any) -> str:
     if not is_concrete(fields) or np.ndim(fields.stress) != 5:
         return f"{name} of stress {np.shape(fields.stress)}: no single run"
     with jax.ensure_compile_time_eval():  # so that a result with numbers is printed inside jit as well
-        return _interior_lines(fields, name)
-
-
-def _interior_lines(fields: Any, name: str) -> str:
-    depths, stress = np.asarray(fields.depths), np.asarray(fields.stress)
-    extent = f"{depths.size} depths from {prefixed(depths.min(), 'm')} to {prefixed(depths.max(), 'm')}"
-    peak, place = fields.peak
-    where = ", ".join(prefixed(float(value), "m") for value in place)
-    rows = [("von Mises stress", fields.von_mises, "Pa")]
-    rows += [(f"sigma_{a}{b}", stress[:, i, j], "Pa") for i, j, a, b in _entries(("x", "y", "z"))]
-    rows += [(f"u_{axis}", fields.displacement[:, i], "m") for i, axis in enumerate("xyz")]
-    lines = [f"{name} at {extent}{_cells(fields.grid)}", words(rows)]
-    lines.append(f"peak of von Mises stress {prefixed(float(peak), 'Pa')} at (x, y, z) = ({where})")
-    return "\n".join([*lines, *(f"note: {note}" for note in fields.notes)])
-
-
-def _entries(axes: Sequence[str]) -> list[tuple[int, int, str, str]]:
-    """Return the six independent entries of a symmetric tensor."""
-    return [(i, j, axes[i], axes[j]) for i in range(3) for j in range(i, 3)]
-
-
-def _extent(result: Any) -> str:
-    if not hasattr(result, "times"):
-        return _cells(result.grid)
-    times = np.asarray(result.times)
-    if times.size == 1:
-        return f" at {times[0]:g} s{_cells(result.grid)}"
-    return f" of {times.size} times from {times[0]:g} to {times[-1]:g} s{_cells(result.grid)}"
+        depths, stress = np.asarray(fields.depths), np.asarray(fields.stress)
+        extent = f"{depths.size} depths from {prefixed(depths.min(), 'm')} to {prefixed(depths.max(), 'm')}"
+        peak, place = fields.peak
+        where = ", ".join(prefixed(float(value), "m") for value in place)
+        rows = [("von Mises stress", fields.von_mises, "Pa")]
+        for i in range(3):  # the six independent entries of the symmetric tensor
+            rows += [(f"sigma_{'xyz'[i]}{'xyz'[j]}", stress[:, i, j], "Pa") for j in range(i, 3)]
+        rows += [(f"u_{axis}", fields.displacement[:, i], "m") for i, axis in enumerate("xyz")]
+        lines = [f"{name} at {extent}{_cells(fields.grid)}", words(rows)]
+        lines.append(f"peak of von Mises stress {prefixed(float(peak), 'Pa')} at (x, y, z) = ({where})")
+        return "\n".join([*lines, *(f"note: {note}" for note in fields.notes)])
 
 
 def _cells(grid: Any) -> str:
@@ -138,7 +128,9 @@ def _row(result: Any, field: str, unit: str) -> list[str]:
     values = _values(result, field)
     if values is None or not_defined(values, field):
         return []
-    lost = _without_result(result)
+    # steps without a result: one of the quantities that every contact has is nan
+    found = [np.asarray(getattr(result, name)) for name in ("approach", "smooth_area", "error")]
+    lost = np.any(np.isnan(found), axis=0)
     if values.shape == lost.shape:  # of such a step a given load, say, is known, but it has not been reached
         values = np.where(lost, np.nan, values)
     elif not values.ndim and lost.ndim:  # at the last time only
@@ -152,12 +144,6 @@ def _row(result: Any, field: str, unit: str) -> list[str]:
     cells = ("" if value is None else prefixed(float(value), unit) for value in picked.values())
     name = field.replace("_", " ").replace("displacement", "shift")  # to fit the width of the column
     return [f"{name:20s}" + "".join(f" {cell:>13s}" for cell in cells)]
-
-
-def _without_result(result: Any) -> np.ndarray:
-    """Return which steps have no result: one of the quantities that every contact has is nan; of the shape of the status."""
-    fields = (np.asarray(getattr(result, name)) for name in ("approach", "smooth_area", "error"))
-    return np.any([np.isnan(values) for values in fields], axis=0)
 
 
 def _values(result: Any, field: str) -> np.ndarray | None:
@@ -180,13 +166,6 @@ def component(vector: Any, axis: str) -> np.ndarray:
     values = np.asarray(vector)
     own = values[..., "xy".index(axis)]
     return np.where(np.abs(own) > NOISE * np.max(np.abs(values), initial=0.0), own, 0.0)
-
-
-def _convergence(result: Any) -> str:
-    counts = Counter(np.atleast_1d(np.asarray(result.status)).tolist())
-    iterations = int(np.sum(np.asarray(result.iterations)))
-    verdicts = [f"{count} {brief(message_of(code))}" for code, count in sorted(counts.items())]
-    return f"{iterations} iterations; steps: " + "; ".join(verdicts)
 
 
 def html(result: Any) -> str:

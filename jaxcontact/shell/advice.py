@@ -24,13 +24,14 @@ from jaxcontact.bodies.materials import Material, Spectrum, relaxation_modes
 from jaxcontact.history.time_loop import FAINT
 from jaxcontact.indenters.predicted_contact import predicted, softening
 from jaxcontact.indenters.shapes import HeightField, Sphere
-from jaxcontact.response.body_facts import (
+from jaxcontact.response.stack import (
     long_wave_compliance,
     short_wave_compliance,
+    solids,
+    surface_creep,
     surface_material,
     top_layer,
 )
-from jaxcontact.response.stack import solids, surface_creep
 from jaxcontact.results.labels import stored_fields
 from jaxcontact.results.notes import DEEP, FEW_CELLS, FEW_COHESIVE, STEP_ERROR, STRAIN_LIMIT
 from jaxcontact.shell.case_file import Case, CaseError, tables_named

@@ -27,8 +27,8 @@ from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directi
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.operators.kernels import Kernels, check_stiffness, compiled_build
 from jaxcontact.operators.operator import Operator
-from jaxcontact.response.body_facts import has_zero_instantaneous_compliance, top_layer
-from jaxcontact.results.deflected_surface import Deflection
+from jaxcontact.response.stack import has_zero_instantaneous_compliance, top_layer
+from jaxcontact.results.deformation import Deflection
 from jaxcontact.simulate.run import fine_steps, fine_values
 
 RIGID = Sphere(1.0)  # what presses has no compliance of its own

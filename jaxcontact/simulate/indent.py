@@ -32,8 +32,7 @@ from jaxcontact.history.normal_step import PressStepper
 from jaxcontact.history.time_loop import Delayed
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
-from jaxcontact.response.body_facts import surface_material
-from jaxcontact.response.stack import surface_creep
+from jaxcontact.response.stack import surface_creep, surface_material
 from jaxcontact.results.contact import AdhesiveHistory, ContactHistory
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import (

@@ -33,8 +33,7 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
 from jaxcontact.operators.kernels import compiled_varying
-from jaxcontact.response.body_facts import creeps
-from jaxcontact.response.stack import solids
+from jaxcontact.response.stack import creeps, solids
 from jaxcontact.results.contact import RubbedStep, RubbingHistory
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import (

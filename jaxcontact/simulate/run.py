@@ -54,7 +54,6 @@ from jaxcontact.indenters.shapes import (
     Indenter,
     Sphere,
     checked_indenter,
-    with_layers_apart,
 )
 from jaxcontact.operators.kernels import (
     Errors,
@@ -63,14 +62,15 @@ from jaxcontact.operators.kernels import (
     compiled_build,
     compiled_varying,
 )
-from jaxcontact.response.body_facts import (
+from jaxcontact.response.stack import (
     has_zero_instantaneous_compliance,
     short_wave_compliance,
+    solids,
     stiffness_ratio,
     top_layer,
+    uniform_compliance,
 )
-from jaxcontact.response.stack import solids, uniform_compliance
-from jaxcontact.results.contact import ContactHistory, ContactStep, nan_where_invalid
+from jaxcontact.results.contact import ContactHistory, ContactStep
 from jaxcontact.results.notes import Diagnostics, announce
 
 Save = str | Callable[[ContactStep], Any]
@@ -126,10 +126,10 @@ class Experiment:
         """Check what all verbs have in common; ValueError for what cannot be computed. adhesive: loads may be negative."""
         times = untupled(times)
         body, valid = checked_body(body)
-        valid = valid & check_grid(grid) & checked_indenter(indenter, grid)
-        indenter = with_layers_apart(indenter)
+        valid = valid & check_grid(grid)
+        indenter, good = checked_indenter(indenter, grid)
         surface = indenter.surface()
-        valid = valid & checks.not_decreasing("times [s]", times)
+        valid = valid & good & checks.not_decreasing("times [s]", times)
         valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
         if hardness is not None:
             valid = valid & check_hardness(hardness, grid.shape)
@@ -298,8 +298,8 @@ class Experiment:
     @property
     def edges(self) -> tuple[bool, bool]:
         """Return whether contact at the sides of the grid across x, and across y, would continue beyond the grid."""
-        along_x, along_y = (not self.indenter.fills_grid and not wraps for wraps in self.grid.periodic)
-        return along_x, along_y
+        fills, (wraps_x, wraps_y) = self.indenter.fills_grid, self.grid.periodic
+        return not (fills or wraps_x), not (fills or wraps_y)
 
     def target(self, scale: Scale) -> Array:
         """The control, scaled: the sum of pressures or the approach."""
@@ -503,7 +503,14 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
         width = jnp.max(jnp.stack(result.grid.width))
         status = doubted(result.status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
     diagnostics = replace(result.diagnostics, **told)
-    return nan_where_invalid(replace(result, status=status, diagnostics=diagnostics), experiment.valid)
+    result, valid = replace(result, status=status, diagnostics=diagnostics), experiment.valid
+    if valid is None:
+        return result
+
+    # values that could not be checked before the run: no number is returned where they are out of range
+    status = jnp.where(valid, status, int(Status.OUT_OF_RANGE))
+    masked = lambda a: jnp.where(valid, a, jnp.nan) if jnp.issubdtype(a.dtype, jnp.inexact) else a
+    return replace(jax.tree.map(masked, result), status=status)
 
 
 def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:

@@ -46,7 +46,7 @@ from jaxcontact.operators.kernels import (
     joint_errors,
 )
 from jaxcontact.operators.operator import Family, Operator, series_entries
-from jaxcontact.response.body_facts import creeps_far, is_fluid
+from jaxcontact.response.stack import creeps_far, is_fluid
 from jaxcontact.results.contact import SteadySliding, with_totals
 from jaxcontact.simulate.run import Experiment, reported, tabor_numbers
 
@@ -86,7 +86,7 @@ class Wake:
     """The wake of an indenter in steady sliding.
 
     kernels: of the grid; shapes: spectra of S_m on the doubled grid, (M, MY/2 + 1, MX); velocity (2,) [cells
-    along x per second]; ratio: dy/dx; far_off: ``body_facts.creeps_far``; shape: (nx, ny) of the grid; across:
+    along x per second]; ratio: dy/dx; far_off: ``stack.creeps_far``; shape: (nx, ny) of the grid; across:
     whether the velocity may have a y, without which its modes are the same for all wavenumbers along y, with
     one row in place of MY/2 + 1. Along a periodic axis neither grid is padded or doubled.
     """

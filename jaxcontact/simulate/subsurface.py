@@ -23,7 +23,6 @@ from jaxcontact.history.motion import as_array, check_along_x, shifts, ways
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum as padded_spectrum
-from jaxcontact.response.body_facts import creeps
 from jaxcontact.response.interior import (
     OF_DISPLACEMENTS,
     OF_GRADIENTS,
@@ -43,8 +42,8 @@ from jaxcontact.response.interior import (
     subsurface_images,
     summed,
 )
-from jaxcontact.response.stack import solids, spectra
-from jaxcontact.results.interior import InteriorFields
+from jaxcontact.response.stack import creeps, solids, spectra
+from jaxcontact.results.deformation import InteriorFields
 from jaxcontact.simulate.run import fine_values
 
 STEP = 0.25  # cells by which a load moves in an inner step, unless their number is given
@@ -149,7 +148,7 @@ def subsurface(
 
     # the surface of the indenter, on which the traction is the opposite one
     if indenter is not None:
-        valid = valid & checked_indenter(indenter, grid)
+        valid = valid & checked_indenter(indenter, grid)[1]
         checks.require(
             indenter.material is not None,
             "indenter: expected one with a material, in which there are stresses, got a rigid one in subsurface",

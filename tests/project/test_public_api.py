@@ -18,7 +18,8 @@ ROOT = Path(__file__).parents[2]
 JAXCONTACT = """
 Approach Burgers Cone ContactHistory Cylinder Elastic FlatPunch Graded Grid HeightField KelvinVoigt Layer
 LayeredHalfSpace Load Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent
-kernels load enable_compilation_cache frequency_response normal_response read_result save sensitivity write_result slide slide_steady Status
+kernels load enable_compilation_cache frequency_response normal_response read_result save sensitivity write_result
+slide slide_steady Status
 ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
 ContactClusters ContactStatistics PressureHistogram SurfaceStatistics contact_clusters contact_statistics
