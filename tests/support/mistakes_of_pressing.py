@@ -32,11 +32,8 @@ from jaxcontact.abc import Adhesion, pytree
 
 def loose(body):
     """The body with layers that slide on what is below them, of the same numbers."""
-    return jax.tree.map(
-        lambda layer: jc.Layer(layer.material, layer.thickness, bonded=False),
-        body,
-        is_leaf=lambda node: isinstance(node, jc.Layer),
-    )
+    layers = [jc.Layer(each.material, each.thickness, bonded=False) for each in body.layers]
+    return jc.LayeredHalfSpace(layers, body.substrate)
 
 
 @pytree
