@@ -121,7 +121,8 @@ def chance_of_gain(gain: float, size: int, dof: int) -> float:
     degrees of freedom with that parameter: 2 gain has the distribution chi2(1) for many points alone, by which probabilities
     of 0.1 % would be 2 % for six points and three parameters.
     """
-    more = math.expm1(min(2.0 * max(gain, 0.0) / size, 700.0))  # by which the sum of squares without it is larger
+    # by how much the sum of squares is larger without it, F/dof
+    more = math.expm1(min(2.0 * max(gain, 0.0) / size, 700.0))
     return float(special.fdtrc(1.0, dof, dof * more))
 
 
