@@ -13,7 +13,6 @@ import jax.numpy as jnp
 import numpy as np
 import scipy
 from jax import Array
-from scipy import special
 
 import jaxcontact as jc
 from fitting.data.curves import evaluation_times
@@ -21,7 +20,7 @@ from fitting.data.growth import GrowthData
 from fitting.data.weights import choose_weights
 from fitting.inference import verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
-from fitting.inference.noise import log_likelihood, two_sided
+from fitting.inference.noise import chance_of_gain, log_likelihood, two_sided
 from fitting.inference.result import Fit, plain
 from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
@@ -647,8 +646,8 @@ def fit_growth(
         against = (f'{against[0]}, as an induction time would be (induction="fit")',)
 
     # A growth that begins late. Its residuals differ in size from curve to curve, and a correlated noise describes them
-    # well; twice the logarithm of the ratio of likelihoods with an induction time and without, each with AR(1) noise,
-    # is distributed like chi2(1) in half of all fits without such a time, and zero in the others.
+    # well. Of the ratio of likelihoods with an induction time and without, each with AR(1) noise, ``chance_of_gain`` is the
+    # probability; only half of all fits without such a time gain from one, since it is not negative.
     real = sample.real(solved.residual, problem.p) and sample.size > problem.p + 1
     if induction is None and contact is None and real:
         wider = curves.space(sought.table, "fit")
@@ -659,7 +658,8 @@ def fit_growth(
             starts,
         )
         likely = lambda found: log_likelihood(found.residual, found.weights, curves.which)
-        chance = 0.5 * float(special.chdtrc(1.0, max(2.0 * (likely(late) - likely(solved)), 0.0)))
+        gain, size = likely(late) - likely(solved), solved.residual.size
+        chance = 0.5 * chance_of_gain(gain, size, size - problem.p - 1)
         if chance < verdict.CHANCE:
             against += (
                 f"an induction time of {late.theta[4] * curves.duration:.3g} s describes the curves better, as noise"

@@ -11,7 +11,7 @@ where all of the contact slides, ``TractionKernels`` where it sticks in part), t
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -79,8 +79,8 @@ class Kernels:
     at_zero: the S_m at wavenumber zero, (M,); grid: that of the operators; nodes: see ``kernels``; varying: for a film
     whose thickness varies in the plane, or None; all else is then of one thickness, until ``at``; indenter: the kernels of
     an indenter that creeps or is coated, in the same scale, or None: an elastic one is in C_0; rigid_base: whether the
-    displacement of a periodic grid has a mean; made_of: the numbers of the body and of the indenter's material, (n,), with
-    which a run compares its own, None within a run.
+    displacement of a periodic grid has a mean; made_of: the body and the indenter's material, with which a run compares its
+    own, None within a run.
     """
 
     family: Family
@@ -97,7 +97,7 @@ class Kernels:
     varying: VaryingThickness | None = None
     indenter: Kernels | None = None
     rigid_base: bool = static(default=False)
-    made_of: Array | None = None
+    made_of: Any = None
 
     def __repr__(self) -> str:
         rates = "none" if self.rates.size == 0 else f"{value_in_words(self.rates)} 1/s"
@@ -192,14 +192,16 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
         valid = valid & check_stiffness(surface)
     checks.whole("nodes", nodes, 1, 8)
     built = compiled_build(*as_float64((body, indenter, grid)), nodes=nodes)
-    built = replace(built, made_of=numbers_of(body, indenter))
+    built = replace(built, made_of=solids_of(body, indenter))
     return built if valid is True else jax.tree.map(lambda a: jnp.where(valid, a, jnp.nan), built)
 
 
-def numbers_of(body: LayeredHalfSpace, indenter: Indenter) -> Array:
-    """Return all numbers of a body and of an indenter's material, (n,), in the order of their trees."""
-    leaves = jax.tree.leaves(as_float64((body, indenter.material)))
-    return jnp.concatenate([jnp.ravel(leaf) for leaf in leaves])
+def solids_of(body: LayeredHalfSpace, indenter: Indenter) -> Any:
+    """Return the tree of a body and of an indenter's material, with numbers and sequences of them as arrays (n,)."""
+    many = lambda node: isinstance(node, list | tuple) and bool(node) and jax.tree_util.all_leaves(node)
+    row = lambda value: jnp.ravel(jnp.asarray(value, jnp.float64))
+    as_row = lambda node: jnp.concatenate([row(each) for each in node]) if many(node) else row(node)
+    return jax.tree.map(as_row, (body, indenter.material), is_leaf=many)
 
 
 def check_kernels(kernels: Kernels, body: LayeredHalfSpace, grid: Grid, indenter: Indenter) -> Verdict:
@@ -219,18 +221,18 @@ def check_kernels(kernels: Kernels, body: LayeredHalfSpace, grid: Grid, indenter
     )
     pairs = zip(built.spacing, grid.spacing, strict=True)
     near = jnp.stack([jnp.isclose(a, b, rtol=SAME, atol=0.0) for a, b in pairs])
-    made, own = kernels.made_of, numbers_of(body, indenter)
+    made, own = kernels.made_of, solids_of(body, indenter)
     other = "kernels: expected those of this body and this material of the indenter, got those of"
     if made is not None:
-        checks.require(
-            made.size == own.size,
-            f"{other} {made.size} numbers for {own.size}, as of other materials or layers",
-        )
-        equal = jnp.isclose(made, own, rtol=SAME, atol=0.0)
+        # of Maxwell and Kelvin-Voigt solids, or of layers that are bonded and loose, the numbers alone can be the same
+        shapes = lambda tree: (jax.tree.structure(tree), [leaf.size for leaf in jax.tree.leaves(tree)])
+        checks.require(shapes(made) == shapes(own), f"{other} other materials or layers")
+        first, second = (jnp.concatenate(jax.tree.leaves(tree)) for tree in (made, own))
+        equal = jnp.isclose(first, second, rtol=SAME, atol=0.0)
         if is_concrete(equal) and not np.all(equal):
-            first = int(np.argmin(equal))
+            at = int(np.argmin(equal))
             raise ValueError(
-                f"{other} another, with {float(made[first]):.6g} in the place of {float(own[first]):.6g}"
+                f"{other} another, with {float(first[at]):.10g} in the place of {float(second[at]):.10g}"
             )
         near = jnp.append(near, jnp.all(equal))
     if not is_concrete(near):

@@ -12,6 +12,7 @@ import scipy
 import fitting
 import jaxcontact as jc
 from fitting.cli.command import main
+from fitting.inference.noise import chance_of_gain
 from jaxcontact.__main__ import main as shell
 from jaxcontact.bodies.laws import RubbingState
 from tests.benchmarks import growth_coverage
@@ -461,6 +462,21 @@ def test_an_induction_time_that_is_left_out_is_named_and_fitted_on_request(induc
     assert "induction time" in fit.summary()
     given = fitting.fit_growth(data, induction=induction)
     assert given.induction == (induction,) * 3 and given.verdict == "accepted"
+
+
+@pytest.mark.parametrize("size", [5, 8, 30])
+def test_the_chance_of_a_gain_in_likelihood_is_the_share_of_noise_that_gains_as_much(size):
+    """Of 20000 series of noise about a line, fitted with and without a parabola, 2 % gain what has a chance of 2 %."""
+    x = np.linspace(-1.0, 1.0, size)
+    noise = np.random.default_rng(0).standard_normal((20000, size))
+    squares = []
+    for degree in (1, 2):
+        Q = np.linalg.qr(np.vander(x, degree + 1))[0]
+        squares.append(np.sum((noise - noise @ Q @ Q.T) ** 2, 1))
+    gains = size / 2.0 * np.log(squares[0] / squares[1])
+    seen = np.mean([chance_of_gain(gain, size, size - 3) < 0.02 for gain in gains])
+    assert abs(seen - 0.02) < 0.004  # four standard errors
+    assert chance_of_gain(1e6, size, 1) < 1e-100  # exact data
 
 
 def test_exact_data_return_their_induction_time():
