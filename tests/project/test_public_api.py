@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 JAXCONTACT = """
 Approach Burgers Cone ContactHistory Cylinder Elastic FlatPunch Graded Grid HeightField KelvinVoigt Layer
 LayeredHalfSpace Load Maxwell Prony Sensitivity SlidingHistory Sphere StandardLinearSolid SteadySliding cite indent
-kernels load enable_compilation_cache frequency_response normal_response read_result save sensitivity write_result
+kernels enable_compilation_cache frequency_response normal_response read_result sensitivity write_result
 slide slide_steady Status
 ShearHistory Study sweep TangentialDisplacement TangentialLoad shear
 InteriorFields subsurface SteadyRolling roll_steady self_affine
@@ -42,6 +42,8 @@ StiffnessData StiffnessFit fit_stiffness read_stiffness SpectrumFit fit_spectrum
 Poroelastic PoroelasticFit fit_poroelastic RelaxationCause relaxation_cause
 """
 
+FORMER = {"load", "save"}  # of read_result and write_result, not in the reference
+
 
 def public(module):
     """Classes and functions of a package, without its modules."""
@@ -56,7 +58,7 @@ def public(module):
     ("module", "names"), [(jc, JAXCONTACT), (fitting, FITTING)], ids=["jaxcontact", "fitting"]
 )
 def test_no_public_name_disappears_or_comes_unannounced(module, names):
-    assert public(module) == set(names.split())
+    assert public(module) - FORMER == set(names.split())
     assert set(getattr(module, "__all__", names.split())) == set(names.split())
 
 
