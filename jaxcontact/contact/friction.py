@@ -49,8 +49,7 @@ from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact import normal
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.operators.coupled import TractionOperator
-from jaxcontact.operators.operator import Linear
-from jaxcontact.operators.spectral import cut, paste, place
+from jaxcontact.operators.operator import Linear, cut, paste, place
 
 NEAR_RIM = 0.9  # a traction below this part of the bound is not on the rim
 LEAST = 1e-12  # fewer free directions than this part of the cells count as none

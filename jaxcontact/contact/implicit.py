@@ -60,8 +60,7 @@ from jaxcontact.contact.friction import (
 from jaxcontact.contact.krylov import bicgstab, conjugate_gradients
 from jaxcontact.contact.normal import Problem, Solution, masked_mean, projected, solve
 from jaxcontact.operators.coupled import TractionOperator
-from jaxcontact.operators.operator import Linear, OnContact, Operator, unchanged
-from jaxcontact.operators.spectral import cut, paste, place
+from jaxcontact.operators.operator import Linear, OnContact, Operator, cut, paste, place, unchanged
 
 # Solutions of the linear systems of derivatives.
 #

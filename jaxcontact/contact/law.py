@@ -21,7 +21,7 @@ from jax import Array
 
 from jaxcontact._support import reductions
 from jaxcontact._support.pytree import pytree, replace
-from jaxcontact.operators.spectral import cut
+from jaxcontact.operators.operator import cut
 
 SHIFTS = 60  # most steps of the search for a uniform shift of pressures; it takes about five
 BALANCED = 1e-15  # difference of a sum of pressures from the given one, over it, at which that search stops
@@ -74,7 +74,7 @@ class ContactLaw(abc.ABC):
         """Return the change of the pressures that the law prescribes, for a change of the law, (nx, ny)."""
 
     def in_window(self, corner: Array, shape: tuple[int, int]) -> ContactLaw:
-        """Return the law of the cells of a window (``operators.spectral``): itself, unless it varies over the surface."""
+        """Return the law of the cells of a window (``operators.operator``): itself, unless it varies over the surface."""
         return self
 
 

@@ -10,7 +10,7 @@ convolution, also where cells leave contact: a step is tried that is as long as 
 is clipped, and of the way from the old pressure to the clipped one, along which u is linear, the part of least energy
 is taken. A given approach is met as a given load is, by directions of zero mean, and each new pressure is brought to
 the size of least energy: a surface that yields as a whole, as a stiff film does, would else come and go with every
-cell. Where the contact leaves enough of the grid free, the search begins in a window around it (``operators.spectral``);
+cell. Where the contact leaves enough of the grid free, the search begins in a window around it (``operators.operator``);
 it ends on the whole grid in any case.
 
 The stopping error is dimensionless and holds for the whole problem, also outside the contact:
@@ -29,8 +29,7 @@ from jax import Array
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.reductions import largest, total, totals
 from jaxcontact.contact.law import UNILATERAL
-from jaxcontact.operators.operator import OnContact, Operator, unchanged
-from jaxcontact.operators.spectral import cut, paste, place
+from jaxcontact.operators.operator import OnContact, Operator, cut, paste, place, unchanged
 
 PARALLEL = 1e-14  # directions whose squared sine to the pressure is below this count as parallel to it
 LENGTH = 0.5  # length of the first trial step, relative to the preconditioned residual

@@ -18,7 +18,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, static
 from jaxcontact.operators import spectral
-from jaxcontact.operators.operator import FLOOR, Linear, Operator
+from jaxcontact.operators.operator import FLOOR, Corner, Linear, Operator, window_shape
 from jaxcontact.response.coefficients import SurfaceKernels
 
 
@@ -42,7 +42,7 @@ class Tangential:
 
         The window is without derivative, since only searches use it.
         """
-        nx, ny = spectral.window_shape(kernels.xx.shape[-2:], periodic)
+        nx, ny = window_shape(kernels.xx.shape[-2:], periodic)
         part = jax.tree.map(lambda a: jax.lax.stop_gradient(a[..., :nx, :ny]), kernels)
         window = cls._of(part, None, coupled, periodic) if spectral.devices() == 1 else None
         return cls._of(kernels, window, coupled, periodic)
@@ -175,7 +175,7 @@ class TractionOperator:
         """Return the shape of a smaller grid for the start of a search within a grid of ``shape``, or None."""
         return None if self.tangential.window is None else self.normal.window_shape(shape)
 
-    def restricted(self, corner: spectral.Corner) -> TractionOperator:
+    def restricted(self, corner: Corner) -> TractionOperator:
         """Return the same operator on the window of ``window_shape`` at a corner of the grid, without derivative."""
         assert self.tangential.window is not None
         return TractionOperator(self.normal.restricted(corner), self.tangential.window)

@@ -19,12 +19,14 @@ from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import scipy
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.operators import spectral
 
 Linear = Callable[[Array], Array]
+Corner = tuple[Array, Array]  # the lowest cell of a window in its grid
 OnContact = Callable[[Array, Array], Array]  # of a field that is zero outside some cells, and these cells
 Entry = tuple[int, int, int]  # i, j, k of the module
 SINGLE: tuple[Entry, ...] = ((0, 0, 0),)
@@ -213,17 +215,17 @@ class Operator:
         There is none if the cells are divided among devices: each search would move its part of the grid.
         """
         none = self.window is None or spectral.devices() > 1
-        return None if none else spectral.window_shape(shape, self.periodic)
+        return None if none else window_shape(shape, self.periodic)
 
-    def restricted(self, corner: spectral.Corner) -> Operator:
+    def restricted(self, corner: Corner) -> Operator:
         """The same operator on the window of ``window_shape`` at a corner of the grid, with the weights there, without
         derivative."""
         assert self.window is not None
         if self.weights is None:
             return self.window
         held = jax.lax.stop_gradient(self.weights)
-        part = spectral.window_shape(held.shape[-2:], self.periodic)
-        return replace(self.window, weights=spectral.cut(held, corner, part))
+        part = window_shape(held.shape[-2:], self.periodic)
+        return replace(self.window, weights=cut(held, corner, part))
 
     def extended(self, shape: tuple[int, ...]) -> Extended:
         """Return an operator on a larger grid that has an inverse, and acts between the cells of ``shape`` as this one, as
@@ -374,7 +376,7 @@ class Family:
         )
         held, window, wide = jax.lax.stop_gradient(kernels), None, None
         if spectral.devices() == 1:
-            nx, ny = spectral.window_shape(kernels.shape[-2:], periodic)
+            nx, ny = window_shape(kernels.shape[-2:], periodic)
             window = cls(*of(held[..., :nx, :ny]), periodic=periodic)
         around = spectral.wide_shape(kernels.shape[-2:], periodic)
         if around is not None:
@@ -516,3 +518,46 @@ def _spread(blocks: Array, shape: tuple[int, ...]) -> Array:
 def _around(blocks: Array) -> Array:
     """Return the average over each block and the eight around it, zero beyond the grid; symmetric."""
     return jax.lax.reduce_window(blocks, 0.0, jax.lax.add, (3, 3), (1, 1), "SAME") / 9.0
+
+
+# A window of the grid that holds the contact.
+#
+# Most contacts leave a good part of the grid free, so that the search for the pressure may run on a smaller grid: the window
+# of the operator, put around the contact. The solution in the window is exact there. The search always ends on the whole
+# grid, where it goes on if the window was too small.
+
+
+def window_shape(shape: tuple[int, ...], periodic: spectral.Periodic = spectral.FREE) -> tuple[int, int]:
+    """About three quarters of a grid: what holds the contact in most runs, at half the cost. All of a periodic axis."""
+    sides = list(shape)
+    for axis, (n, wraps) in enumerate(zip(shape, periodic, strict=True)):
+        if not wraps:
+            sides[axis] = min(n, 2 * scipy.fft.next_fast_len(-(-3 * n // 8)))
+    return sides[0], sides[1]
+
+
+def place(mask: Array, shape: tuple[int, int]) -> tuple[Corner, Array]:
+    """The lowest cell of a window around the cells of the mask, and whether it holds them all.
+
+    An empty mask does not fit any window: there is nothing to search for in it.
+    """
+    corner, fits = [], jnp.asarray(True)
+    for axis, length in enumerate(shape):
+        touched, n = jnp.any(mask, 1 - axis), mask.shape[axis]
+        first, last = jnp.argmax(touched), n - 1 - jnp.argmax(touched[::-1])
+        width = last - first + 1
+        corner.append(jnp.clip(first - (length - width) // 2, 0, n - length))
+        fits = fits & (width <= length)
+    return (corner[0], corner[1]), fits
+
+
+def cut(field: Array, corner: Corner, shape: tuple[int, int]) -> Array:
+    """The part of a field (..., nx, ny) in the window."""
+    leading = field.shape[:-2]
+    return jax.lax.dynamic_slice(field, (*[0] * len(leading), *corner), (*leading, *shape))
+
+
+def paste(part: Array, corner: Corner, shape: tuple[int, ...]) -> Array:
+    """A field of a shape (..., nx, ny) with this part in the window, and zero outside."""
+    start = (*[0] * len(shape[:-2]), *corner)
+    return jax.lax.dynamic_update_slice(jnp.zeros(shape, part.dtype), part, start)

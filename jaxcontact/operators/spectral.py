@@ -93,7 +93,6 @@ def distributed_inverse(spectrum: Array, shape: tuple[int, ...], my: int) -> Arr
 
 
 Periodic = tuple[bool, bool]  # along x, along y
-Corner = tuple[Array, Array]  # the lowest cell of a window in its grid
 MARGIN = 8  # cells around a grid, over which the inverse of a response falls to little (with 64 it serves no better)
 FREE: Periodic = (False, False)
 
@@ -206,46 +205,3 @@ def wide_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int, 
             if sides[axis] // 2 >= n:  # kernels are known at offsets below n
                 return None
     return None if all(periodic) else (sides[0], sides[1])
-
-
-# A window of the grid that holds the contact.
-#
-# Most contacts leave a good part of the grid free, so that the search for the pressure may run on a smaller grid: the window
-# of the operator, put around the contact. The solution in the window is exact there. The search always ends on the whole
-# grid, where it goes on if the window was too small.
-
-
-def window_shape(shape: tuple[int, ...], periodic: Periodic = FREE) -> tuple[int, int]:
-    """About three quarters of a grid: what holds the contact in most runs, at half the cost. All of a periodic axis."""
-    sides = list(shape)
-    for axis, (n, wraps) in enumerate(zip(shape, periodic, strict=True)):
-        if not wraps:
-            sides[axis] = min(n, 2 * scipy.fft.next_fast_len(-(-3 * n // 8)))
-    return sides[0], sides[1]
-
-
-def place(mask: Array, shape: tuple[int, int]) -> tuple[Corner, Array]:
-    """The lowest cell of a window around the cells of the mask, and whether it holds them all.
-
-    An empty mask does not fit any window: there is nothing to search for in it.
-    """
-    corner, fits = [], jnp.asarray(True)
-    for axis, length in enumerate(shape):
-        touched, n = jnp.any(mask, 1 - axis), mask.shape[axis]
-        first, last = jnp.argmax(touched), n - 1 - jnp.argmax(touched[::-1])
-        width = last - first + 1
-        corner.append(jnp.clip(first - (length - width) // 2, 0, n - length))
-        fits = fits & (width <= length)
-    return (corner[0], corner[1]), fits
-
-
-def cut(field: Array, corner: Corner, shape: tuple[int, int]) -> Array:
-    """The part of a field (..., nx, ny) in the window."""
-    leading = field.shape[:-2]
-    return jax.lax.dynamic_slice(field, (*[0] * len(leading), *corner), (*leading, *shape))
-
-
-def paste(part: Array, corner: Corner, shape: tuple[int, ...]) -> Array:
-    """A field of a shape (..., nx, ny) with this part in the window, and zero outside."""
-    start = (*[0] * len(shape[:-2]), *corner)
-    return jax.lax.dynamic_update_slice(jnp.zeros(shape, part.dtype), part, start)
