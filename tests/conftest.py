@@ -71,7 +71,7 @@ def programs_with_a_replaced_function_reach_no_other_file(request):
     """Drop the programs in memory before and after a file whose tests replace functions: one that was traced before has
     the function itself, one that was traced meanwhile has its replacement. All other files share their programs: to
     trace them again is as dear as to compile them. A process drops them before they exhaust its memory maps
-    (jaxcontact/_compile/memory_maps.py)."""
+    (jaxcontact/_compile/programs.py)."""
     items = request.session.items
     replaces = any("monkeypatch" in item.fixturenames for item in items if item.path == request.path)
     if replaces:

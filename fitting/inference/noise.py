@@ -105,13 +105,13 @@ def log_likelihood(residual: np.ndarray, weights: np.ndarray, blocks: np.ndarray
     It is -n/2 log(sum e^2/n) - m/2 log(1 - rho^2) + sum log w, with the numbers e of ``whitened``, m pairs of neighbours and
     the weights w, largest over the correlations rho of ``RHO``.
     """
-    pairs = int(np.sum(within(blocks)))
-    rows = [(whitened(residual, float(rho), blocks), float(rho)) for rho in RHO]
-    size = residual.size
-    return float(np.sum(np.log(weights))) + max(
-        -0.5 * size * math.log(max(float(e @ e) / size, 1e-300)) - 0.5 * pairs * math.log1p(-(rho**2))
-        for e, rho in rows
-    )
+    pairs, size = int(np.sum(within(blocks))), residual.size
+
+    def of_noise(rho: float) -> float:
+        e = whitened(residual, rho, blocks)
+        return -0.5 * size * math.log(max(float(e @ e) / size, 1e-300)) - 0.5 * pairs * math.log1p(-(rho**2))
+
+    return float(np.sum(np.log(weights))) + max(of_noise(float(rho)) for rho in RHO)
 
 
 def chance_of_gain(gain: float, size: int, dof: int) -> float:

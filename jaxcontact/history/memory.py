@@ -935,12 +935,24 @@ class PredictedFields(NamedTuple):
 
 
 class IncrementalMemory(Memory):
-    """The increments of the module over kernels that may be others at each step; rates (K,) [1/s]: those of all of them."""
+    """The increments of the module over kernels that may be others at each step; kernels: those from which all others are
+    made, with the rates of all."""
+
+    kernels: Kernels
 
     @property
-    @abc.abstractmethod
     def rates(self) -> Array:
         """lambda_k [1/s], (K,)."""
+        return self.kernels.rates
+
+    def kernels_at_first(self) -> Kernels:
+        """Return the kernels of the body as it is before the first step."""
+        return self.kernels
+
+    def start(self, shape: tuple[int, int]) -> Grown:
+        film = jax.tree.map(jnp.zeros_like, self.kernels_at_first().film_strain)
+        none = jnp.zeros(1 + self.rates.size)
+        return Grown(jnp.zeros((self.rates.size, *shape)), jnp.zeros(shape), film, none)
 
     @abc.abstractmethod
     def kernels_at(self, step: Any) -> Kernels:
@@ -991,15 +1003,6 @@ class GrowingMemory(IncrementalMemory):
     grid: Grid
     kernels: Kernels
 
-    @property
-    def rates(self) -> Array:
-        return self.kernels.rates
-
-    def start(self, shape: tuple[int, int]) -> Grown:
-        eta = jnp.zeros((self.kernels.rates.size, *shape))
-        none = jnp.zeros(1 + self.kernels.rates.size)
-        return Grown(eta, jnp.zeros(shape), jax.tree.map(jnp.zeros_like, self.kernels.film_strain), none)
-
     def kernels_at(self, step: GrowthStep) -> Kernels:
         return build(self.body.with_thicknesses(step.thicknesses), self.indenter, self.grid)
 
@@ -1014,14 +1017,8 @@ class VaryingMemory(IncrementalMemory):
     kernels: Kernels
     at_first: Array
 
-    @property
-    def rates(self) -> Array:
-        return self.kernels.rates
-
-    def start(self, shape: tuple[int, int]) -> Grown:
-        film = jax.tree.map(jnp.zeros_like, self.kernels.at(self.at_first).film_strain)
-        none = jnp.zeros(1 + self.rates.size)
-        return Grown(jnp.zeros((self.rates.size, *shape)), jnp.zeros(shape), film, none)
+    def kernels_at_first(self) -> Kernels:
+        return self.kernels.at(self.at_first)
 
     def kernels_at(self, step: ThicknessStep) -> Kernels:
         return self.kernels.at((step.before + step.after) / 2.0)
