@@ -809,7 +809,9 @@ def fit_force(
     Args:
         data: the curve with load [N] and depth [m] = height - load/spring constant, including the baseline before contact
             (``read_indentation``).
-        indenter: ``jc.Sphere``, ``jc.Cone`` or ``jc.FlatPunch``; a pyramid is the cone of equal area.
+        indenter: ``jc.Sphere``, ``jc.Cone`` or ``jc.FlatPunch``; a pyramid is the cone of equal area. Its material, None or
+            known, is elastic, or with a viscoelastic ``model`` that is not fractional any one that creeps; on a sample with
+            a thickness it is rigid.
         model: None, an elastic solid; or the viscoelastic material, a class or its name: StandardLinearSolid, KelvinVoigt
             (with an instantaneous compliance that keeps its force finite), Maxwell, Burgers, FractionalKelvinVoigt or
             Springpot.

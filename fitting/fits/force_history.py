@@ -46,9 +46,10 @@ from fitting.models.structure import Sought
 from fitting.models.thin_layer import Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
+from fitting.search.press import indenter_creep
 from fitting.views import sheet
 from jaxcontact._support.exponential import phi1
-from jaxcontact.bodies import materials
+from jaxcontact.bodies.materials import Spectrum, relaxation_modes
 
 # 1. The relaxation modulus of a material as a sum of exponentials, G(t) = sum_m weights_m exp(-rates_m t).
 
@@ -64,12 +65,12 @@ INSTANT = 2.0  # rate of what is faster than a gap, times FASTEST/gap
 
 
 def modulus_of(
-    theta: Array, unit: Array, extra: Array | float, model: str, decades: int
+    theta: Array, unit: Array, extra: Array | float, own: Spectrum | None, model: str, decades: int
 ) -> tuple[Array, Array]:
     """Return weights and rates (k,) of the scaled relaxation modulus at the coordinates (m,) of a material.
 
     unit (3,): logarithms of the compliance [1/Pa] and of the duration [s], and the gap between samples over the duration;
-    extra: compliance of the tip. A Kelvin-Voigt element has the modulus G + eta/gap exp(-t/gap), with an instantaneous
+    extra: compliance of the tip at once; own: its creep, None of one that does not creep. A Kelvin-Voigt element has the modulus G + eta/gap exp(-t/gap), with an instantaneous
     compliance, because the force on it alone would contain the rate of the measured depth.
 
     A springpot has G(t) = V t^-alpha/Gamma(1 - alpha) = V sin(pi alpha)/pi int exp(alpha x) exp(-t exp(x)) dx, by the
@@ -81,12 +82,17 @@ def modulus_of(
         c = spectrum(jnp.append(theta, jnp.zeros(3)), None)
         if model == "KelvinVoigt":
             J, r = c.amplitudes, c.rates
-            c = materials.Spectrum(
+            c = Spectrum(
                 (J * r * gap / (1.0 + r * gap))[0], J / (1.0 + r * gap), r / (1.0 + r * gap), 0.0
             )
-        order = jnp.argsort(c.rates)
-        sorted_ = materials.Spectrum(c.instantaneous, c.amplitudes[order], c.rates[order], c.fluidity)
-        rates, weights = materials.relaxation_modes(sorted_, extra)
+        amplitudes, rates, flow = c.amplitudes, c.rates, c.fluidity
+        if own is not None:  # the compliances of sample and tip add
+            amplitudes = jnp.concatenate([amplitudes, own.amplitudes])
+            rates = jnp.concatenate([rates, own.rates])
+            flow = own.fluidity if flow is None else flow + own.fluidity
+        order = jnp.argsort(rates)
+        sorted_ = Spectrum(c.instantaneous, amplitudes[order], rates[order], flow)
+        rates, weights = relaxation_modes(sorted_, extra)
         return weights, rates
     *spring, log_V, alpha = theta
     V = jnp.exp(log_V + log_compliance - alpha * lapse)
@@ -117,7 +123,7 @@ class History(NamedTuple):
 
     t, depth (n,): at the samples and turning points; pick (m,): places of the samples among them; power: of the depth in F;
     widening: power of the contact radius in the depth; layer over scaled depths, None on a half-space; extra: compliance of
-    the tip; unit (3,): of ``modulus_of``.
+    the tip at once; unit (3,) and own: of ``modulus_of``.
     """
 
     t: Array
@@ -128,6 +134,7 @@ class History(NamedTuple):
     layer: ThinLayer | None
     extra: Array | float
     unit: Array
+    own: Spectrum | None = None
 
     def elastic_force(self, depth: Array) -> Array:
         """Return F at a depth () > 0."""
@@ -173,7 +180,7 @@ def contact_force(
 
 def indentation_force(theta: Array, curve: History, model: str, decades: int, cells: int = CELLS) -> Array:
     """Return the scaled force (n,) without the baseline at the samples; theta = (material, *``NUISANCES``)."""
-    weights, rates = modulus_of(theta[:-4], curve.unit, curve.extra, model, decades)
+    weights, rates = modulus_of(theta[:-4], curve.unit, curve.extra, curve.own, model, decades)
     depth = curve.depth - theta[-4]
     deepest = jnp.maximum(jnp.max(depth), 1e-6)
     return contact_force(weights, rates, curve.t, depth, *curve.elements(deepest, cells))[curve.pick]
@@ -401,7 +408,11 @@ class Problem(NamedTuple):
         if thickness is not None:
             layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
             layer = layer._replace(scale=layer.scale * depth**layer.power)
-        extra = float(indenter.compliance()) / sought.volume.one_minus_nu / compliance
+        creep, per_unit = indenter_creep(indenter), sought.volume.one_minus_nu * compliance
+        extra, own = float(creep.instantaneous) / per_unit, None
+        if creep.rates.size or creep.fluidity is not None:
+            flow = 0.0 if creep.fluidity is None else creep.fluidity * T / per_unit
+            own = Spectrum(jnp.zeros(()), creep.amplitudes / per_unit, creep.rates * T, jnp.asarray(flow))
 
         # times of samples and turning points; the gap is the usual one of the samples
         corners = curve.corners()
@@ -417,7 +428,7 @@ class Problem(NamedTuple):
         )
         history = History(
             *grid, nonlinear.repeated(pick), probe.power, 1.0 / (probe.power - 1.0) if probe.power > 1.0 else 1.0,
-            layer, extra, np.array([math.log(compliance), math.log(T), gap]),
+            layer, extra, np.array([math.log(compliance), math.log(T), gap]), own,
         )  # fmt: skip
 
         t = curve.t[curve.kept]
@@ -454,7 +465,8 @@ class Problem(NamedTuple):
 
     def modes(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the weights [Pa] and rates [1/s] of the relaxation modulus of the sample with its tip."""
-        given = jnp.asarray(theta[:-4]), self.history.unit, self.history.extra, self.model, self.decades
+        history = self.history
+        given = jnp.asarray(theta[:-4]), history.unit, history.extra, history.own, self.model, self.decades
         weights, rates = (np.asarray(part) for part in modulus_of(*given))
         return weights / self.units[3], rates / self.units[2]
 

@@ -26,7 +26,8 @@ and the change is found by GMRES.
 With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
 traction stays on the rim, which grows with pressure and coefficient of friction, and turns with the slip
 (``contact.friction``). Pressure and traction then follow from one linear system, by BiCGSTAB; in rolling, whose
-operator is nearly skew, by GMRES.
+operator is nearly skew, by GMRES; with adhesion, where the pressure does not depend on the traction, the traction follows
+from a symmetric one of its own, by conjugate gradients.
 
 First derivatives go over into those of the continuous problem as cells shrink. Second derivatives do not:
 they are those of the discrete problem with its area of contact held, and miss what the moving edge adds
@@ -53,6 +54,7 @@ from jaxcontact.contact.friction import (
     FreeDirections,
     Round,
     SlipProblem,
+    TangentialProblem,
     TangentialSolution,
     free_directions,
     preconditioner,
@@ -443,6 +445,52 @@ def _solve_partial_slip_jvp(primals, tangents):
     )
     counts = no(found.taken), no(found.rounds), no(found.settled)
     return found, Round(d_normal, d_tangential, tangential_shift, normal_shift, *counts)
+
+
+@jax.custom_jvp
+def solve_tangential(
+    problem: TangentialProblem, start: Array, displacement: Array, tolerance: Array, max_iterations: Array
+) -> TangentialSolution:
+    """``solve`` of contact.friction, at a given bound, differentiable in everything in ``problem``."""
+    return friction.solve(problem, start, displacement, tolerance, max_iterations)
+
+
+@solve_tangential.defjvp
+def _solve_tangential_jvp(primals, tangents):
+    problem, change = primals[0], tangents[0]
+    found = checkpoint_name(solve_tangential(*primals), KEPT)
+    operator, sum_given, q = problem.operator, problem.load_controlled, found.traction
+    free = free_directions(problem, q, found.slip)
+    turned = lambda dq: free.curvature * free.along(dq)
+
+    # Changes that follow directly: the traction of slipping cells follows the bound, and free tractions make up a given sum.
+    dq = change.bound * free.normal
+    if sum_given:
+        dq = dq + free.uniform(change.target - jnp.sum(dq, (1, 2)))
+
+    # The rest keeps the slip of cells that stick, P (K_tt + k) P x = P (d shift - forcing - (K_tt + k) dq); symmetric.
+    by_operator = change.operator.tangential_from_tangential(q)
+    forcing = by_operator + change.drift
+    stiffness = lambda x: operator.tangential_from_tangential(x) + turned(x)
+    shift = 0.0 * change.target if sum_given else change.target
+    right = shift[:, None, None] - forcing - stiffness(dq)
+
+    def search(matrix: Linear, b: Array) -> Array:
+        there, back = lambda x: (matrix(x), None), preconditioner(operator, free)
+        rest = conjugate_gradients(there, back, free(b), TANGENT_TOLERANCE, TANGENT_ITERATIONS)
+        return jnp.where(rest.met, rest.x, jnp.nan)
+
+    matrix = lambda x: free(stiffness(free(x)))
+    dq = dq + free(jax.lax.custom_linear_solve(matrix, free(right), search, symmetric=True))
+    lifted = operator.tangential_from_tangential(dq)
+    moved, d_shift = forcing + lifted, change.target
+    if sum_given:
+        d_shift = free.push(jnp.sum(free.along(moved + turned(dq)), (1, 2)))
+    d_slip = jnp.where(free.contact, moved - d_shift[:, None, None], 0.0)
+    no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
+    return found, TangentialSolution(
+        dq, by_operator + lifted, d_slip, no(found.stick), d_shift, 0.0 * found.error, no(found.iterations)
+    )
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))

@@ -10,6 +10,10 @@ bound is taken as linear,
 which is of second order in the step, never negative, and exact at constant pressure however long the step is. (The mean of
 the tractions themselves would not be: over a reversal of the slip it is zero.) In a step without length, where control and
 tangential control jump together, the pressure is taken to come first, so that the bound is b_after throughout.
+
+With adhesion the bound is b = mu p_c + tau in the cells that touch, of the pressure p_c that contact carries (the net
+pressure plus the attraction) and a shear strength tau, and the tractions are taken not to change the pressure: each problem
+is solved once, the normal one as in ``indent``.
 """
 
 from typing import Any, NamedTuple
@@ -18,19 +22,21 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from jaxcontact._support.pytree import pytree, static
+from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.status import Status, most_serious
-from jaxcontact.contact.friction import SlipProblem, length
-from jaxcontact.contact.implicit import solve_partial_slip
+from jaxcontact.contact.friction import Round, SlipProblem, TangentialProblem, length
+from jaxcontact.contact.implicit import solve_partial_slip, solve_tangential
+from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.history.memory import Memory
-from jaxcontact.history.normal_step import contact_outcome, solved, status_of
+from jaxcontact.history.normal_step import Adhering, at_rest, contact_outcome, solve_step, solved, status_of
 from jaxcontact.history.time_loop import Lapse, Outcome, StepError, Stepper, Steps, after_step, present
 
 
 class ShearCarry(NamedTuple):
     """The carry: the memory's fields; traction (3, nx, ny) of q_x, q_y and p, and its rate; moved (2, nx, ny): the
     tangential displacement; shift (2,) of the indenter; work (nx, ny): friction work per area; judged: the errors of the
-    time steps in the pressure and in the tangential traction, empty without memory."""
+    time steps in the pressure and in the tangential traction, empty without memory; adhering and bound (nx, ny): the last
+    state of a contact with adhesion and the bound of its traction, None without."""
 
     memory: Any
     traction: Array
@@ -39,12 +45,14 @@ class ShearCarry(NamedTuple):
     shift: Array
     work: Array
     judged: tuple[StepError, ...]
+    adhering: Adhering | None = None
+    bound: Array | None = None
 
 
 @pytree
 class ShearStepper(Stepper):
-    """A contact with friction, scaled; coefficient: of friction, (nx, ny); the further input of its steps is the target of
-    the tangential control, (2,)."""
+    """A contact with friction, scaled; coefficient: of friction, (nx, ny); strength: the shear strength of a contact with
+    adhesion, (nx, ny), None without; the further input of its steps is the target of the tangential control, (2,)."""
 
     summed = ("slip",)
 
@@ -57,6 +65,8 @@ class ShearStepper(Stepper):
     edges: tuple[bool, bool] = static()  # as in ``status_of``
     tangential_load_controlled: bool = static()
     coupled: bool = static()
+    law: Any = UNILATERAL  # or an Attraction
+    strength: Array | None = None
 
     def start(self) -> ShearCarry:
         shape = self.profile.shape
@@ -64,7 +74,10 @@ class ShearStepper(Stepper):
         fields = self.memory.start(shape)
         count = self.memory.delayed(fields, zeros()).rates.size
         judged = (StepError.none(count, shape), StepError.none(count, (2, *shape))) if count else ()
-        return ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), judged)
+        begun = ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), judged)
+        if self.strength is None:
+            return begun
+        return begun._replace(adhering=at_rest(self.law, zeros()), bound=zeros())
 
     def advance(self, carry: ShearCarry, step: Steps) -> tuple[ShearCarry, Outcome]:
         dt, before = step.dt, carry.traction[2]
@@ -85,19 +98,48 @@ class ShearStepper(Stepper):
             coupled=self.coupled,
         )
         guess = before + carry.rate[2] * dt
-        found = solve_partial_slip(problem, guess, carry.traction[:2], self.tolerance, self.max_iterations)
-        pressed, sheared, p = found.normal, found.tangential, found.normal.pressure
+        adhering, told = None, {}
+        if self.strength is None:
+            found = solve_partial_slip(
+                problem, guess, carry.traction[:2], self.tolerance, self.max_iterations
+            )
+            pressed = found.normal
+            bounds = self.coefficient * before, self.coefficient * pressed.pressure
+        else:
+            # with adhesion the pressure first, and the traction within the bound of what contact carries
+            normal = replace(problem.under(0.0), law=self.law)
+            guess = jax.lax.stop_gradient(guess)
+            pressed, adhering, told = solve_step(
+                normal, guess, carry.adhering, self.tolerance, self.max_iterations
+            )
+            carried, start = pressed.carried, carry.traction[:2]
+            bounds = (
+                carry.bound,
+                self.coefficient * carried + jnp.where(carried > 0.0, self.strength, 0.0),
+            )
+            tangential = TangentialProblem(
+                operator, bounds[1], problem.drift, problem.tangential_target, self.tangential_load_controlled
+            )
+            displacement = operator.tangential_from_tangential(start)
+            left = self.max_iterations - pressed.iterations
+            sheared = solve_tangential(tangential, start, displacement, self.tolerance, left)
+            taken, once = pressed.iterations + sheared.iterations, jnp.ones((), int)
+            zero = jnp.zeros_like(start)
+            found = Round(pressed, sheared, zero, zero[0], taken, once, once > 0)
+        sheared, p = found.tangential, pressed.pressure
         traction = jnp.concatenate([sheared.traction, p[None]])
 
         # 2. The friction work of the module; a stuck cell's slip is what the solver left.
-        mean = jnp.where(dt > 0.0, (before + p) / 2.0, p)
+        mean = jnp.where(dt > 0.0, (bounds[0] + bounds[1]) / 2.0, bounds[1])
         slip = jnp.where(sheared.stick, 0.0, length(sheared.slip))
-        work = carry.work + self.coefficient * mean * slip
+        work = carry.work + mean * slip
 
         # 3. The errors of the time steps, both with the delayed compliance under the pressure.
         judged: tuple[StepError, ...] = ()
         if carry.judged:
             lapse, along = Lapse(dt), jax.lax.stop_gradient(present(before, p))
+            if adhering is not None:
+                lapse = lapse._replace(touches=jnp.any(pressed.carried > 0.0))
             delayed = self.memory.delayed(carry.memory, along)
             judged = (
                 after_step(carry.judged[0], delayed, before, p, lapse, self.load_controlled),
@@ -111,7 +153,7 @@ class ShearStepper(Stepper):
                 ),
             )
 
-        moves = jnp.any(p > 0.0) | (not self.tangential_load_controlled)
+        moves = jnp.any(pressed.carried > 0.0) | (not self.tangential_load_controlled)
         rate = jax.lax.stop_gradient(traction - carry.traction) / jnp.where(dt > 0.0, dt, jnp.inf)
         carry = ShearCarry(
             memory=self.memory.update(fields, traction, dt),
@@ -121,16 +163,19 @@ class ShearStepper(Stepper):
             shift=carry.shift + jnp.where(moves, sheared.shift, 0.0),
             work=work,
             judged=judged,
+            adhering=adhering,
+            bound=None if self.strength is None else bounds[1],
         )
 
         # 4. The status of the normal contact, unless the tangential one has no solution, or none was found.
-        under, total = problem.under(found.normal_shift), jnp.sum(sheared.traction, (1, 2))
+        under = replace(problem.under(found.normal_shift), law=self.law)
+        total = jnp.sum(sheared.traction, (1, 2))
         met = solved(sheared.error, self.tolerance, sheared.traction, sheared.slip, sheared.shift)
         status = status_of(under, pressed, self.tolerance, self.edges)
         status = most_serious((~met, Status.NOT_CONVERGED), status=status)
         if self.tangential_load_controlled:
             asked = length(problem.tangential_target[:, None, None])[0, 0]
-            room = jnp.sum(self.coefficient * p)
+            room = jnp.sum(bounds[1])
             status = most_serious(((asked > 0.0) & (asked >= room), Status.GROSS_SLIP), status=status)
             # with the derivative of the given load, free of rounding
             total = problem.tangential_target + jax.lax.stop_gradient(total - problem.tangential_target)
@@ -146,6 +191,9 @@ class ShearStepper(Stepper):
         }
         if "indenter_displacement" in numbers:
             shown["indenter_displacement"] = numbers.pop("indenter_displacement")
+        if self.strength is not None:
+            shown["contact_pressure"] = pressed.carried
+        numbers |= told
         numbers |= {
             "iterations": found.taken,
             "time_step_error": jnp.max(jnp.stack([jnp.zeros(()), *(each.estimate for each in judged)])),

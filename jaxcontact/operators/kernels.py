@@ -743,7 +743,7 @@ def image_weights(
 
 FINENESS = 256.0  # the range of log(1 + h/c) is rounded outwards to multiples of one over this
 DEFAULT_TERMS = 6  # where the thickness is not known yet, within jit and grad
-FEWER, MOST_TERMS = (3, 4, 5, 6), 8  # the first of these whose error is below ENOUGH, or the last
+FEWER, MOST_TERMS = (3, 4, 5, 6, 8, 10), 12  # the first of these whose error is below ENOUGH, or the last
 ENOUGH = 1e-5
 THINNEST = 1e-9  # cells: stands for a film of no thickness
 SHORTEST_WAVE = 8.0  # cells: shorter waves carry little of a pressure that the grid resolves
@@ -907,7 +907,7 @@ _assembled_varying = Program(assembled_varying, ("nodes", "terms"))
 
 
 def series_errors(body: LayeredHalfSpace, grid: Grid, expansion: Expansion, thickness: Array) -> Array:
-    """Return the errors of the series of ``FEWER`` terms, (4,)."""
+    """Return the errors of the series of ``FEWER`` terms, (6,)."""
     cell = cell_of(grid)
     error = lambda n: _series_error(ThicknessSeries.of(thickness, cell, n), expansion, body, grid)
     return jnp.stack([error(n) for n in FEWER])

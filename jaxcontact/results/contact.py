@@ -329,9 +329,9 @@ def radius_of(area: Array, grid: Grid) -> Array:
 # The results of contacts with friction.
 
 
-def sticking_share(stick: Array, pressure: Array) -> Array:
+def sticking_share(stick: Array, in_contact: Array) -> Array:
     """Return the number of sticking cells over the number of cells in contact, over the last two axes; 0 without contact."""
-    return jnp.sum(stick, (-2, -1)) / jnp.maximum(jnp.sum(pressure > 0.0, (-2, -1)), 1)
+    return jnp.sum(stick, (-2, -1)) / jnp.maximum(jnp.sum(in_contact, (-2, -1)), 1)
 
 
 @pytree
@@ -365,6 +365,10 @@ class ShearHistory(ContactHistory):
     displacement is the normal one, as in ``ContactHistory``; iterations counts those of both solvers in all outer
     iterations; error is the larger of the two solvers' errors. status 8: friction cannot hold the tangential load, and
     the step has no solution; 9: an earlier step failed, whose tractions, displacements and work this step starts from.
+
+    With adhesion: contact_pressure (nt, nx, ny) [Pa], the pressure that contact carries, ``pressure`` plus the attraction
+    where the gap is zero; the bound of the traction is then mu times it plus the shear strength. jumps, jump_energy (of the
+    pressure alone), cohesive_cells and tabor_number as in ``AdhesiveHistory``. None without.
     """
 
     view: ClassVar[str] = "shear"
@@ -375,11 +379,16 @@ class ShearHistory(ContactHistory):
     tangential_displacement: Array
     dissipated: Array
     friction_work: Array
+    contact_pressure: Array | None = field(kw_only=True, default=None)
+    jumps: Array | None = field(kw_only=True, default=None)
+    jump_energy: Array | None = field(kw_only=True, default=None)
+    cohesive_cells: Array | None = field(kw_only=True, default=None)
+    tabor_number: Array | None = field(kw_only=True, default=None)
 
     @property
     def sticking_share(self) -> Array:
         """The number of sticking cells over the number of cells in contact, (nt,); 0 without contact."""
-        return sticking_share(self.stick, self.pressure)
+        return sticking_share(self.stick, self.in_contact)
 
 
 @pytree
@@ -433,7 +442,7 @@ class SteadyRolling(SteadyContact):
     @property
     def sticking_share(self) -> Array:
         """The number of sticking cells over the number of cells in contact, (); 0 without contact."""
-        return sticking_share(self.stick, self.pressure)
+        return sticking_share(self.stick, self.in_contact)
 
 
 # Results of rubbing: a contact whose film forms and wears.

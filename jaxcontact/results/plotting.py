@@ -372,7 +372,7 @@ def stick_and_slip(ax: Axes, result: Any) -> Axes:
     unit, name = scale_of(x, "m")
     last = lambda field, ndim: np.asarray(field)[-1] if np.ndim(field) > ndim else np.asarray(field)
     slipped = result.slip if hasattr(result, "slip") else result.slip_ratio
-    touching, stick, slip = last(result.pressure, 2) > 0.0, last(result.stick, 2) > 0.0, last(slipped, 3)
+    touching, stick, slip = last(result.in_contact, 2), last(result.stick, 2) > 0.0, last(slipped, 3)
     state = np.where(touching, np.where(stick, 2.0, 1.0), 0.0)
     colours = ListedColormap(["white", colormaps[COLOURS](0.75), colormaps[COLOURS](0.2)])
     mesh = ax.pcolormesh(x / unit, y / unit, state.T, cmap=colours, vmin=-0.5, vmax=2.5, shading="nearest")
@@ -402,8 +402,9 @@ def tractions_on_the_axis(ax: Axes, result: Any) -> Axes:
             ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
     stick = np.asarray(result.stick)[..., middle].reshape(-1, x.size)[-1]
     lowest, highest = ax.get_ylim()
+    touching = np.asarray(result.in_contact)[..., middle].reshape(-1, x.size)[-1]
     ax.fill_between(
-        x / x_unit, lowest, highest, where=(stick > 0.0) & (pressure > 0.0), step="mid", color="0.9", zorder=0
+        x / x_unit, lowest, highest, where=(stick > 0.0) & touching, step="mid", color="0.9", zorder=0
     )
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure, traction [{p_name}]", ylim=(lowest, highest))
     ax.text(0.02, 0.98, "shaded: sticks", transform=ax.transAxes, va="top", fontsize="small")

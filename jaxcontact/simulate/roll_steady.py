@@ -313,7 +313,9 @@ class RollingContact:
         Without coupling the first pressure stays.
         """
         cold, first = state.steps == COLD, state.steps == 0
-        ends = state.steady | (state.steps >= FARTHEST * max(self.profile.shape))
+        # the cells that a step passes along an axis may be a part of one
+        rolled = state.steps * jnp.max(jnp.abs(jax.lax.stop_gradient(self.way)))
+        ends = state.steady | (rolled >= FARTHEST * max(self.profile.shape))
         tolerance = jnp.where(first | ends, 1.0, FINER) * self.tolerance
         tolerance = jnp.where(cold, nonsymmetric.COLD_TOLERANCE, tolerance)
         limit = jnp.where(cold, nonsymmetric.COLD_ITERATIONS, self.max_iterations)
@@ -499,7 +501,7 @@ def _compiled(
     """Solve the rolling contact, compiled once for equal shapes and options, and observe it."""
     grid, scale, spacing = experiment.grid, kernels.normal.scale, jnp.stack(experiment.grid.spacing)
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
-    speed, step = jnp.sqrt(jnp.sum(vector**2)), jnp.min(spacing)
+    speed, step = jnp.sqrt(jnp.sum(vector**2)), spacing[0] if velocity.ndim == 0 else jnp.min(spacing)
 
     # the surface, elastic or with the wake of the tractions, and what it shows of a pressure: of the body, and of an
     # indenter that creeps or is coated, which moves through the contact with the same velocity
@@ -527,7 +529,7 @@ def _compiled(
         of_indenter, seen_of_indenter = rolled_over(own, kernels.indenter)
         surface = surface.plus(of_indenter)
 
-    # the contact, in steps of the shorter side of a cell
+    # the contact, in steps of a cell along x, or in other directions of the shorter side of a cell
     profile = experiment.indenter.profile(grid) / scale.length
     force = scale.from_si("tangential_load", value).reshape(2) if forced else value
     way = step / spacing[0]

@@ -7,6 +7,7 @@ from typing import Any, Self
 import jax.numpy as jnp
 from jax import Array
 
+from jaxcontact._support import checks
 from jaxcontact._support.pytree import as_float64, pytree, replace, static
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import (
@@ -17,13 +18,15 @@ from jaxcontact.bodies.controls import (
     check_tangential,
 )
 from jaxcontact.bodies.grid import Grid, check_free_along_x
+from jaxcontact.bodies.laws import Adhesion, check_adhesion, check_shear_strength
+from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.history.friction_step import ShearStepper
 from jaxcontact.history.memory import TractionMemory, with_indenter
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.kernels import TractionKernels, compiled_traction
 from jaxcontact.results.contact import ShearHistory, ShearStep
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.run import Experiment, Plan, Save, fine_values, refined
+from jaxcontact.simulate.run import Experiment, Plan, Save, fine_values, refined, tabor_numbers
 
 
 def shear(
@@ -41,6 +44,8 @@ def shear(
     save: Save = "all",
     substeps: int | str = 1,
     checkpoint: str = "pressures",
+    adhesion: Adhesion | None = None,
+    shear_strength: Array | float | None = None,
 ) -> ShearHistory:
     """Compute partial slip over time: an indenter under normal and tangential control, with Coulomb friction.
 
@@ -73,6 +78,12 @@ def shear(
         save: as in ``indent``; the argument of a function has also ``.traction`` (2, nx, ny) [Pa], ``.slip`` [m],
             ``.stick``, ``.tangential_load`` [N] and others (``results.contact.ShearStep``).
         substeps, checkpoint: as in ``indent``.
+        adhesion: as in ``indent``; the control may then be negative. The bound of the traction is mu times the pressure that
+            contact carries, the net pressure plus the attraction (``contact_pressure`` of the result). It needs
+            coupled=False: the traction does not change the pressure, as between similar solids, or an incompressible and a
+            rigid one.
+        shear_strength: with adhesion, a shear stress [Pa] >= 0, a number or (nx, ny), which the contact holds beside mu
+            times the pressure wherever it touches; None for zero.
 
     Returns:
         A ``ShearHistory``. Failures are reported in ``status`` and ``converged``; warnings are as in ``indent``.
@@ -97,6 +108,8 @@ def shear(
         "tangential": tangential,
         "friction": friction,
         "coupled": coupled,
+        "adhesion": adhesion,
+        "shear_strength": shear_strength,
     }
     make = lambda count: Shearing.of(body, indenter, control, times, grid, substeps=count, **given)
     history: ShearHistory = refined(make, substeps)
@@ -106,25 +119,41 @@ def shear(
 
 @pytree
 class Shearing(Experiment):
-    """Pressing and shearing; tangential, friction and coupled: as given to ``shear``."""
+    """Pressing and shearing; tangential, friction, coupled, adhesion and shear_strength: as given to ``shear``."""
 
     tangential: TangentialControl
     friction: Array
+    adhesion: Adhesion | None
+    shear_strength: Array | None
     coupled: bool = static()
 
     @classmethod
     def of(  # type: ignore[override]
-        cls, *contact: Any, tangential: TangentialControl, friction: Any, coupled: bool = True, **given: Any
+        cls,
+        *contact: Any,
+        tangential: TangentialControl,
+        friction: Any,
+        coupled: bool = True,
+        adhesion: Any = None,
+        shear_strength: Any = None,
+        **given: Any,
     ) -> Self:
         """Check the arguments of ``shear``; contact and given: the arguments of ``Experiment.of``."""
-        experiment = Experiment.of(*contact, **given)
+        adheres, adhesive = check_adhesion(adhesion), adhesion is not None
+        experiment = Experiment.of(*contact, adhesive=adhesive, **given)
+        adheres = adheres & check_shear_strength(shear_strength, experiment.grid.shape, adhesive=adhesive)
+        checks.require(
+            not (adhesive and coupled),
+            "coupled: expected False with adhesion, got True: the traction is computed without its effect on the pressure",
+        )
         check_free_along_x(experiment.grid, "shear")
         for each in experiment.surfaces:
             check_bonded(each, "shear")
         valid = check_tangential(tangential, experiment.times.size)
-        experiment = experiment.also(valid & check_friction(friction, experiment.grid.shape))
-        tangential, friction = as_float64((tangential, friction))
-        return cls(**vars(experiment), tangential=tangential, friction=friction, coupled=bool(coupled))
+        experiment = experiment.also(valid & adheres & check_friction(friction, experiment.grid.shape))
+        names = ("tangential", "friction", "adhesion", "shear_strength")
+        own = as_float64((tangential, friction, adhesion, shear_strength))
+        return cls(**vars(experiment), **dict(zip(names, own, strict=True)), coupled=bool(coupled))
 
     def with_kernels(self) -> Self:
         """Return the experiment with the kernels of tractions."""
@@ -139,16 +168,25 @@ class Shearing(Experiment):
         """Return the march: the memory of pressure and traction, and the tangential control at the inner steps."""
         kernels: TractionKernels = self.kernels
         scale, forced = kernels.normal.scale, isinstance(self.tangential, TangentialLoad)
+        course, contact, strength = {"times": self.times}, self.contact(scale), None
+        if self.adhesion is not None:
+            contact["law"] = Attraction(
+                self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic
+            )
+            course["tabor_number"] = tabor_numbers(self.adhesion, self)
+            strength = 0.0 if self.shear_strength is None else self.shear_strength
+            strength = scale.from_si("pressure", jnp.broadcast_to(strength, self.grid.shape))
         stepper = ShearStepper(
             memory=with_indenter(TractionMemory(kernels), kernels),
             coefficient=jnp.broadcast_to(self.friction, self.grid.shape),
             tangential_load_controlled=forced,
             coupled=self.coupled,
-            **self.contact(scale),
+            strength=strength,
+            **contact,
         )
         name = "tangential_load" if forced else "tangential_displacement"
         wanted = jnp.broadcast_to(scale.from_si(name, self.tangential.value), (self.times.size, 2))
         targets = jnp.stack([fine_values(wanted[:, axis], self.substeps) for axis in (0, 1)], -1)
-        known = {"times": self.times}, {"grid": self.grid}
+        known = course, {"grid": self.grid}
         errors = kernels.errors(self.duration)
         return Plan(stepper, self.steps(scale, targets), scale, errors, *known, ShearHistory, ShearStep)

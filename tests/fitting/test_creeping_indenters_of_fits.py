@@ -5,6 +5,7 @@ import pytest
 
 import fitting
 import jaxcontact as jc
+from tests.support import ting_curves
 
 SOUGHT = jc.StandardLinearSolid(G1=2e6, G2=1e6, eta2=2e7, nu=0.4)
 RUBBER = jc.StandardLinearSolid(G1=1.5e6, G2=3e6, eta2=3e7, nu=0.3)
@@ -34,6 +35,57 @@ def test_a_ball_that_creeps_adds_its_known_compliance(control):
         data, "StandardLinearSolid", indenter=jc.Sphere(2e-3), nu=0.4, control=control
     )
     assert rigid.values["G1"] < 0.7 * SOUGHT.G1
+
+
+def relaxation(compliances, t):
+    """Modulus at times t of J = sum of J0 + J1 (1 - exp(-t/tau)): the residues of exp(s t)/(s J*(s)), J* = sum J0 +
+    J1/(1 + s tau)."""
+    P = np.polynomial.polynomial
+    top, below = np.ones(1), np.zeros(1)
+    for J0, J1, tau in compliances:
+        below = P.polyadd(P.polymul(below, [1.0, tau]), P.polymul(top, [J0 + J1, J0 * tau]))
+        top = P.polymul(top, [1.0, tau])
+    poles, slope = P.polyroots(below), P.polyder(P.polymul([0.0, 1.0], below))
+    places = np.append(poles.real, 0.0)
+    return np.exp(np.multiply.outer(t, places)) @ (P.polyval(places, top) / P.polyval(places, slope))
+
+
+@pytest.mark.parametrize("share", [0.0, pytest.param(1.0, marks=pytest.mark.slow)])
+def test_a_force_curve_of_a_ball_that_creeps_gives_the_material_of_the_sample_back(share):
+    """Ting's integrals, by quadrature, with the modulus of both compliances together, and noise of 0.2 %; share: of the ball's
+    retardation time that is the sample's. Taken as rigid the ball makes the sample softer by the half."""
+    nu, turn, deep = 0.4, 1.0, 1e-6
+    G1, G2, eta2 = 2e3, 2e3, 4e3
+    times = 2.0, share * 2.0 + (1.0 - share) * 0.3
+    of_ball = 0.6 / G1, 0.9 / G2, times[1]
+    ball = jc.Sphere(5e-6, jc.StandardLinearSolid(1.0 / of_ball[0], 1.0 / of_ball[1], times[1] / of_ball[1], nu=nu))
+    t = np.linspace(0.0, 3.6, 200)
+    since = t - 0.8
+    depth = deep * np.where(since < turn, since / turn, 2.0 - since / turn)
+    modulus = lambda gap: relaxation([(1.0 / G1, 1.0 / G2, times[0]), of_ball], np.asarray(gap))
+    slope = ting_curves.half_space(8.0 * 5e-6**0.5 / 3.0, 1.5, nu)
+    force = ting_curves.force(since, modulus, deep, turn, slope, 1.0)
+    load = force + 0.002 * force.max() * np.random.default_rng(0).standard_normal(t.size)
+    data = fitting.IndentationData(t=t, load=load, depth=depth)
+    fit = fitting.fit_force(data, indenter=ball, nu=nu, model=jc.StandardLinearSolid)
+    assert not fit.refused
+    for name, true in (("G1", G1), ("G2", G2), ("eta2", eta2)):
+        low, high = fit.intervals[name]
+        assert low <= true <= high and high < 2.5 * low
+    rigid = fitting.fit_force(data, indenter=jc.Sphere(5e-6), nu=nu, model=jc.StandardLinearSolid)
+    assert rigid.values["G1"] == pytest.approx(G1 / 1.6, rel=0.1)
+
+
+def test_an_indenter_that_creeps_is_refused_where_a_fit_has_one_modulus():
+    t = np.linspace(0.0, 1.0, 60)
+    depth = 1e-6 * (t - 0.3)
+    data = fitting.IndentationData(t=t, load=1e-9 + 1e3 * np.maximum(depth, 0.0) ** 1.5, depth=depth)
+    with pytest.raises(ValueError, match="indenter material: expected Elastic or None, got StandardLinearSolid"):
+        fitting.fit_force(data, indenter=jc.Sphere(5e-6, RUBBER), nu=0.4)
+    with pytest.raises(ValueError, match="indenter: expected a rigid one with Springpot, got one with a material"):
+        fitting.fit_force(data, indenter=jc.Sphere(5e-6, RUBBER), nu=0.4, model="Springpot")
+    with pytest.raises(ValueError, match="indenter: expected a rigid one on a thin layer, got one with a material"):
+        fitting.fit_force(data, indenter=jc.Sphere(5e-6, RUBBER), nu=0.4, model="Burgers", thickness=1e-5)
 
 
 def test_a_coated_ball_on_a_half_space_is_refused():

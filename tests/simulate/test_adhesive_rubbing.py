@@ -33,12 +33,10 @@ def test_without_wear_it_is_the_contact_at_rest_and_wear_is_that_of_the_pressure
     still, worn = rubbed(0.0), rubbed(1e-15)
     assert not np.any(rest.status) and not np.any(still.status) and not np.any(worn.status)
     size = float(np.abs(rest.pressure).max())
-    # The kernels of a film that may wear are a series in all thicknesses from none to twice the largest. Its eight terms
-    # have an error of 1.3e-4 of the response, which near the edge of contact the attraction amplifies. Up to the largest
-    # thickness alone the range is half as wide, and the difference a fortieth.
-    near = rubbed(0.0, thickest=1.001 * float(still.thickness.max()))
-    np.testing.assert_allclose(still.pressure, rest.pressure, atol=3e-3 * size)
-    np.testing.assert_allclose(near.pressure, rest.pressure, atol=1e-4 * size)
+    # The kernels of a film that may wear are a series in all thicknesses from none to twice the largest, here of twelve
+    # terms, that of a film that stays in those it has, of six; their errors are 1e-6 and below 1e-5 of the response, of
+    # which near the edge of contact the attraction makes ten times as much. (Eight terms for both made 1.4e-3.)
+    np.testing.assert_allclose(still.pressure, rest.pressure, atol=1e-4 * size)
     assert np.all(still.thickness == still.thickness[0]) and np.all(still.jumps == rest.jumps)
 
     matrix, weights = averages(GRID.shape[0])
@@ -61,6 +59,11 @@ def test_without_wear_it_is_the_contact_at_rest_and_wear_is_that_of_the_pressure
 
 @pytest.mark.long
 def test_the_end_of_a_path_over_a_creeping_film_is_steady_sliding():
+    """With 1, 2, 4 and 8 substeps a cell the load differs by 2.6e-3, -0.5e-3, -0.8e-3 and -0.9e-3 units: the first is the
+    error of the time steps, the last that of cells at rest in the body beside cells at rest under the indenter. The pressure
+    differs by the latter: in the mean by 5.0, 2.4, 1.3 and 0.6 % with cells of 0.4, 0.27, 0.2 and 0.13 units, nearly as the
+    second power of the cell, and most, by 5 % with cells of 0.2, in single cells at the edge, which the contact enters or
+    leaves at once. A longer way (32 cells) changes neither."""
     n, steps = 40, 16
     grid, solid = jc.Grid.square(n=n, width=8.0 * UNITS.radius), jc.StandardLinearSolid(G, G, G, nu=0.45)
     body, cell = film(0.5 * UNITS.radius, solid), 0.2 * UNITS.radius
@@ -70,15 +73,15 @@ def test_the_end_of_a_path_over_a_creeping_film_is_steady_sliding():
         warnings.simplefilter("ignore")
         steady = jc.slide_steady(body, BALL, control, velocity=speed, grid=grid, adhesion=LAW)
         run = jc.rub(
-            body, BALL, control, (places - places[0]) / speed, path=places, law=None, grid=grid, adhesion=LAW, save="last"
+            body, BALL, control, (places - places[0]) / speed, path=places, law=None, grid=grid, adhesion=LAW, save="last",
+            substeps=4,
         )  # fmt: skip
     assert int(steady.status) == 0 and not np.any(run.status)
-    assert float(run.load[-1]) == pytest.approx(
-        float(steady.load), abs=4e-3 * UNITS.load
-    )  # 1e-3 with four substeps
+    assert float(run.load[-1]) == pytest.approx(float(steady.load), abs=1e-3 * UNITS.load)
     shifted = np.roll(np.asarray(steady.pressure), steps // 2, 0)
     assert float(steady.hysteresis_force) > 0.04 * UNITS.load
-    np.testing.assert_allclose(run.pressure, shifted, atol=6e-2 * np.abs(shifted).max())
+    assert np.sum(np.abs(run.pressure - shifted)) < 1.5e-2 * np.sum(np.abs(shifted))
+    np.testing.assert_allclose(run.pressure, shifted, atol=5.5e-2 * np.abs(shifted).max())
     assert not np.allclose(shifted, shifted[::-1], atol=0.2 * shifted.max())
 
 

@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 import jaxcontact as jc
+from jaxcontact._support.status import Status
 from jaxcontact.history.memory import Shift
 from jaxcontact.history.motion import carried_past
 
@@ -55,6 +56,21 @@ def creep(t):
     """J of the solids below over that of steel, and its integral from zero."""
     delayed = -np.expm1(-t)
     return 1.0 + delayed, t + (t - delayed)
+
+
+def test_a_batch_of_hardnesses_is_one_after_the_other():
+    """Two that yield and one that does not, pressed and unloaded, with their derivatives; one out of range."""
+    run = lambda hardness: press(jc.Load(np.array([100.0, 300.0, 100.0])), hardness=hardness)
+    slope = jax.grad(lambda hardness: run(hardness).approach[-1])
+    hardnesses = jnp.array([1.5e9, 2e9, 10e9, -1.0])
+    batch, slopes = jax.jit(jax.vmap(run))(hardnesses), jax.vmap(slope)(hardnesses[:3])
+    assert np.all(batch.status[:3] == 0) and np.all(batch.status[3] == Status.OUT_OF_RANGE)
+    for i in range(3):
+        alone = run(float(hardnesses[i]))
+        assert (float(alone.dent.max()) > 0.0) == (i < 2)
+        np.testing.assert_allclose(batch.dent[i], alone.dent, atol=1e-8 * float(alone.approach.max()))
+        np.testing.assert_allclose(batch.pressure[i], alone.pressure, atol=1e-7 * float(alone.pressure.max()))
+        assert float(slopes[i]) == pytest.approx(float(slope(float(hardnesses[i]))), rel=1e-6)
 
 
 @pytest.mark.parametrize("creeps", [False, pytest.param(True, marks=pytest.mark.slow)])

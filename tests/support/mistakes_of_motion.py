@@ -121,6 +121,10 @@ MOTION = {
         ),
         r"shear_strength \[Pa\]: expected a number or shape \(8, 8\), got shape \(4, 4\)",
     ),
+    "a traction that presses on surfaces that attract": (
+        lambda: shear(adhesion=jc.ExponentialAdhesion(0.05, 1e-9)),
+        r"coupled: expected False with adhesion, got True: the traction is computed without its effect on the pressure",
+    ),
     "a shear strength below zero": (
         lambda: steady(1e-9, adhesion=jc.ExponentialAdhesion(0.05, 1e-9), shear_strength=-1e6),
         r"shear_strength \[Pa\]: expected >= 0, got -1e\+06",
