@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fitting.views.text import described
-from jaxcontact._support.pytree import refuse_masked
+from jaxcontact._support.pytree import require_real
 
 # Detection of whether the times of a curve count from the load, since J(t) and G(t) are functions of the time since
 # loading.
@@ -64,7 +64,7 @@ CONVENTIONS = ("J", "1/(2G)", "D")
 
 def array(name: str, value: object, like: np.ndarray | None = None) -> np.ndarray:
     """Return a finite float array (n,), n >= 5; ValueError with its name otherwise."""
-    refuse_masked(name, value)
+    require_real(name, value)
     try:
         array = np.array(value, dtype=float)
     except (TypeError, ValueError):
@@ -115,6 +115,7 @@ def times(value: object) -> np.ndarray:
 def evaluation_times(value: Any) -> np.ndarray:
     """Return times [s], or frequencies, of any shape at which a fitted curve is evaluated; ValueError unless all are finite
     and >= 0."""
+    require_real("t", value)
     try:
         t = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
@@ -266,7 +267,7 @@ def _history(stress: object, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     if stress is None:
         raise ValueError("stress: expected (times, values) or an array as long as t, got None")
     knots, values = stress if isinstance(stress, tuple) and len(stress) == 2 else (t, stress)
-    refuse_masked("stress", [knots, values])
+    require_real("stress", [knots, values])
     knots, values = np.array(knots, dtype=float), np.array(values, dtype=float)
     if knots.ndim != 1 or knots.shape != values.shape or knots.size == 0:
         raise ValueError(

@@ -9,7 +9,7 @@ import numpy as np
 from fitting.data.curves import CreepData
 from fitting.data.growth import GrowthData
 from fitting.data.moduli import OscillationData, RelaxationData
-from jaxcontact._support.pytree import refuse_masked
+from jaxcontact._support.pytree import require_real
 
 Curve = TypeVar("Curve", CreepData, GrowthData, OscillationData, RelaxationData)
 OWN = ("t", "J", "strain", "sigma", "scatter", "modulus", "thickness", "omega", "storage", "loss")
@@ -43,7 +43,7 @@ def exclude(data: Curve, at: Sequence[float]) -> Curve:
         raise ValueError(f"data: expected one of {names}, got {type(data).__name__}")
     x: Any = data.omega if isinstance(data, OscillationData) else data.t
     symbol, unit = ("omega", "rad/s") if isinstance(data, OscillationData) else ("t", "s")
-    refuse_masked("exclude", at)
+    require_real("exclude", at)
     values = np.asarray(list(at), dtype=float)
     wrong = values[~((values >= x.min()) & (values <= x.max()))]
     if wrong.size:

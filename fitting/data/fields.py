@@ -8,7 +8,7 @@ import numpy as np
 
 import jaxcontact as jc
 from fitting.views.text import described
-from jaxcontact._support.pytree import refuse_masked
+from jaxcontact._support.pytree import require_real
 
 UNITS = {"pressure": "Pa", "gap": "m", "displacement": "m", "contact": ""}
 
@@ -50,7 +50,7 @@ class ContactData:
 
     def __post_init__(self) -> None:
         put = lambda name, value: object.__setattr__(self, name, value)
-        refuse_masked("times", self.times)
+        require_real("times", self.times)
         put("times", np.atleast_1d(np.asarray(self.times, dtype=float)))
         if self.times.ndim != 1 or not np.all(np.isfinite(self.times)) or np.any(np.diff(self.times) < 0):
             raise ValueError(f"times: expected (nt,) finite and not decreasing, got {self.times!r}")
@@ -67,6 +67,8 @@ class ContactData:
     def _field(self, name: str, value: Any) -> np.ndarray:
         """Return a field (nt, nx, ny)."""
         shape = (self.times.size, *self.grid.shape)
+        if not isinstance(value, np.ma.MaskedArray):  # masked cells are cells that were not measured
+            require_real(f"fields[{name!r}]", value)
         array: np.ndarray = np.ma.array(value, dtype=float).filled(np.nan)
         array = array[None] if array.ndim == 2 else array
         if array.shape != shape:
@@ -86,7 +88,7 @@ class ContactData:
         if name not in self.fields or name == "contact":
             own = [one for one in self.fields if one != "contact"]
             raise ValueError(f"sigma: expected those of {own}, got {name!r}")
-        refuse_masked(f"sigma[{name!r}]", value)
+        require_real(f"sigma[{name!r}]", value)
         array, shape = np.asarray(value, dtype=float), self.fields[name].shape
         if array.shape not in ((), shape[1:], shape):
             raise ValueError(f"sigma[{name!r}]: expected a number or shape {shape}, got {array.shape}")

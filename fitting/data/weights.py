@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact._support.pytree import refuse_masked
+from jaxcontact._support.pytree import require_real
 
 KINDS = ("estimated", "proportional", "relative", "absolute")
 RATIOS = np.append(0.0, np.geomspace(1e-6, 10.0, 57))  # trial values of a/b over the largest value
@@ -36,7 +36,7 @@ def choose_weights(
     if (weights is None) == (sigma is None):
         raise ValueError(f"weights: expected one of {', '.join(KINDS)}, or sigma=...; got both or none")
     if sigma is not None:
-        refuse_masked("sigma", sigma)
+        require_real("sigma", sigma)
         if np.shape(sigma) not in ((), y.shape):
             raise ValueError(f"sigma: expected a number or {y.size} values, got shape {np.shape(sigma)}")
         try:

@@ -14,7 +14,7 @@ from fitting.models.structure import limits, resolve
 from fitting.search import nonlinear, varpro
 from fitting.search.varpro import Optimum
 from fitting.views.text import described
-from jaxcontact._support.pytree import refuse_masked
+from jaxcontact._support.pytree import require_real
 
 VARYING = ("data", "weights", "lower", "upper", "ratio", "origin")
 
@@ -76,7 +76,7 @@ def fit_creep_batch(
     """
     structure = resolve(model)
     table = limits(structure, fixed, bounds)
-    refuse_masked("J", J)
+    require_real("J", J)
     curves = [CreepData(t=t, J=row, start=start) for row in np.atleast_2d(np.asarray(J, dtype=float))]
     notes = tuple(dict.fromkeys(note for curve in curves for note in curve.notes))
     p = sum(low < high for low, high in table.values())

@@ -56,7 +56,7 @@ from fitting.models.thin_layer import LARGEST, Base, ThinLayer, check_unbonded
 from fitting.search import nonlinear
 from fitting.views import output, sheet, text
 from jaxcontact._compile.programs import Program
-from jaxcontact._support.pytree import refuse_masked
+from jaxcontact._support.pytree import require_real
 
 STEPS, CLOSE = 60, 1e-10  # Gauss-Newton steps for a contact point, and the last of them
 REACH = 0.1  # of a further search about a known contact point
@@ -604,8 +604,8 @@ class Prepared(NamedTuple):
 def data_of(depth: Any, load: Any, t: Any) -> list[Any]:
     """Return curves from rows (m, n) padded with nan, or lists of arrays, up to the largest depth the approach; or
     the reason where a row is no curve."""
-    refuse_masked("depth", depth)
-    refuse_masked("load", load)
+    require_real("depth", depth)
+    require_real("load", load)
     if load is None:
         raise ValueError("load: expected rows (m, n) [N] beside those of the depth, got none")
     if len(depth) != len(load):

@@ -28,7 +28,7 @@ from fitting.models import history
 from fitting.models.parameters import Landscape, Parameters
 from fitting.models.structure import ParameterList, Sought, Structure, series
 from fitting.search.nonlinear import Objective
-from jaxcontact._support.pytree import refuse_masked
+from jaxcontact._support.pytree import require_real
 from jaxcontact.bodies.materials import Spectrum, from_relaxation
 
 # Parts common to the fits of a series of given times, which are linear in values >= 0.
@@ -175,7 +175,7 @@ class MaxwellSeries(ParameterList):
     @classmethod
     def with_times(cls, tau: Any, equilibrium: bool) -> "MaxwellSeries":
         """Return the structure with times (k,) [s], with or without Ge; ValueError unless they are > 0."""
-        refuse_masked("tau", tau)
+        require_real("tau", tau)
         tau = np.unique(np.asarray(tau, dtype=float))
         if tau.ndim != 1 or tau.size == 0 or not np.all(np.isfinite(tau) & (tau > 0)):
             raise ValueError(f"tau: expected times > 0, got {tau}")

@@ -19,7 +19,7 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
-from jaxcontact._support.pytree import refuse_masked
+from jaxcontact._support.pytree import require_real
 from jaxcontact.bodies.materials import Spectrum
 
 LEAST = 1e-9  # fraction of the largest compliance that replaces zero, where derivatives are needed
@@ -239,7 +239,7 @@ def by_name(name: str, classes: Iterable[type]) -> type | None:
 
 def series(tau: Any, instantaneous: bool = True, flow: bool = True) -> Structure:
     """Return the structure of ``jc.Prony`` with given times (k,) [s], with or without J0 and the fluidity."""
-    refuse_masked("tau", tau)
+    require_real("tau", tau)
     tau = np.unique(np.asarray(tau, dtype=float))
     if tau.ndim != 1 or tau.size == 0 or not np.all(np.isfinite(tau) & (tau > 0)):
         raise ValueError(f"tau: expected times > 0, got {tau}")

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._support.pytree import is_concrete, refuse_masked
+from jaxcontact._support.pytree import is_concrete, require_real
 
 Verdict = Array | bool
 
@@ -24,7 +24,7 @@ def require(condition: bool, message: str) -> None:
 
 def _every(name: str, value: Any, inside: Any, expected: str) -> Verdict:
     """Check that ``inside`` holds for every entry: raise ValueError if not, or return a verdict for traced values."""
-    refuse_masked(name, value)
+    require_real(name, value)
     try:
         array = jnp.asarray(value, dtype=float) if not is_concrete(value) else np.asarray(value, dtype=float)
     except (TypeError, ValueError):

@@ -73,6 +73,32 @@ def refuse_masked(name: str, value: Any) -> None:
         )
 
 
+def require_real(name: str, value: Any) -> None:
+    """Raise ValueError for an array that a conversion to float64 would change without a word, or a list or tuple with one.
+
+    It drops the imaginary part of complex numbers, and turns dates and durations into counts of their unit, which pandas
+    stores in nanoseconds: a minute would last 6e10 s. Numbers in text are refused too, and what ``refuse_masked`` refuses.
+    """
+    refuse_masked(name, value)
+    if isinstance(value, list | tuple):
+        for each in value:
+            require_real(name, each)
+        return
+    kind = getattr(getattr(value, "dtype", None), "kind", None)
+    if kind == "c" or isinstance(value, complex):
+        raise ValueError(
+            f"{name}: expected real numbers, got complex numbers: take their real part or modulus"
+        )
+    if kind == "m" or kind == "M":
+        what = "durations" if kind == "m" else "dates"
+        first = "" if kind == "m" else "subtract the first and "
+        raise ValueError(
+            f"{name}: expected numbers, got {what} ({value.dtype}): {first}divide by numpy.timedelta64(1, 's')"
+        )
+    if kind in ("U", "S") or isinstance(value, str | bytes):
+        raise ValueError(f"{name}: expected numbers, got text")
+
+
 def _in_words(obj: Any) -> str:
     """Return the text of an object with its fields."""
     fields = dataclasses.fields(obj)
@@ -158,7 +184,7 @@ _NUMBERS = (int, float, np.number, np.ndarray, jax.Array)
 
 
 def _leaf_as_float64(leaf: Any) -> Any:
-    refuse_masked("array", leaf)
+    require_real("array", leaf)
     if is_concrete(leaf):
         return jnp.asarray(np.asarray(leaf, dtype=np.float64))
     return jnp.asarray(leaf, dtype=jnp.float64)

@@ -34,7 +34,7 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict, require
-from jaxcontact._support.pytree import pytree, refuse_masked, static
+from jaxcontact._support.pytree import pytree, require_real, static
 
 MARGIN = 2.0  # width of the grid over the expected width of the contact
 
@@ -88,7 +88,7 @@ class Grid:
                 f"Grid.around: {name}: expected in the order body, indenter, control, times,"
                 f" got {type(value).__name__}",
             )
-        refuse_masked("times", times)
+        require_real("times", times)
         shape = np.shape(times)
         require(
             len(shape) == 1 and shape[0] > 0,

@@ -16,7 +16,7 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import is_concrete, refuse_masked, value_in_words
+from jaxcontact._support.pytree import is_concrete, require_real, value_in_words
 from jaxcontact.bodies.grid import Grid, check_grid
 
 SAME = 1e-6  # relative difference within which two cell sizes are equal
@@ -38,7 +38,7 @@ class Surface(_Surface):
     __slots__ = ()
 
     def __new__(cls, heights: np.ndarray, grid: Grid) -> Surface:
-        refuse_masked("heights", heights)
+        require_real("heights", heights)
         return super().__new__(cls, heights, grid)
 
     def __repr__(self) -> str:

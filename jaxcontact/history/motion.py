@@ -9,7 +9,7 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import is_concrete, refuse_masked
+from jaxcontact._support.pytree import is_concrete, require_real
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import check_friction
 from jaxcontact.bodies.grid import Grid, check_grid
@@ -28,7 +28,7 @@ SAMPLES = 1500  # places of the track at which a return is looked for, beside it
 
 def as_array(velocity: Array | float) -> Any:
     """Return a velocity, which may be a tuple or list of numbers, as an array; ValueError for anything else."""
-    refuse_masked("velocity", velocity)
+    require_real("velocity", velocity)
     try:
         return (
             np.asarray(velocity, dtype=float) if is_concrete(velocity) else jnp.asarray(velocity, dtype=float)

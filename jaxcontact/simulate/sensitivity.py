@@ -14,7 +14,7 @@ from jax import Array
 
 from jaxcontact._compile.programs import fast_compile_options
 from jaxcontact._support import checks
-from jaxcontact._support.pytree import as_float64, refuse_masked
+from jaxcontact._support.pytree import as_float64, require_real
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ def _numbers(argument: str, given: Any) -> dict[str, np.ndarray]:
     )
     found = {}
     for name, value in given.items():
-        refuse_masked(f"{argument}: {name}", value)
+        require_real(f"{argument}: {name}", value)
         try:
             found[name] = np.asarray(value, dtype=np.float64)
         except (TypeError, ValueError):

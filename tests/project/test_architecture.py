@@ -225,7 +225,7 @@ def test_fitting_uses_public_names_and_what_both_stand_on():
         "jaxcontact._support.plugins",
         "jaxcontact._support.prefixes.",
         "jaxcontact._support.pytree.as_float64",
-        "jaxcontact._support.pytree.refuse_masked",
+        "jaxcontact._support.pytree.require_real",
         "jaxcontact._support.status.",
         "jaxcontact._support.terminal.",
     )

@@ -1,6 +1,7 @@
-"""Masked arrays and quantities with units: no entry drops a mask, beneath which values are often spikes or fill values of
-1e20, or a unit."""
+"""Masked arrays, quantities with units, complex numbers, dates and text: no entry drops a mask, beneath which values are
+often spikes or fill values of 1e20, a unit or an imaginary part."""
 
+import jax
 import numpy as np
 import pytest
 from right_calls import BALL, BODY, FILM, GRID, LOAD, STEEL, indent, roll, rub, shear, slide, steady
@@ -128,3 +129,41 @@ def test_an_empty_mask_is_no_mask():
 def test_masked_pixels_of_a_measured_field_are_missing():
     data = fitting.ContactData([0.0], jc.Load(1.0), {"pressure": masked(np.ones((8, 8)))}, GRID)
     assert np.isnan(data.fields["pressure"][0, -1, -1]) and np.isfinite(data.fields["pressure"]).sum() == 63
+
+
+MADE = {  # what only constructs, and is checked by the call that takes it
+    "heights": lambda heights: indent(indenter=jc.HeightField(heights)),
+    "load": lambda load: indent(control=jc.Load(load), times=[0.0, 1.0]),
+    "approach": lambda approach: indent(control=jc.Approach(approach), times=[0.0, 1.0]),
+    "tangential load": lambda load: shear(tangential=jc.TangentialLoad(load)),
+    "thickness": lambda thickness: indent(body=thick(thickness)),
+    "thickness in a list": lambda one: indent(body=thick(one[0])),
+    "compliances": lambda J: indent(body=jc.LayeredHalfSpace([], jc.Prony(J0=1.0, J=J, tau=[1.0, 2.0], nu=0.3))),
+    "retardation times": lambda tau: indent(
+        body=jc.LayeredHalfSpace([], jc.Prony(J0=1.0, J=[1.0, 1.0], tau=tau, nu=0.3))
+    ),
+    "growth": lambda h: fitting.GrowthData(T, h, stress=2e8, temperature=373.0),
+    "work of adhesion": lambda work: indent(adhesion=jc.DugdaleAdhesion(work=work, strength=1e6)),
+}
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_complex_numbers_dates_durations_and_text_are_refused(name):
+    # numpy converts each of them to floats: the real part, a count of nanoseconds, the number that the text states
+    good, call = CALLS[name]
+    call = MADE.get(name, call)
+    listed = isinstance(good, list)
+    array = np.asarray(good[0] if listed else good)
+    for bad, words in (
+        (array + 1e-9j, "expected real numbers, got complex numbers"),
+        (np.round(array).astype("m8[ns]"), r"expected numbers, got durations \(timedelta64\[ns\]\)"),
+        (np.round(array).astype("M8[ns]"), r"expected numbers, got dates \(datetime64\[ns\]\)"),
+        (array.astype(str), "expected numbers, got text"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            call([bad] if listed else bad)
+
+
+def test_complex_numbers_are_refused_under_jit():
+    with pytest.raises(ValueError, match="expected real numbers, got complex numbers"):
+        jax.jit(lambda load: indent(control=jc.Load(load)).approach)(1.0 + 1e-9j)
