@@ -43,7 +43,7 @@ from jaxcontact.response.coefficients import (
     wavenumbers,
 )
 from jaxcontact.response.images import Images, image_errors
-from jaxcontact.response.interface import DEFAULT_NODES, Separable, check_times, products
+from jaxcontact.response.in_time import DEFAULT_NODES, Separable, check_times, products
 from jaxcontact.response.normal import response_of, sideways_compliance
 from jaxcontact.response.stack import (
     film_shape,
@@ -72,7 +72,7 @@ class Errors(NamedTuple):
 class Kernels:
     """Discretised response of a body and an indenter on a grid; made by ``jaxcontact.kernels``, passed as ``kernels=``.
 
-    family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.interface``;
+    family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.in_time``;
     separation_error: relative error of sharing the rates between wavenumbers up to the horizon, (); horizon [s]: latest
     valid time, inf where there is no limit, (); image_errors: relative errors of the
     images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;

@@ -19,9 +19,9 @@ from typing import Any
 import jax
 import numpy as np
 
-from jaxcontact._support import sources
 from jaxcontact._support.fields import FIELDS, TIME, following_from_maps
 from jaxcontact._support.files import Stacked, read_npz, write_npz, write_whole
+from jaxcontact._support.fingerprint import source_digest
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.results.contact import ContactHistory
 from jaxcontact.results.labels import numbers_of
@@ -96,7 +96,7 @@ def fingerprint(case: Case) -> str:
     given = (case.body, case.indenter, case.control, case.times, case.grid, case.motion)
     leaves, structure = jax.tree.flatten(given)
     words = (
-        f"{sources.identity('jaxcontact')} {case.kind} {structure} {sorted(case.options.items())} {case.kept}"
+        f"{source_digest('jaxcontact')} {case.kind} {structure} {sorted(case.options.items())} {case.kept}"
     )
     numbers = b"".join(
         leaf.encode() if isinstance(leaf, str) else np.asarray(leaf, dtype=float).tobytes() for leaf in leaves
