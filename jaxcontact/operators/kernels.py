@@ -191,7 +191,7 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
     if surface is not None:
         valid = valid & check_stiffness(surface)
     checks.whole("nodes", nodes, 1, 8)
-    built = compiled_build(*as_float64((body, indenter, grid)), nodes=nodes)
+    built = build(*as_float64((body, indenter, grid)), nodes=nodes)
     built = replace(built, made_of=solids_of(body, indenter))
     return built if valid is True else jax.tree.map(lambda a: jnp.where(valid, a, jnp.nan), built)
 
@@ -255,25 +255,12 @@ def check_stiffness(body: LayeredHalfSpace) -> Verdict:
     return True
 
 
-def compiled_build(
-    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES
-) -> Kernels:
-    """``build`` in two programs: an expensive one, the same for all grids, and one for each shape of them."""
-    of_body = compiled_expansion(body, nodes=nodes)
-    return _assembled(body, indenter, grid, of_body, _compiled_own(indenter, nodes), nodes=nodes)
-
-
-def _compiled_own(indenter: Indenter, nodes: int) -> Expansion | None:
-    """Return the expansion of an indenter that creeps or is coated, None of any other."""
-    surface = indenter.surface()
-    return None if surface is None else compiled_expansion(surface, nodes=nodes)
-
-
 def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:
-    """``kernels`` without checks, for use inside jit."""
-    surface = indenter.surface()
-    own = None if surface is None else expansion(surface, nodes)
-    return assembled(body, indenter, grid, expansion(body, nodes), own, nodes)
+    """Return ``kernels`` without checks, by two programs: an expensive one, the same for all grids, and one for each shape
+    of a grid. An indenter that creeps or is coated has an expansion of its own."""
+    surface, of_body = indenter.surface(), compiled_expansion(body, nodes=nodes)
+    own = None if surface is None else compiled_expansion(surface, nodes=nodes)
+    return _assembled(body, indenter, grid, of_body, own, nodes=nodes)
 
 
 def build_surface(body: LayeredHalfSpace, grid: Grid, scale: Scale, nodes: int = DEFAULT_NODES) -> Kernels:
@@ -643,7 +630,7 @@ def compiled_traction(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, coupled: bool
 ) -> TractionKernels:
     """Return the kernels of a body, an indenter and a grid; the programs of the expansions hold for all grids."""
-    normal, surface = compiled_build(body, indenter, grid), indenter.surface()
+    normal, surface = build(body, indenter, grid), indenter.surface()
     own = None if surface is None else _expansion(surface)
     return _assembled_tractions(normal, _expansion(body), own, indenter, grid, coupled=coupled)
 
@@ -848,7 +835,8 @@ def compiled_varying(
             errors = np.asarray(_series_errors(body, grid, expansion, ends))
             enough = np.flatnonzero(errors <= ENOUGH)
             terms = FEWER[enough[0]] if enough.size else MOST_TERMS
-    own = _compiled_own(indenter, nodes)
+    surface = indenter.surface()
+    own = None if surface is None else compiled_expansion(surface, nodes=nodes)
     return _assembled_varying(body, indenter, grid, expansion, own, thickness, nodes=nodes, terms=terms)
 
 

@@ -25,7 +25,7 @@ from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.history.memory import Motion, moving_memory
 from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directions, shifts, ways
 from jaxcontact.indenters.shapes import Sphere
-from jaxcontact.operators.kernels import Kernels, check_stiffness, compiled_build
+from jaxcontact.operators.kernels import Kernels, build, check_stiffness
 from jaxcontact.operators.operator import Operator
 from jaxcontact.response.stack import has_zero_instantaneous_compliance, top_layer
 from jaxcontact.results.deformation import Deflection
@@ -108,7 +108,7 @@ def deflection(
     if valid is not True:
         pressure = jnp.where(valid, pressure, jnp.nan)
     pressure = jnp.broadcast_to(pressure, (count, *grid.shape))
-    found = _marched(compiled_build(body, RIGID, grid), grid, pressure, times, velocity, substeps=substeps)
+    found = _marched(build(body, RIGID, grid), grid, pressure, times, velocity, substeps=substeps)
     for note in found.notes if is_concrete(found) else ():
         warnings.warn(note, stacklevel=2)
     return found
