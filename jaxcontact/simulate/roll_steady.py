@@ -298,14 +298,13 @@ class RollingContact:
             jnp.zeros_like(self.profile),
             jnp.zeros((), int),
         )
-        guess, steps = (zero, COLD) if self.surface.normal.symmetric else (self._cold_start(nothing), 0)
+        guess, steps = zero, COLD
+        if not self.surface.normal.symmetric:
+            guess, steps = nonsymmetric.cold_start(self.pressed(nothing)), 0
         pressed = Solution(guess, zero, jnp.zeros(()), jnp.ones(()), none)
         sheared = TangentialSolution(nothing, nothing, nothing, zero > 0.0, jnp.zeros(2), jnp.ones(()), none)
         before = Rolled(pressed, sheared, jnp.ones(()), none + steps, jnp.zeros((), bool))
         return jax.lax.while_loop(lambda state: ~state.ended, self._further, before)
-
-    def _cold_start(self, traction: Array) -> Array:
-        return nonsymmetric.cold_start(self.pressed(traction))
 
     def _further(self, state: Rolled) -> Rolled:
         """Find the pressure under the last traction, and then the traction of the next step, unless the state is steady.
