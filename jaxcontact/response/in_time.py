@@ -53,7 +53,7 @@ derivatives to 1e-9, and both modes to round-off.
 """
 
 import abc
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import jax
@@ -631,23 +631,18 @@ def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
         each = [_responses(rough, wavenumber) for rough in rough_ones]
         return jnp.concatenate([jnp.stack([L, T, jnp.sqrt(L * N)]) for L, _, N, T in each])
 
-    ladders = _ladders(constants, sizes, densely=True)
+    # C_0 of L, T and K, each relative to one size, and their S_m, relative to the other three
     values = long_waves_kept(body, values)
-    pairs = zip(values, ladders[:3], ladders[3:], strict=True)
-    images = [_joined([entry[:1], entry[1:]], [first, last]) for entry, first, last in pairs]
-    return Images(images[0].depths, jnp.stack([each.heights for each in images]))
+    groups = [*values[:, :1], *values[:, 1:]]
+    found = images_relative_to(sizes, groups, constants, densely=True)
+    start, rest = found.heights[:3, None], found.heights[3:].reshape(3, values.shape[1] - 1, -1)
+    return Images(found.depths, jnp.concatenate([start, rest], 1))
 
 
 def long_waves_kept(body: LayeredHalfSpace, values: Array) -> Array:
     """Return responses (..., n) with, on a rigid base, their limit for long waves at wavenumber zero in place of that under
     a uniform traction (``response.stack.alpha_LKNT``)."""
     return values if body.substrate is not None else values.at[..., 0].set(0.0)
-
-
-def _joined(values: list[Array], ladders: list[Ladder]) -> Images:
-    """Fit images of values (m, n), each array on its own ladder."""
-    images = [fit_images(some, ladder) for some, ladder in zip(values, ladders, strict=True)]
-    return Images(images[0].depths, jnp.concatenate([each.heights for each in images]))
 
 
 def _rounded_constants(constants: StackConstants, compliances: Array) -> StackConstants:
@@ -706,13 +701,19 @@ def stacked_ladders(
     return Ladder(alpha, depths, at_nodes, at_steps)
 
 
-def _ladders(
-    constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
-) -> list[Ladder]:
-    """Return the ladders of ``stacked_ladders`` one by one."""
+def images_relative_to(
+    sizes: Callable[[Array], Array],
+    groups: Sequence[Array],
+    constants: StackConstants,
+    *,
+    densely: bool = False,
+) -> Images:
+    """Return images of groups of responses, (m, n) each, heights one behind the other; the errors of each group are relative
+    to one of the sizes; sizes, densely: as in ``stacked_ladders``."""
     every = stacked_ladders(constants, sizes, densely=densely)
-    pairs = zip(every.at_nodes, every.at_steps, strict=True)
-    return [Ladder(every.wavenumbers, every.depths, *each) for each in pairs]
+    of_each = zip(groups, every.at_nodes, every.at_steps, strict=True)
+    found = [fit_images(own, replace(every, at_nodes=nodes, at_steps=steps)) for own, nodes, steps in of_each]
+    return Images(every.depths, jnp.concatenate([images.heights for images in found]))
 
 
 # Images of the shapes where there is no slowest rate.
@@ -796,7 +797,7 @@ class Layered(Response):
     def expand(self, values: Array) -> Images:
         constants = stack_constants(self.body)
         at_first = _rounded_constants(constants, constants.compliances)
-        return fit_images(long_waves_kept(self.body, values), *_ladders(constants, _normal_sizes([at_first])))
+        return images_relative_to(_normal_sizes([at_first]), [long_waves_kept(self.body, values)], constants)
 
     def expand_shapes(self, start: Array, film: Array, rest: Array) -> Images:
         """Return images whose errors are relative to responses: of C_0 to the body's at first, of S_1 to that of the top
@@ -805,8 +806,8 @@ class Layered(Response):
         at_first = _rounded_constants(constants, constants.compliances)
         final = _rounded_constants(constants, constants.final)
         on_base = at_first._replace(compliances=jnp.zeros_like(at_first.compliances).at[0].set(1.0))
-        ladders = _ladders(constants, _normal_sizes([at_first, on_base, final]))
-        return _joined([long_waves_kept(self.body, each) for each in (start, film, rest)], ladders)
+        groups = [long_waves_kept(self.body, each) for each in (start, film, rest)]
+        return images_relative_to(_normal_sizes([at_first, on_base, final]), groups, constants)
 
 
 RATES_A_NODE, SHAPES_A_NODE = 12, 4
