@@ -34,7 +34,7 @@ from jaxcontact.history.motion import check_along_x
 from jaxcontact.history.normal_step import contact_outcome, solved, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.coupled import Tangential, TractionOperator
-from jaxcontact.operators.kernels import Errors, TractionKernels, compiled_traction, scaled_coefficients
+from jaxcontact.operators.kernels import Errors, TractionKernels, build_traction, scaled_coefficients
 from jaxcontact.operators.operator import Operator
 from jaxcontact.results.contact import SteadyRolling
 from jaxcontact.simulate.run import Experiment, reported
@@ -478,7 +478,7 @@ def roll_steady(
     experiment = experiment.also(valid & checks.finite("spin [1/m]", spin))
 
     speed, value, friction, spin = (jnp.asarray(as_float64(a)) for a in (velocity, value, friction, spin))
-    kernels = compiled_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
+    kernels = build_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
     options = {"forced": forced, "coupled": bool(coupled)}
     result, errors = _run(experiment, kernels, speed, value, friction, spin, **options)
     return reported(result, errors, experiment)

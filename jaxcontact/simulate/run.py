@@ -58,9 +58,9 @@ from jaxcontact.indenters.shapes import (
 from jaxcontact.operators.kernels import (
     Errors,
     build,
+    build_varying,
     check_kernels,
     check_stiffness,
-    compiled_varying,
 )
 from jaxcontact.response.stack import (
     has_zero_instantaneous_compliance,
@@ -216,7 +216,7 @@ class Experiment:
             return self
         if self.film_map is not None:
             thickness = self.film_map.values
-            return replace(self, kernels=compiled_varying(self.body, self.indenter, self.grid, thickness))
+            return replace(self, kernels=build_varying(self.body, self.indenter, self.grid, thickness))
         return replace(self, kernels=build(self.body, self.indenter, self.grid))
 
     def planned(self) -> Plan:
