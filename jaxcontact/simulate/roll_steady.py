@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -484,7 +485,12 @@ def roll_steady(
     return reported(result, errors, experiment)
 
 
-def _compiled(
+@functools.partial(
+    Program,
+    static_argnames=("forced", "coupled"),
+    work=lambda experiment, *_, **__: 700.0 * experiment.work,
+)
+def _run(
     experiment: Experiment,
     kernels: TractionKernels,
     velocity: Array,
@@ -606,6 +612,3 @@ def _compiled(
         "hysteresis_force": in_si["hysteresis_power"] / speed,
     }
     return SteadyRolling(grid=grid, velocity=vector, **in_si), kernels.errors()
-
-
-_run = Program(_compiled, ("forced", "coupled"), work=lambda experiment, *_, **__: 700.0 * experiment.work)
