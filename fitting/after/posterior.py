@@ -26,7 +26,7 @@ from fitting.after.propagation import Propagated
 from fitting.inference.result import Fit, Landscape
 from fitting.models.structure import Compressibility
 from fitting.views import sheet, text
-from jaxcontact._compile.programs import fast_compile_options
+from jaxcontact._compile.programs import compiler_options
 
 # Hamiltonian Monte Carlo sampling of the posterior of a fit: its density, the starts of the chains, and the chains.
 #
@@ -121,7 +121,7 @@ def run(keys: Array, z: Array, density: Density, warmup: int, samples: int) -> t
 
 @functools.cache
 def _compiled() -> Any:
-    return jax.jit(_chains, static_argnames=("warmup", "samples"), compiler_options=fast_compile_options())
+    return jax.jit(_chains, static_argnames=("warmup", "samples"), compiler_options=compiler_options())
 
 
 def _chains(keys: Array, z: Array, density: Density, warmup: int, samples: int) -> tuple[Array, Array]:

@@ -44,11 +44,13 @@ def enable_compilation_cache(folder: str | os.PathLike | None = None) -> Path:
     """
     chosen: str | None = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
     if folder is None and chosen:
-        if (own := local_folder()) is not None and own.is_dir():
-            remove_unreadable(own)
+        if "://" not in chosen and Path(chosen).is_dir():  # not an address (gs://...)
+            remove_unreadable(Path(chosen))
         return Path(chosen)
+    # a folder for this kind of processor, this jaxlib and this version, since a program may crash on another
     root = platformdirs.user_cache_path("jaxcontact") if folder is None else Path(folder)
-    used = root / _fingerprint()
+    processor = hashlib.sha256(_processor().encode()).hexdigest()[:12]
+    used = root / f"{platform.machine()}-{processor}-jaxlib-{jaxlib.__version__}-{__version__}"
     used.mkdir(parents=True, exist_ok=True)
     remove_incomplete(used)
     remove_unreadable(used)
@@ -57,18 +59,6 @@ def enable_compilation_cache(folder: str | os.PathLike | None = None) -> Path:
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     compilation_cache.reset_cache()  # jax reads the settings once, when it compiles for the first time
     return used
-
-
-def local_folder() -> Path | None:
-    """Return the local folder of the cache; None if there is none, or if it is an address (gs://...)."""
-    chosen: str | None = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
-    return Path(chosen) if chosen and "://" not in chosen else None
-
-
-def _fingerprint() -> str:
-    """Return a name for this kind of processor, this jaxlib and this version, since a program may crash on another."""
-    processor = hashlib.sha256(_processor().encode()).hexdigest()[:12]
-    return f"{platform.machine()}-{processor}-jaxlib-{jaxlib.__version__}-{__version__}"
 
 
 def _processor() -> str:
@@ -96,7 +86,9 @@ def remove_unreadable(folder: Path) -> None:
     """
     with suppress(OSError, filelock.Timeout), filelock.FileLock(folder / ".lockfile", timeout=10):
         path = folder / CHECKED
-        before, now = _checked(path), _states(folder)
+        with os.scandir(folder) as entries:
+            found = {entry.name: entry.stat() for entry in entries if entry.name.endswith("-cache")}
+        before, now = _checked(path), {name: [one.st_size, one.st_mtime_ns] for name, one in found.items()}
         bad = [
             name
             for name, state in now.items()
@@ -108,13 +100,6 @@ def remove_unreadable(folder: Path) -> None:
                 (folder / part).unlink(missing_ok=True)
         if now != before:
             write_whole(path, lambda partial: partial.write_text(json.dumps(now), encoding="utf-8"))
-
-
-def _states(folder: Path) -> dict[str, list[int]]:
-    """Return the size and the modification time of each program."""
-    with os.scandir(folder) as entries:
-        found = {entry.name: entry.stat() for entry in entries if entry.name.endswith("-cache")}
-    return {name: [each.st_size, each.st_mtime_ns] for name, each in found.items()}
 
 
 def _checked(path: Path) -> dict[str, list[int]]:

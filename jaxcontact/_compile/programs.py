@@ -63,47 +63,32 @@ class Program:
         self.function, self.static_argnames, self.optimised = function, static_argnames, optimised
         self.compiled = jax.jit(function, static_argnames=static_argnames)
         self.work, self._done = work, dict[Any, float]()
+        self._with_options = dict[bool, Callable[..., Any]]()  # whether optimised: the function compiled so
 
     def __call__(self, *args: Any, **static: Any) -> Any:
         if not is_concrete(args, jnp.zeros(())):  # within a trace
             return self.compiled(*args, **static)
-        chosen = self._compiled_fast if self.optimised else self._unoptimised
-        if self.work is not None and not _AT_ONCE.get() and unoptimised_options() != fast_compile_options():
+        optimised = self.optimised
+        if self.work is not None and not _AT_ONCE.get() and compiler_options(False) != compiler_options():
             leaves, structure = jax.tree.flatten(args)
             each = tuple((np.shape(leaf), getattr(leaf, "dtype", type(leaf))) for leaf in leaves)
             shapes = structure, each, tuple(sorted(static.items()))
             done = self._done[shapes] = self._done.get(shapes, 0.0) + self.work(*args, **static)
-            chosen = self._compiled_fast if done > BRIEF else self._unoptimised
-        return chosen(*args, **static)
-
-    @functools.cached_property
-    def _compiled_fast(self) -> Callable[..., Any]:
-        return self._with(fast_compile_options())
-
-    @functools.cached_property
-    def _unoptimised(self) -> Callable[..., Any]:
-        return self._with(unoptimised_options())
-
-    def _with(self, options: dict[str, Any]) -> Callable[..., Any]:
-        return jax.jit(self.function, static_argnames=self.static_argnames, compiler_options=options)
+            optimised = done > BRIEF
+        if optimised not in self._with_options:
+            options = compiler_options(optimised)
+            self._with_options[optimised] = jax.jit(
+                self.function, static_argnames=self.static_argnames, compiler_options=options
+            )
+        return self._with_options[optimised](*args, **static)
 
 
 @functools.cache
-def fast_compile_options() -> dict[str, Any]:
-    """Return ``FAST_COMPILE`` as far as it applies."""
-    return _applicable(FAST_COMPILE)
-
-
-@functools.cache
-def unoptimised_options() -> dict[str, Any]:
-    """Return ``UNOPTIMISED`` as far as it applies."""
-    return _applicable(UNOPTIMISED)
-
-
-def _applicable(options: dict[str, Any]) -> dict[str, Any]:
-    """Return the options that ``XLA_FLAGS`` does not set; none for other devices, or a compiler that does not know them."""
-    chosen = os.environ.get("XLA_FLAGS", "")
-    options = {name: value for name, value in options.items() if f"--{name}=" not in chosen}
+def compiler_options(optimised: bool = True) -> dict[str, Any]:
+    """Return ``FAST_COMPILE`` or ``UNOPTIMISED`` without what ``XLA_FLAGS`` sets; nothing for other devices, or for a
+    compiler that does not know them."""
+    chosen, wanted = os.environ.get("XLA_FLAGS", ""), FAST_COMPILE if optimised else UNOPTIMISED
+    options = {name: value for name, value in wanted.items() if f"--{name}=" not in chosen}
     if jax.default_backend() != "cpu":
         return {}
     try:

@@ -60,7 +60,13 @@ def write_npz(path: Path, arrays: Mapping[str, Any]) -> None:
         for name, values in arrays.items():
             # a ZipInfo has a fixed date, whereas a file name alone would be stored with the current date
             with archive.open(zipfile.ZipInfo(f"{name}.npy"), "w", force_zip64=True) as member:
-                _write_array(member, values if isinstance(values, Stacked) else _one_part(values))
+                array = values if isinstance(values, Stacked) else np.asarray(values, order="C")
+                parts = array.parts() if isinstance(array, Stacked) else [array]
+                descr = np.lib.format.dtype_to_descr(array.dtype)
+                header = {"descr": descr, "fortran_order": False, "shape": array.shape}
+                np.lib.format.write_array_header_1_0(member, header)
+                for part in parts:
+                    member.write(np.ascontiguousarray(part).data if part.size else b"")
 
 
 def read_npz(path: Path, *names: str) -> dict[str, np.ndarray]:
@@ -88,19 +94,6 @@ def _read(path: Path, read: Callable[[IO[bytes]], T]) -> T:
                 f"{path}: not an {path.suffix.lstrip('.')} file of arrays;"
                 " accepted: a file written by jaxcontact.write_result"
             ) from error
-
-
-def _one_part(values: Any) -> Stacked:
-    array = np.asarray(values, order="C")
-    return Stacked(array.shape, array.dtype, lambda: iter([array]))
-
-
-def _write_array(member: IO[bytes], array: Stacked) -> None:
-    descr = np.lib.format.dtype_to_descr(array.dtype)
-    header = {"descr": descr, "fortran_order": False, "shape": array.shape}
-    np.lib.format.write_array_header_1_0(member, header)
-    for part in array.parts():
-        member.write(np.ascontiguousarray(part).data if part.size else b"")
 
 
 def _members(file: IO[bytes], names: tuple[str, ...]) -> Iterator[tuple[str, np.ndarray]]:

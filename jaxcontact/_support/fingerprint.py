@@ -25,14 +25,13 @@ import importlib.metadata
 import importlib.util
 import pickle
 import sys
+import time
 import types
 from pathlib import Path
 from typing import Any, NoReturn
 
 import jax
 import numpy as np
-
-from jaxcontact._support import sources
 
 OWN = ("jaxcontact", "fitting")
 REMEDY = 'pass version="...", a text that identifies the version of f'
@@ -76,7 +75,7 @@ def parts_of(f: types.FunctionType) -> dict[str, str]:
 
 def packages_of(*names: str) -> dict[str, str]:
     """Return the parts of an identity that stand for packages of this project, by the digests of their sources."""
-    return {f"the sources of {name}": sources.identity(name) for name in names}
+    return {f"the sources of {name}": source_digest(name) for name in names}
 
 
 def differing(one: dict[str, str], other: dict[str, str]) -> list[str]:
@@ -390,3 +389,47 @@ def _top_package(top: str) -> tuple[str, str] | None:
     except importlib.metadata.PackageNotFoundError:
         names = importlib.metadata.packages_distributions().get(top, [])
         return top, " ".join(importlib.metadata.version(each) for each in names)
+
+
+# A digest of the sources of a package, which distinguishes two states of it with the same version.
+
+
+START_TIME = time.time()
+COMPILED = (".pyc", ".so", ".pyd")  # the files of an installation without sources
+
+
+@functools.cache
+def source_digest(package: str) -> str:
+    """Return a digest of the program code of a package, as this process runs it.
+
+    It is computed from the sources; from the compiled files if there are none; from the archive for a package inside one.
+
+    Raises:
+        ValueError: the sources have changed since this process started, so that the code it runs is not that on disk.
+    """
+    module = sys.modules.get(package)
+    file = module.__file__ if module else importlib.util.find_spec(package).origin  # type: ignore[union-attr]
+    folder = Path(str(file)).parent
+
+    # its files in a fixed order; a package in an archive has none
+    files = sorted(folder.rglob("*.py")) or sorted(
+        path for ending in COMPILED for path in folder.rglob(f"*{ending}") if "__pycache__" not in path.parts
+    )
+    if not files:
+        archive = next(parent for parent in folder.parents if parent.is_file())
+        return hashlib.sha256(archive.read_bytes()).hexdigest()
+
+    # the last change, of the inode too, since copying tools can reset the time of the last modification
+    stats = [path.stat() for path in files]
+    if max(max(stat.st_mtime, stat.st_ctime) for stat in stats) > START_TIME:
+        raise ValueError(
+            f"{package}: its sources in {folder} have changed since this process started;"
+            " restart Python, so that the running code is the same as the sources"
+        )
+
+    # their names within the package and their contents
+    found = hashlib.sha256()
+    for path in files:
+        content = path.read_bytes()
+        found.update(f"{path.relative_to(folder).as_posix()}\0{len(content)}\0".encode() + content)
+    return found.hexdigest()

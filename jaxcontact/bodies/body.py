@@ -183,15 +183,18 @@ def check_bonded(body: LayeredHalfSpace, where: str) -> None:
     )
 
 
+def _given_layers(body: Any) -> Sequence[Any]:
+    """Return the layers of a body before its check: none of what is no body, whose errors are left to ``checked_body``."""
+    given = body.layers if isinstance(body, LayeredHalfSpace) else ()
+    return given if isinstance(given, list | tuple) else ()
+
+
 def body_at_first(body: LayeredHalfSpace, count: int) -> tuple[LayeredHalfSpace, Array | None, Verdict]:
     """Return the body at the first of ``count`` times, its layers' thicknesses over time, and whether these are > 0.
 
-    The thicknesses are (count, layers), or None if all are constant. Other errors in the body are left to
-    ``checked_body``.
+    The thicknesses are (count, layers), or None if all are constant.
     """
-    layers = (
-        body.layers if isinstance(body, LayeredHalfSpace) and isinstance(body.layers, list | tuple) else ()
-    )
+    layers = _given_layers(body)
     varying = [layer for layer in layers if isinstance(layer, Layer) and np.ndim(layer.thickness) == 1]
     if not varying:
         return body, None, True
@@ -230,8 +233,8 @@ class ThicknessMap(NamedTuple):
 
 def over_the_plane(body: LayeredHalfSpace, shape: tuple[int, ...]) -> LayeredHalfSpace:
     """Return the body with the thickness of its only layer at all cells of a grid; other bodies as they are."""
-    layers = body.layers if isinstance(body, LayeredHalfSpace) else ()
-    if not isinstance(layers, list | tuple) or len(layers) != 1 or not isinstance(layers[0], Layer):
+    layers = _given_layers(body)
+    if len(layers) != 1 or not isinstance(layers[0], Layer):
         return body
     if np.ndim(layers[0].thickness) > 0:
         return body
@@ -247,8 +250,7 @@ def separate_map(
     shape: that of the grid; count: the number of times. The one thickness is the largest, without derivative. None: no
     thickness varies in the plane. Raises ValueError for a thickness that cannot be computed.
     """
-    given = body.layers if isinstance(body, LayeredHalfSpace) else ()
-    layers = list(given) if isinstance(given, list | tuple) else []
+    layers = _given_layers(body)
     if not any(isinstance(layer, Layer) and np.ndim(layer.thickness) > 1 for layer in layers):
         return body, None, True
     on = "a rigid base" if body.substrate is None else type(body.substrate).__name__
@@ -279,7 +281,7 @@ def at_its_thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
 
     A layer that has no thickness anywhere is left out.
     """
-    layers = body.layers if isinstance(body, LayeredHalfSpace) else ()
+    layers = _given_layers(body)
     if not all(isinstance(layer, Layer) for layer in layers):
         return body
     at_most = [float(np.max(np.asarray(layer.thickness))) for layer in layers]

@@ -165,14 +165,6 @@ def check_grid(grid: Grid) -> Verdict:
     return along_x & along_y
 
 
-def check_not_periodic(grid: Grid, verb: str) -> None:
-    """Check that the grid is not periodic, for functions restricted to free space."""
-    require(
-        not any(grid.periodic),
-        f"grid: expected a grid that is not periodic: {verb} supports free space only, got periodic={grid.periodic}",
-    )
-
-
 def check_free_along_x(grid: Grid, verb: str) -> None:
     """Check that the grid is not periodic along x, for functions restricted to free space and plane strain."""
     require(

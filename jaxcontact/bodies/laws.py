@@ -31,7 +31,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import Base, is_concrete, pytree, static
-from jaxcontact.bodies.grid import Grid, check_not_periodic
+from jaxcontact.bodies.grid import Grid
 
 BOLTZMANN = 1.380649e-23  # J/K, exact
 MOST_ENERGY, MOST_VOLUME = 1e-17, 1e-24  # J and m3 of one molecule; 62 eV and 1000 nm3
@@ -657,5 +657,9 @@ def check_thermal(thermal: Any, grid: Grid, verb: str) -> Verdict:
     checks.require(
         isinstance(thermal, Thermal), f"thermal: expected Thermal or None, got {type(thermal).__name__}"
     )
-    check_not_periodic(grid, f"{verb} with thermal")
+    checks.require(
+        not any(grid.periodic),
+        f"grid: expected a grid that is not periodic: {verb} with thermal supports free space only, got"
+        f" periodic={grid.periodic}",
+    )
     return thermal.check()

@@ -39,7 +39,7 @@ from jax import Array
 
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.controls import Control, Load
-from jaxcontact.response.interface import Response
+from jaxcontact.response.in_time import Response
 from jaxcontact.response.normal import response_of
 from jaxcontact.response.stack import (
     film_creep,

@@ -10,6 +10,7 @@ where all of the contact slides, ``TractionKernels`` where it sticks in part), t
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any, NamedTuple
 
@@ -43,7 +44,7 @@ from jaxcontact.response.coefficients import (
     wavenumbers,
 )
 from jaxcontact.response.images import Images, image_errors
-from jaxcontact.response.interface import DEFAULT_NODES, Separable, check_times, products
+from jaxcontact.response.in_time import DEFAULT_NODES, Separable, check_times, products
 from jaxcontact.response.normal import response_of, sideways_compliance
 from jaxcontact.response.stack import (
     film_shape,
@@ -72,7 +73,7 @@ class Errors(NamedTuple):
 class Kernels:
     """Discretised response of a body and an indenter on a grid; made by ``jaxcontact.kernels``, passed as ``kernels=``.
 
-    family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.interface``;
+    family: the operators C_0 and S_m, (M + 1); rates: lambda_k [1/s], (K,); mix: (M, K), see ``response.in_time``;
     separation_error: relative error of sharing the rates between wavenumbers up to the horizon, (); horizon [s]: latest
     valid time, inf where there is no limit, (); image_errors: relative errors of the
     images between the wavenumbers where they are fitted, at times spread around the rates, (t, 2): time [s], error;
@@ -191,7 +192,7 @@ def kernels(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, nodes: in
     if surface is not None:
         valid = valid & check_stiffness(surface)
     checks.whole("nodes", nodes, 1, 8)
-    built = compiled_build(*as_float64((body, indenter, grid)), nodes=nodes)
+    built = build(*as_float64((body, indenter, grid)), nodes=nodes)
     built = replace(built, made_of=solids_of(body, indenter))
     return built if valid is True else jax.tree.map(lambda a: jnp.where(valid, a, jnp.nan), built)
 
@@ -255,30 +256,17 @@ def check_stiffness(body: LayeredHalfSpace) -> Verdict:
     return True
 
 
-def compiled_build(
-    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES
-) -> Kernels:
-    """``build`` in two programs: an expensive one, the same for all grids, and one for each shape of them."""
-    of_body = compiled_expansion(body, nodes=nodes)
-    return _assembled(body, indenter, grid, of_body, _compiled_own(indenter, nodes), nodes=nodes)
-
-
-def _compiled_own(indenter: Indenter, nodes: int) -> Expansion | None:
-    """Return the expansion of an indenter that creeps or is coated, None of any other."""
-    surface = indenter.surface()
-    return None if surface is None else compiled_expansion(surface, nodes=nodes)
-
-
 def build(body: LayeredHalfSpace, indenter: Indenter, grid: Grid, nodes: int = DEFAULT_NODES) -> Kernels:
-    """``kernels`` without checks, for use inside jit."""
-    surface = indenter.surface()
-    own = None if surface is None else expansion(surface, nodes)
-    return assembled(body, indenter, grid, expansion(body, nodes), own, nodes)
+    """Return ``kernels`` without checks, by two programs: an expensive one, the same for all grids, and one for each shape
+    of a grid. An indenter that creeps or is coated has an expansion of its own."""
+    surface, of_body = indenter.surface(), expansion(body, nodes=nodes)
+    own = None if surface is None else expansion(surface, nodes=nodes)
+    return assembled(body, indenter, grid, of_body, own, nodes=nodes)
 
 
 def build_surface(body: LayeredHalfSpace, grid: Grid, scale: Scale, nodes: int = DEFAULT_NODES) -> Kernels:
     """Return the kernels of one surface alone, of a body or an indenter, in a scale; for use inside jit."""
-    found = expansion(body, nodes)
+    found = expansion(body, nodes=nodes)
     return _of_surface(body, grid, found, scaled_images(found, None, scale), scale, nodes)
 
 
@@ -301,6 +289,10 @@ class Expansion(NamedTuple):
     errors: Array
 
 
+EXPANDED = 5e4  # work of an expansion in cell steps (``Program``): 12 ms more if not optimised, and 1.2 s less to compile
+
+
+@functools.partial(Program, static_argnames=("nodes",), work=lambda body, nodes: EXPANDED)
 def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
     """Return the expansion of a body, with ``nodes`` as in ``kernels``."""
     response = response_of(body)
@@ -316,6 +308,11 @@ def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
     return Expansion(separable, images, errors)
 
 
+@functools.partial(
+    Program,
+    static_argnames=("nodes",),
+    work=lambda body, indenter, grid, *_, nodes: 4.0 * math.prod(grid.shape),
+)
 def assembled(
     body: LayeredHalfSpace,
     indenter: Indenter,
@@ -333,13 +330,6 @@ def assembled(
         return kernels
     images = scaled_images(of_indenter, None, scale)
     return replace(kernels, indenter=_of_surface(surface, grid, of_indenter, images, scale, nodes))
-
-
-EXPANDED = 5e4  # work of an expansion in cell steps (``Program``): 12 ms more if not optimised, and 1.2 s less to compile
-compiled_expansion = Program(expansion, ("nodes",), work=lambda body, nodes: EXPANDED)
-_assembled = Program(
-    assembled, ("nodes",), work=lambda body, indenter, grid, *_, nodes: 4.0 * math.prod(grid.shape)
-)
 
 
 def _of_surface(
@@ -602,6 +592,11 @@ def joint_errors(
     return Errors(separation, images, horizon)
 
 
+@functools.partial(
+    Program,
+    static_argnames=("coupled",),
+    work=lambda normal, expansion, of_indenter, indenter, grid, coupled: 4.0 * math.prod(grid.shape),
+)
 def assembled_traction(
     normal: Kernels,
     expansion: TangentialExpansion,
@@ -639,21 +634,16 @@ def mirrored(expansion: TangentialExpansion) -> TangentialExpansion:
     )
 
 
-def compiled_traction(
+def build_traction(
     body: LayeredHalfSpace, indenter: Indenter, grid: Grid, *, coupled: bool
 ) -> TractionKernels:
     """Return the kernels of a body, an indenter and a grid; the programs of the expansions hold for all grids."""
-    normal, surface = compiled_build(body, indenter, grid), indenter.surface()
+    normal, surface = build(body, indenter, grid), indenter.surface()
     own = None if surface is None else _expansion(surface)
-    return _assembled_tractions(normal, _expansion(body), own, indenter, grid, coupled=coupled)
+    return assembled_traction(normal, _expansion(body), own, indenter, grid, coupled=coupled)
 
 
 _expansion = Program(tangential_expansion, work=lambda body: EXPANDED)
-_assembled_tractions = Program(
-    assembled_traction,
-    ("coupled",),
-    work=lambda normal, expansion, own, indenter, grid, coupled: 4.0 * math.prod(grid.shape),
-)
 
 
 def scaled_coefficients(
@@ -828,7 +818,7 @@ class VaryingThickness:
 # Kernels of a film whose thickness varies in the plane.
 
 
-def compiled_varying(
+def build_varying(
     body: LayeredHalfSpace,
     indenter: Indenter,
     grid: Grid,
@@ -840,18 +830,20 @@ def compiled_varying(
 
     terms: of the series in the thickness; by default as many as its error requires, if the thickness is known.
     """
-    expansion = compiled_expansion(body, nodes=nodes)
+    of_body = expansion(body, nodes=nodes)
     if terms is None:
         terms = DEFAULT_TERMS
-        if is_concrete(body, grid, expansion, thickness):
+        if is_concrete(body, grid, of_body, thickness):
             ends = jnp.stack([jnp.min(thickness), jnp.max(thickness)])
-            errors = np.asarray(_series_errors(body, grid, expansion, ends))
+            errors = np.asarray(series_errors(body, grid, of_body, ends))
             enough = np.flatnonzero(errors <= ENOUGH)
             terms = FEWER[enough[0]] if enough.size else MOST_TERMS
-    own = _compiled_own(indenter, nodes)
-    return _assembled_varying(body, indenter, grid, expansion, own, thickness, nodes=nodes, terms=terms)
+    surface = indenter.surface()
+    own = None if surface is None else expansion(surface, nodes=nodes)
+    return assembled_varying(body, indenter, grid, of_body, own, thickness, nodes=nodes, terms=terms)
 
 
+@functools.partial(Program, static_argnames=("nodes", "terms"))
 def assembled_varying(
     body: LayeredHalfSpace,
     indenter: Indenter,
@@ -863,7 +855,7 @@ def assembled_varying(
     terms: int,
 ) -> Kernels:
     """Return the kernels from the expansion of a film of one thickness, and that of the indenter as in ``assembled``."""
-    uniform = assembled(body, indenter, grid, expansion, of_indenter, nodes)
+    uniform = assembled(body, indenter, grid, expansion, of_indenter, nodes=nodes)
     scaled = scaled_images(expansion, indenter, uniform.scale)
     film = top_layer(body)
     assert film is not None and uniform.film_strain is not None
@@ -903,17 +895,12 @@ def _as_one(terms: Family, count: int) -> Family:
     )
 
 
-_assembled_varying = Program(assembled_varying, ("nodes", "terms"))
-
-
+@Program
 def series_errors(body: LayeredHalfSpace, grid: Grid, expansion: Expansion, thickness: Array) -> Array:
     """Return the errors of the series of ``FEWER`` terms, (6,)."""
     cell = cell_of(grid)
     error = lambda n: _series_error(ThicknessSeries.of(thickness, cell, n), expansion, body, grid)
     return jnp.stack([error(n) for n in FEWER])
-
-
-_series_errors = Program(series_errors)
 
 
 def cell_of(grid: Grid) -> Array:

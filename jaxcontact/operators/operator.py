@@ -403,13 +403,10 @@ class Family:
         """The circulants of operators of one kernel, (M, ny/2 + 1, nx)."""
         return self.circulants[:, 0]
 
-    def combined(self, weights: Sequence[Array | float]) -> Operator:
-        """sum_m weights_m K_m, one weight for each."""
-        shares = None if self.weights is None else jnp.mean(self.weights, (1, 2))
-        return self._mixed(weights, shares)
-
-    def _mixed(self, weights: Sequence[Array | float], shares: Array | None) -> Operator:
-        """Return the mixture, whose circulant is the mean with shares of f_1, f_2, ..."""
+    def combined(self, weights: Sequence[Array | float], shares: Array | None = None) -> Operator:
+        """Return sum_m weights_m K_m, one weight for each; shares: of f_1, f_2, ... in its circulant, else their means."""
+        if shares is None and self.weights is not None:
+            shares = jnp.mean(self.weights, (1, 2))
         # term by term: at a time, all members and their tangents would leave the processor's cache
         mixed: Callable[..., Any] = lambda a: (
             None if a is None else sum(w * part for w, part in zip(weights, _each(a), strict=True))
@@ -417,7 +414,7 @@ class Family:
         circulant = mixed(self.circulant)
         if shares is not None:
             circulant = circulant + jnp.tensordot(shares, mixed(self.circulants[:, 1:]), 1)
-        window = None if self.window is None else jax.lax.stop_gradient(self.window._mixed(weights, shares))
+        window = None if self.window is None else jax.lax.stop_gradient(self.window.combined(weights, shares))
         lift, wide = mixed(self.lifts), mixed(self.wide)
         return Operator(
             mixed(self.spectra), circulant, self.weights, lift, window, wide, self.periodic, self.entries

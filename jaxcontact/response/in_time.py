@@ -1,4 +1,7 @@
-"""The response of a stack in time as a sum of products: alpha N(alpha, t) ~ C_0(alpha) + sum_k C_k(alpha) f_k(t).
+"""The response in time as a sum of products, alpha N(alpha, t) ~ C_0(alpha) + sum_k C_k(alpha) f_k(t), and that of a stack.
+
+The march in time needs a response in this form, ``Separable``. A half-space (``response.normal``) and a film on an elastic
+substrate (``response.one_layer``) have it in closed form; that of any other stack of layers is found here.
 
 Where several solids creep, the decay rates of the surface fill bands and move with the wavenumber. Fixed
 rates lambda_k, some four a decade, serve all of them to a known error,
@@ -50,11 +53,12 @@ derivatives to 1e-9, and both modes to round-off.
 """
 
 import abc
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from jaxcontact._support.exponential import phi1
@@ -69,14 +73,6 @@ from jaxcontact.response.images import (
     fit_wavenumbers,
     image_depths,
     log_spaced,
-)
-from jaxcontact.response.interface import (
-    QUADRATURE_NODES,
-    QUADRATURE_WEIGHTS,
-    Response,
-    Separable,
-    products,
-    relative_errors,
 )
 from jaxcontact.response.stack import (
     Spectra,
@@ -97,6 +93,99 @@ from jaxcontact.response.stack import (
     surface_compliance,
     uniaxial,
 )
+
+# The form of a response that the march in time needs (``Separable``), and the interface of every kind of response
+# (``Response``): ``normal.HalfSpace``, ``one_layer.OneLayer``, and below ``Stack``.
+
+
+QUADRATURE_NODES, QUADRATURE_WEIGHTS = np.polynomial.legendre.leggauss(5)  # for means over a time interval
+DEFAULT_NODES = 2  # decay rates a band
+CHECK_TIMES = np.geomspace(1e-3, 1e2, 16)  # over 1/rate: where errors are measured
+
+
+@pytree
+class Separable:
+    """The response alpha N(alpha, t) as a sum of products of functions of wavenumber and of time.
+
+    At the wavenumbers of the response,
+
+        u = C_0 * p + sum_k lambda_k C_k * eta_k,     eta_k' = p - lambda_k eta_k,
+        lambda_k C_k = sum_m mix[m, k] S_m [1/(Pa s)].
+
+    rates: lambda_k [1/s], (K,), zero for steady-state viscous flow; terms: C_0 and M shapes S_m, (M + 1, n); mix: (M, K).
+    S_1 is that of the top layer on a rigid base (of a half-space: a number), and own_factors its factors: at once [1/Pa]
+    and, as in mix, for each rate [1/(Pa s)], (K + 1,). error: the largest relative error of the sum of products, over
+    wavenumbers and over times up to the horizon, (); horizon: the latest time for which the sum is valid [s], (), inf if
+    there is no limit.
+    """
+
+    rates: Array
+    terms: Array
+    mix: Array
+    own_factors: Array
+    error: Array
+    horizon: Array | float = float("inf")
+
+
+def relative_errors(found: Array, exact: Array) -> Array:
+    """Return |found - exact|/exact, zero where both are zero, as of a body that cannot be compressed on a rigid base."""
+    return jnp.abs(found - exact) / jnp.where(exact == 0.0, 1.0, exact)
+
+
+def check_times(rates: Array) -> Array:
+    """Times [s] spread around every rate [1/s], zero without any."""
+    positive = jnp.where(rates > 0.0, rates, jnp.max(rates, initial=1.0))
+    return (jnp.asarray(CHECK_TIMES)[:, None] / positive).ravel() if rates.size else jnp.zeros(1)
+
+
+def products(separable: Separable, terms: Array, times: Array) -> Array:
+    """The sum of products at times (t, 1) of terms (M + 1, n) in the place of its own, (t, n)."""
+    growth = times * phi1(times * separable.rates)
+    return terms[0] + growth @ separable.mix.T @ terms[1:]
+
+
+class Response(abc.ABC):
+    """The normal response of one kind of body: alpha N(alpha, t) [1/Pa], N = displacement/pressure.
+
+    The pressure is a unit step at t = 0; ``start`` and ``end`` [s] are the limits of a mean over time.
+    """
+
+    @abc.abstractmethod
+    def mean_response(self, wavenumber: Array, start: Array, end: Array) -> Array:
+        """Return the mean of alpha N over start <= t <= end; arguments broadcast; wavenumber >= 0 [rad/m].
+
+        At wavenumber zero it is that of the substrate alone, with zero derivative with respect to the wavenumber. On a
+        rigid base it is there the displacement under a uniform pressure over that and over the thickness of all layers.
+        """
+
+    @abc.abstractmethod
+    def quasi_elastic(self, wavenumber: Array, start: Array, end: Array) -> Array:
+        """Return ``mean_response`` with 1/J(t) in place of moduli in the elastic response (the paper, section 2.3)."""
+
+    @abc.abstractmethod
+    def wavenumbers(self) -> Array:
+        """Return the wavenumbers at which ``expand`` needs the response, (n,) [rad/m]; they carry no derivative."""
+
+    @abc.abstractmethod
+    def separate(self, nodes: int) -> Separable:
+        """Return the sum of products with ``nodes`` decay rates per band, static."""
+
+    @abc.abstractmethod
+    def expand(self, values: Array) -> Images:
+        """Return images of responses given at ``wavenumbers``, (..., n) [any unit]; errors are relative to the
+        response."""
+
+    @abc.abstractmethod
+    def expand_shapes(self, start: Array, film: Array, rest: Array) -> Images:
+        """Return images, at the depths of ``expand``, of C_0, of the top layer's shape S_1 and of the other S_m.
+
+        Each has a first axis, (m, n) with m >= 0; the heights are in that order, (M, J + 1).
+        """
+
+    def expand_separable(self, separable: Separable) -> Images:
+        """Return images of C_0 and of all shapes of ``separate``, heights (M + 1, J + 1)."""
+        return self.expand_shapes(separable.terms[:1], separable.terms[1:2], separable.terms[2:])
+
 
 # The band of decay rates of a body, and the body with rounded parameters by which it and other choices are made.
 #
@@ -542,23 +631,18 @@ def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
         each = [_responses(rough, wavenumber) for rough in rough_ones]
         return jnp.concatenate([jnp.stack([L, T, jnp.sqrt(L * N)]) for L, _, N, T in each])
 
-    ladders = _ladders(constants, sizes, densely=True)
+    # C_0 of L, T and K, each relative to one size, and their S_m, relative to the other three
     values = long_waves_kept(body, values)
-    pairs = zip(values, ladders[:3], ladders[3:], strict=True)
-    images = [_joined([entry[:1], entry[1:]], [first, last]) for entry, first, last in pairs]
-    return Images(images[0].depths, jnp.stack([each.heights for each in images]))
+    groups = [*values[:, :1], *values[:, 1:]]
+    found = images_relative_to(sizes, groups, constants, densely=True)
+    start, rest = found.heights[:3, None], found.heights[3:].reshape(3, values.shape[1] - 1, -1)
+    return Images(found.depths, jnp.concatenate([start, rest], 1))
 
 
 def long_waves_kept(body: LayeredHalfSpace, values: Array) -> Array:
     """Return responses (..., n) with, on a rigid base, their limit for long waves at wavenumber zero in place of that under
     a uniform traction (``response.stack.alpha_LKNT``)."""
     return values if body.substrate is not None else values.at[..., 0].set(0.0)
-
-
-def _joined(values: list[Array], ladders: list[Ladder]) -> Images:
-    """Fit images of values (m, n), each array on its own ladder."""
-    images = [fit_images(some, ladder) for some, ladder in zip(values, ladders, strict=True)]
-    return Images(images[0].depths, jnp.concatenate([each.heights for each in images]))
 
 
 def _rounded_constants(constants: StackConstants, compliances: Array) -> StackConstants:
@@ -617,13 +701,19 @@ def stacked_ladders(
     return Ladder(alpha, depths, at_nodes, at_steps)
 
 
-def _ladders(
-    constants: StackConstants, sizes: Callable[[Array], Array], *, densely: bool = False
-) -> list[Ladder]:
-    """Return the ladders of ``stacked_ladders`` one by one."""
+def images_relative_to(
+    sizes: Callable[[Array], Array],
+    groups: Sequence[Array],
+    constants: StackConstants,
+    *,
+    densely: bool = False,
+) -> Images:
+    """Return images of groups of responses, (m, n) each, heights one behind the other; the errors of each group are relative
+    to one of the sizes; sizes, densely: as in ``stacked_ladders``."""
     every = stacked_ladders(constants, sizes, densely=densely)
-    pairs = zip(every.at_nodes, every.at_steps, strict=True)
-    return [Ladder(every.wavenumbers, every.depths, *each) for each in pairs]
+    of_each = zip(groups, every.at_nodes, every.at_steps, strict=True)
+    found = [fit_images(own, replace(every, at_nodes=nodes, at_steps=steps)) for own, nodes, steps in of_each]
+    return Images(every.depths, jnp.concatenate([images.heights for images in found]))
 
 
 # Images of the shapes where there is no slowest rate.
@@ -707,7 +797,7 @@ class Layered(Response):
     def expand(self, values: Array) -> Images:
         constants = stack_constants(self.body)
         at_first = _rounded_constants(constants, constants.compliances)
-        return fit_images(long_waves_kept(self.body, values), *_ladders(constants, _normal_sizes([at_first])))
+        return images_relative_to(_normal_sizes([at_first]), [long_waves_kept(self.body, values)], constants)
 
     def expand_shapes(self, start: Array, film: Array, rest: Array) -> Images:
         """Return images whose errors are relative to responses: of C_0 to the body's at first, of S_1 to that of the top
@@ -716,8 +806,8 @@ class Layered(Response):
         at_first = _rounded_constants(constants, constants.compliances)
         final = _rounded_constants(constants, constants.final)
         on_base = at_first._replace(compliances=jnp.zeros_like(at_first.compliances).at[0].set(1.0))
-        ladders = _ladders(constants, _normal_sizes([at_first, on_base, final]))
-        return _joined([long_waves_kept(self.body, each) for each in (start, film, rest)], ladders)
+        groups = [long_waves_kept(self.body, each) for each in (start, film, rest)]
+        return images_relative_to(_normal_sizes([at_first, on_base, final]), groups, constants)
 
 
 RATES_A_NODE, SHAPES_A_NODE = 12, 4

@@ -8,8 +8,7 @@ from jaxcontact._support.pytree import pytree
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.materials import Elastic, Material
 from jaxcontact.response.images import Images
-from jaxcontact.response.in_time import Stack
-from jaxcontact.response.interface import Response, Separable
+from jaxcontact.response.in_time import Response, Separable, Stack
 from jaxcontact.response.one_layer import OneLayer
 from jaxcontact.response.stack import nu_at_first, surface_compliance, surface_creep
 

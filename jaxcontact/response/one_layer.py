@@ -32,12 +32,13 @@ from jaxcontact._support.exponential import mean_decay
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.bodies.body import Layer, LayeredHalfSpace
 from jaxcontact.bodies.materials import Material, parallel_creep
-from jaxcontact.response.in_time import Layered, film_shapes
-from jaxcontact.response.interface import (
+from jaxcontact.response.in_time import (
     QUADRATURE_NODES,
     QUADRATURE_WEIGHTS,
+    Layered,
     Separable,
     check_times,
+    film_shapes,
     products,
     relative_errors,
 )

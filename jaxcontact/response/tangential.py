@@ -104,7 +104,7 @@ RATES, SHAPES = 24, 12
 
 @pytree
 class TangentialSeparable:
-    """The sum of products of alpha (L, T, K), the counterpart of ``response.interface.Separable``.
+    """The sum of products of alpha (L, T, K), the counterpart of ``response.in_time.Separable``.
 
     rates: lambda_k [1/s], (K,); terms: C_0 and the S_m of alpha (L, T, K) at ``tangential_wavenumbers``, (3, M + 1, n); mix:
     (M, K); lambda_k C_k = sum_m mix[m, k] S_m [1/(Pa s)]; times [s], (t,): at which errors are to be measured; horizon: the

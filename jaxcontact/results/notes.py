@@ -91,9 +91,7 @@ class Diagnostics:
 
 
 class _Run(NamedTuple):
-    """The numbers of one run that notes depend on: status, film_strain, contact_area, times, jumps, cohesive_cells
-    time_step_error (nt,); others ().
-    """
+    """The numbers of one run that notes depend on: those over time, (nt,), cell_area and width (), and its diagnostics."""
 
     status: np.ndarray
     film_strain: np.ndarray
@@ -104,23 +102,7 @@ class _Run(NamedTuple):
     time_step_error: np.ndarray
     cell_area: np.ndarray
     width: np.ndarray
-    separation_error: np.ndarray
-    image_error: np.ndarray
-    single_contact: np.ndarray
-    widenings: np.ndarray
-    refined: np.ndarray
-    unjudged: np.ndarray
-    thickness_error: np.ndarray
-    thickness_slope: np.ndarray
-    stiff_film: np.ndarray
-    narrow_growth: np.ndarray
-    relative_step_error: np.ndarray
-    step_limit: np.ndarray
-    bare_from: np.ndarray
-    bare_share: np.ndarray
-    ball_radius: np.ndarray
-    coldest: np.ndarray
-    size_error: np.ndarray
+    told: Diagnostics
 
 
 def notes_of(result: Any) -> tuple[Note, ...]:
@@ -184,7 +166,6 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
     over_time = hasattr(result, "times")
     batch = np.shape(result.status)[:-1] if over_time else np.shape(result.status)
     steps = np.shape(result.status)[len(batch) :]
-    diagnostics = result.diagnostics
     jumps, cohesive = (getattr(result, name, None) for name in ("jumps", "cohesive_cells"))
     adhesion = 0 if jumps is None else jumps, np.inf if cohesive is None else cohesive
     step_error = getattr(result, "time_step_error", None)
@@ -193,17 +174,19 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
     strain, on_indenter = result.film_strain, getattr(result, "indenter_film_strain", None)
     if on_indenter is not None:
         strain = np.maximum(np.asarray(strain), np.asarray(on_indenter))
-    series = (result.status, strain, result.contact_area, times, *adhesion, off)
-    single = (result.grid.cell_area, result.grid.width[0], *vars(diagnostics).values())
-    whole = [np.broadcast_to(np.asarray(a), batch + steps) for a in series]
-    whole += [np.broadcast_to(np.asarray(a), batch) for a in single]
+    series = [result.status, strain, result.contact_area, times, *adhesion, off]
+    series = [np.broadcast_to(np.asarray(a), batch + steps) for a in series]
+    of_run = lambda a: np.broadcast_to(np.asarray(a), batch)
+    cell_area, width = of_run(result.grid.cell_area), of_run(result.grid.width[0])
+    told = {name: of_run(value) for name, value in vars(result.diagnostics).items()}
     for index in np.ndindex(batch):
-        picked = [np.atleast_1d(a[index]) for a in whole[: len(series)]]
-        yield index, _Run(*picked, *(a[index] for a in whole[len(series) :]))
+        own = Diagnostics(**{name: values[index] for name, values in told.items()})
+        yield index, _Run(*(np.atleast_1d(a[index]) for a in series), cell_area[index], width[index], own)
 
 
 def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
     """Yield the notes on one run."""
+    told = run.told
     # 1. Statuses, and the strain of a film.
     size = run.status.size
     for code in np.unique(run.status[run.status > 0]).tolist():
@@ -222,7 +205,7 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
         )
 
     # 2. Errors of the response, of the time steps, and of effects that not every run has.
-    separation, images = float(run.separation_error), float(run.image_error)
+    separation, images = float(told.separation_error), float(told.image_error)
     if separation > SEPARATION_LIMIT:
         yield Note(
             f"the shared decay rates have a relative error of up to {told_apart(separation, SEPARATION_LIMIT, 1)}"
@@ -243,7 +226,7 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
 
     # 3. Cells across the smallest contact of the run; a rough contact has patches of all sizes. With adhesion the largest
     # contact counts: one may shrink to nothing before it separates, and the cells across the zone of attraction matter then.
-    if run.single_contact:
+    if told.single_contact:
         adheres = bool(np.any(np.isfinite(run.cohesive_cells)))
         area = np.where(run.contact_area > 0.0, run.contact_area, 0.0 if adheres else np.inf)
         step = int((np.argmax if adheres else np.argmin)(area))
@@ -264,7 +247,7 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
     if not plane_strain:
         area = np.where(np.isnan(run.contact_area), 0.0, run.contact_area)
         step = int(np.argmax(area))
-        share = float(np.sqrt(area[step] / np.pi) / run.ball_radius)
+        share = float(np.sqrt(area[step] / np.pi) / told.ball_radius)
         if share > DEEP:
             yield Note(
                 f"the contact radius reaches {told_apart(share, DEEP)} of the ball's radius{_at(run, step)}:"
@@ -274,24 +257,25 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
             )
 
     # 5. The input: sizes in whole cells, temperatures, and a grid that was widened.
-    if run.size_error > ROUNDED:
-        share = 100.0 * float(run.size_error)
+    if told.size_error > ROUNDED:
+        share = 100.0 * float(told.size_error)
         yield Note(
             f"the length or radius of the indenter is rounded to whole cells, by {told_apart(share, 100.0 * ROUNDED)}"
             " %: use a finer grid, or cells that divide it",
             f"size of the indenter rounded by more than {100.0 * ROUNDED:g} %",
             share,
         )
-    if run.coldest < COLD:
-        text = f"a temperature of {float(run.coldest):g} K was given: temperatures are in kelvin, not in °C"
-        yield Note(text, f"a temperature below {COLD:g} K", -float(run.coldest))
-    if run.widenings:
-        text = f'grid="auto": widened {int(run.widenings)} times, to {float(run.width):.3g} m'
-        yield Note(text, 'grid="auto": widened', float(run.widenings))
+    if told.coldest < COLD:
+        text = f"a temperature of {float(told.coldest):g} K was given: temperatures are in kelvin, not in °C"
+        yield Note(text, f"a temperature below {COLD:g} K", -float(told.coldest))
+    if told.widenings:
+        text = f'grid="auto": widened {int(told.widenings)} times, to {float(run.width):.3g} m'
+        yield Note(text, 'grid="auto": widened', float(told.widenings))
 
 
 def _of_time_steps(run: _Run) -> Iterator[Note]:
     """Return notes on the error of the pressure by the time steps, and on what of it ``substeps="auto"`` cannot know."""
+    told = run.told
     error = np.where(np.isnan(run.time_step_error), 0.0, run.time_step_error)
     step = int(np.argmax(error))
     if error[step] > STEP_ERROR and not np.any(run.status == Status.STEP_TOO_LONG):
@@ -301,34 +285,38 @@ def _of_time_steps(run: _Run) -> Iterator[Note]:
             f"estimated error of the pressure by the time steps above {100.0 * STEP_ERROR:.0f} %",
             float(error[step]),
         )
-    if run.refined and run.unjudged:
+    if told.refined and told.unjudged:
         yield Note(
-            f'substeps="auto" has taken {int(run.refined)} substeps without an estimate of a part of their error, that of a'
+            f'substeps="auto" has taken {int(told.refined)} substeps without an estimate of a part of their error, that of a'
             " thickness given over time or of numbers that are not finite: compare with more substeps",
             'substeps="auto" without an estimate of a part of the error',
-            float(run.refined),
+            float(told.refined),
         )
 
 
 def _more_steps(run: _Run) -> str:
     """Return the remedy for steps that are too long."""
-    if run.refined:
+    if run.told.refined:
         return 'substeps="auto" has no smaller ones: use more times'
     return 'use more substeps, or substeps="auto"'
 
 
 def _of_thickness(run: _Run) -> Iterator[Note]:
     """A film whose thickness varies in the plane or in time."""
-    error, slope = float(run.thickness_error), float(run.thickness_slope)
-    if run.relative_step_error > run.step_limit and not np.any(run.status == Status.STEP_TOO_LONG):
-        error_of_steps, limit_of_steps = 100.0 * float(run.relative_step_error), 100.0 * float(run.step_limit)
+    told = run.told
+    error, slope = float(told.thickness_error), float(told.thickness_slope)
+    if told.relative_step_error > told.step_limit and not np.any(run.status == Status.STEP_TOO_LONG):
+        error_of_steps, limit_of_steps = (
+            100.0 * float(told.relative_step_error),
+            100.0 * float(told.step_limit),
+        )
         yield Note(
             f"the time steps have an estimated error of {told_apart(error_of_steps, limit_of_steps)} % of the largest change"
             f" of the thickness: {_more_steps(run)}",
-            f"estimated error of the thickness by the time steps above {100.0 * float(run.step_limit):.0f} %",
-            float(run.relative_step_error),
+            f"estimated error of the thickness by the time steps above {100.0 * float(told.step_limit):.0f} %",
+            float(told.relative_step_error),
         )
-    limit, film = (STEEP_STIFF, "stiff") if run.stiff_film else (STEEP, "soft")
+    limit, film = (STEEP_STIFF, "stiff") if told.stiff_film else (STEEP, "soft")
     if slope > limit:
         yield Note(
             f"the film's thickness varies with a slope of {told_apart(slope, limit)}: above {limit}"
@@ -337,16 +325,16 @@ def _of_thickness(run: _Run) -> Iterator[Note]:
             f"slope of the film's thickness above {limit}",
             slope,
         )
-    if run.bare_share > 0.0:
-        share = float(run.bare_share)
+    if told.bare_share > 0.0:
+        share = float(told.bare_share)
         yield Note(
-            f"the film is worn to its base from t = {float(run.bare_from):g} s on, over up to {100.0 * share:.2g} % of the"
+            f"the film is worn to its base from t = {float(told.bare_from):g} s on, over up to {100.0 * share:.2g} % of the"
             " contact: the law takes nothing from the base, so that less material is lost than it says",
             "film worn to its base",
             share,
         )
-    if run.narrow_growth > NARROW:
-        share = 100.0 * float(run.narrow_growth)
+    if told.narrow_growth > NARROW:
+        share = 100.0 * float(told.narrow_growth)
         yield Note(
             f"the film has grown peaks of a single cell, {share:.0f} % of its growth above all neighbours: where growth"
             " increases by its own relief, its peaks depend on the grid",

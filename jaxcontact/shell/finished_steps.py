@@ -14,14 +14,13 @@ import zlib
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import jax
 import numpy as np
 
-from jaxcontact._support import sources
 from jaxcontact._support.fields import FIELDS, TIME, following_from_maps
 from jaxcontact._support.files import Stacked, read_npz, write_npz, write_whole
+from jaxcontact._support.fingerprint import source_digest
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.results.contact import ContactHistory
 from jaxcontact.results.labels import numbers_of
@@ -96,7 +95,7 @@ def fingerprint(case: Case) -> str:
     given = (case.body, case.indenter, case.control, case.times, case.grid, case.motion)
     leaves, structure = jax.tree.flatten(given)
     words = (
-        f"{sources.identity('jaxcontact')} {case.kind} {structure} {sorted(case.options.items())} {case.kept}"
+        f"{source_digest('jaxcontact')} {case.kind} {structure} {sorted(case.options.items())} {case.kept}"
     )
     numbers = b"".join(
         leaf.encode() if isinstance(leaf, str) else np.asarray(leaf, dtype=float).tobytes() for leaf in leaves
@@ -124,6 +123,7 @@ class FinishedSteps:
         Raises:
             ValueError: the steps are those of another case, or no run can go on from what is left of them.
         """
+        # 1. The checkpoints that can be read, and how far each of them is.
         paths = [self.folder / name for name in CHECKPOINTS]
         found = {path: _whole(path) for path in paths if path.exists()}
         known = [checkpoint for checkpoint in found.values() if checkpoint is not None]
@@ -134,35 +134,34 @@ class FinishedSteps:
             )
         if not found and not self._block(1).exists():  # killed before the first checkpoint, or not yet begun
             return ResumePoint()
-        standings = [_resume_point(checkpoint) for checkpoint in known]
+        standings = []
+        for checkpoint in known:
+            blocks, steps, status = checkpoint["counts"].tolist()
+            carry = [checkpoint[name] for name in sorted(checkpoint) if name.startswith("carry")]
+            standings.append(ResumePoint(blocks, steps, status, float(checkpoint["seconds"]), carry))
+
+        # 2. The first blocks of steps that can be read, up to the first that cannot.
         written = len([*self.folder.glob("[0-9]*.npz")])
-        whole, block = self._whole_blocks(max((each.blocks for each in standings), default=written))
-        damaged = [path for path in found if found[path] is None] + ([] if block is None else [block])
+        count = max((each.blocks for each in standings), default=written)
+        whole = next((index for index in range(count) if not _intact(self._block(index))), count)
+        damaged = [path for path in found if found[path] is None]
+        damaged += [self._block(whole)] if whole < count else []
+
+        # 3. The furthest checkpoint whose blocks can all be read.
         usable = [each for each in standings if each.blocks <= whole]
         if not usable:
-            raise ValueError(self._lost((damaged or paths)[-1], whole))
+            kept = f"; the first {whole} blocks of steps beside it are whole, and numpy.load reads them"
+            raise ValueError(
+                f"{(damaged or paths)[-1]}: missing or damaged, and no checkpoint before it is left to go on from"
+                f"{kept if whole else ''}; --force starts anew"
+            )
         furthest = max(usable, key=lambda resume_point: resume_point.blocks)
         if damaged:
-            warnings.warn(_salvaged(damaged, furthest))
+            names = " and ".join(str(path) for path in damaged)
+            warnings.warn(
+                f"{names}: damaged; {furthest.steps} finished steps are whole, and the run goes on from there"
+            )
         return furthest
-
-    def _whole_blocks(self, count: int) -> tuple[int, Path | None]:
-        """Return how many of the first blocks can be read, and the file of the first that cannot."""
-        for index in range(count):
-            if not _intact(self._block(index)):
-                return index, self._block(index)
-        return count, None
-
-    def _lost(self, path: Path, whole: int) -> str:
-        kept = (
-            f"; the first {whole} blocks of steps beside it are whole, and numpy.load reads them"
-            if whole
-            else ""
-        )
-        return (
-            f"{path}: missing or damaged, and no checkpoint before it is left to go on from{kept};"
-            " --force starts anew"
-        )
 
     def add(self, before: ResumePoint, block: FinishedBlock, seconds: float) -> ResumePoint:
         """Keep a block; how far the run has then come."""
@@ -182,7 +181,11 @@ class FinishedSteps:
         kept |= {name: arrays[name][steps] for name in fields.maps}
         self.folder.mkdir(exist_ok=True)
         write_whole(self._block(before.blocks), lambda path: write_npz(path, kept))
-        write_whole(self._checkpoint(now.blocks), lambda path: write_npz(path, self._facts(now) | last))
+        # the checkpoint after them: what the march goes on from, and the fields of the last step
+        counts = [now.blocks, now.steps, now.status]
+        facts = {"case": self.fingerprint, "counts": counts, "seconds": now.seconds}
+        facts |= {f"carry_{index:03}": leaf for index, leaf in enumerate(now.carry or [])}
+        write_whole(self._checkpoint(now.blocks), lambda path: write_npz(path, facts | last))
         return now
 
     def together(self, count: int, grid: Grid) -> FinishedRun:
@@ -220,11 +223,6 @@ class FinishedSteps:
     def _checkpoint(self, blocks: int) -> Path:
         return self.folder / CHECKPOINTS[blocks % 2]
 
-    def _facts(self, now: ResumePoint) -> dict[str, Any]:
-        carry = {f"carry_{index:03}": leaf for index, leaf in enumerate(now.carry or [])}
-        counts = [now.blocks, now.steps, now.status]
-        return {"case": self.fingerprint, "counts": counts, "seconds": now.seconds} | carry
-
 
 def _whole(path: Path, *names: str) -> dict[str, np.ndarray] | None:
     """Return the arrays in a file, or None where it is not there or damaged."""
@@ -241,17 +239,6 @@ def _intact(path: Path) -> bool:
             return file.testzip() is None
     except (OSError, zipfile.BadZipFile, zlib.error):
         return False
-
-
-def _resume_point(checkpoint: dict[str, np.ndarray]) -> ResumePoint:
-    blocks, steps, status = checkpoint["counts"].tolist()
-    carry = [checkpoint[name] for name in sorted(checkpoint) if name.startswith("carry")]
-    return ResumePoint(blocks, steps, status, float(checkpoint["seconds"]), carry)
-
-
-def _salvaged(damaged: list[Path], resume_point: ResumePoint) -> str:
-    names = " and ".join(str(path) for path in damaged)
-    return f"{names}: damaged; {resume_point.steps} finished steps are whole, and the run goes on from there"
 
 
 def _lines(history: ContactHistory) -> dict[str, np.ndarray]:

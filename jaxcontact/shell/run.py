@@ -169,7 +169,10 @@ class Ending:
 
 def run(options: argparse.Namespace) -> int:
     """Read the case, then show it or march and write; the exit status."""
-    case = _case(options.case, options.save)
+    tables = read_tables(options.case)
+    if options.save is not None and isinstance(tables.setdefault("solver", {}), dict):
+        tables["solver"]["save"] = options.save  # in place of that of the file
+    case = case_of(tables, options.case)
     if options.show:
         print(case_text(case), end="")
         return FINE
@@ -180,14 +183,6 @@ def run(options: argparse.Namespace) -> int:
     advice.check(case, options.case)
     advice.check_disk(case, options.case, options.directory)
     return _run_into(options.directory, case, options)
-
-
-def _case(path: Path, save: str | None) -> Case:
-    """The case in a file, with what --save says in place of its own solver.save."""
-    tables = read_tables(path)
-    if save is not None and isinstance(tables.setdefault("solver", {}), dict):
-        tables["solver"]["save"] = save
-    return case_of(tables, path)
 
 
 def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:

@@ -8,6 +8,7 @@ frame of the load, which moves over the body with the velocity v,
 
 from __future__ import annotations
 
+import functools
 import warnings
 from typing import Any
 
@@ -25,7 +26,7 @@ from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.history.memory import Motion, moving_memory
 from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directions, shifts, ways
 from jaxcontact.indenters.shapes import Sphere
-from jaxcontact.operators.kernels import Kernels, check_stiffness, compiled_build
+from jaxcontact.operators.kernels import Kernels, build, check_stiffness
 from jaxcontact.operators.operator import Operator
 from jaxcontact.response.stack import has_zero_instantaneous_compliance, top_layer
 from jaxcontact.results.deformation import Deflection
@@ -108,7 +109,7 @@ def deflection(
     if valid is not True:
         pressure = jnp.where(valid, pressure, jnp.nan)
     pressure = jnp.broadcast_to(pressure, (count, *grid.shape))
-    found = _marched(compiled_build(body, RIGID, grid), grid, pressure, times, velocity, substeps=substeps)
+    found = _march(build(body, RIGID, grid), grid, pressure, times, velocity, substeps=substeps)
     for note in found.notes if is_concrete(found) else ():
         warnings.warn(note, stacklevel=2)
     return found
@@ -145,7 +146,8 @@ def _least_substeps(velocity: Any, times: Any, grid: Grid) -> int:
     return n
 
 
-def march(
+@functools.partial(Program, static_argnames=("substeps",))
+def _march(
     kernels: Kernels, grid: Grid, pressure: Array, times: Array, velocity: Array, *, substeps: int
 ) -> Deflection:
     """Return the displacement after each time, with the memory of a moving body."""
@@ -184,6 +186,3 @@ def march(
         (jnp.isnan(jnp.sum(displacement, (1, 2))), Status.OUT_OF_RANGE),
     )
     return Deflection(grid, times, displacement * scale.length, lost * scale.length, error, status)
-
-
-_marched = Program(march, ("substeps",))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -34,7 +35,7 @@ from jaxcontact.history.motion import check_along_x
 from jaxcontact.history.normal_step import contact_outcome, solved, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.coupled import Tangential, TractionOperator
-from jaxcontact.operators.kernels import Errors, TractionKernels, compiled_traction, scaled_coefficients
+from jaxcontact.operators.kernels import Errors, TractionKernels, build_traction, scaled_coefficients
 from jaxcontact.operators.operator import Operator
 from jaxcontact.results.contact import SteadyRolling
 from jaxcontact.simulate.run import Experiment, reported
@@ -298,14 +299,13 @@ class RollingContact:
             jnp.zeros_like(self.profile),
             jnp.zeros((), int),
         )
-        guess, steps = (zero, COLD) if self.surface.normal.symmetric else (self._cold_start(nothing), 0)
+        guess, steps = zero, COLD
+        if not self.surface.normal.symmetric:
+            guess, steps = nonsymmetric.cold_start(self.pressed(nothing)), 0
         pressed = Solution(guess, zero, jnp.zeros(()), jnp.ones(()), none)
         sheared = TangentialSolution(nothing, nothing, nothing, zero > 0.0, jnp.zeros(2), jnp.ones(()), none)
         before = Rolled(pressed, sheared, jnp.ones(()), none + steps, jnp.zeros((), bool))
         return jax.lax.while_loop(lambda state: ~state.ended, self._further, before)
-
-    def _cold_start(self, traction: Array) -> Array:
-        return nonsymmetric.cold_start(self.pressed(traction))
 
     def _further(self, state: Rolled) -> Rolled:
         """Find the pressure under the last traction, and then the traction of the next step, unless the state is steady.
@@ -481,13 +481,18 @@ def roll_steady(
     experiment = experiment.also(valid & checks.finite("spin [1/m]", spin))
 
     speed, value, friction, spin = (jnp.asarray(as_float64(a)) for a in (velocity, value, friction, spin))
-    kernels = compiled_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
+    kernels = build_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
     options = {"forced": forced, "coupled": bool(coupled)}
     result, errors = _run(experiment, kernels, speed, value, friction, spin, **options)
     return reported(result, errors, experiment)
 
 
-def _compiled(
+@functools.partial(
+    Program,
+    static_argnames=("forced", "coupled"),
+    work=lambda experiment, *_, **__: 700.0 * experiment.work,
+)
+def _run(
     experiment: Experiment,
     kernels: TractionKernels,
     velocity: Array,
@@ -609,6 +614,3 @@ def _compiled(
         "hysteresis_force": in_si["hysteresis_power"] / speed,
     }
     return SteadyRolling(grid=grid, velocity=vector, **in_si), kernels.errors()
-
-
-_run = Program(_compiled, ("forced", "coupled"), work=lambda experiment, *_, **__: 700.0 * experiment.work)

@@ -32,7 +32,7 @@ from jaxcontact.history.motion import as_array, at_fine_times, mean_speed, over_
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
-from jaxcontact.operators.kernels import compiled_varying
+from jaxcontact.operators.kernels import build_varying
 from jaxcontact.response.stack import creeps, solids
 from jaxcontact.results.contact import RubbedStep, RubbingHistory
 from jaxcontact.results.notes import announce
@@ -320,7 +320,7 @@ class RubExperiment(Experiment):
         if self.film_map is None or stays:
             return super().with_kernels()
         thickness = jnp.stack([jnp.zeros(()), self.thickest])
-        return replace(self, kernels=compiled_varying(self.body, self.indenter, self.grid, thickness))
+        return replace(self, kernels=build_varying(self.body, self.indenter, self.grid, thickness))
 
     def planned(self) -> Plan:
         """Return the march: the memory of the body, the law with its heat, and the motion in the inner steps."""

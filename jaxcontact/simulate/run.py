@@ -57,10 +57,10 @@ from jaxcontact.indenters.shapes import (
 )
 from jaxcontact.operators.kernels import (
     Errors,
+    build,
+    build_varying,
     check_kernels,
     check_stiffness,
-    compiled_build,
-    compiled_varying,
 )
 from jaxcontact.response.stack import (
     has_zero_instantaneous_compliance,
@@ -124,11 +124,11 @@ class Experiment:
         adhesive: bool = False,
     ) -> Self:
         """Check what all verbs have in common; ValueError for what cannot be computed. adhesive: loads may be negative."""
+        # 1. Each argument by itself.
         times = untupled(times)
         body, valid = checked_body(body)
         valid = valid & check_grid(grid)
         indenter, good = checked_indenter(indenter, grid)
-        surface = indenter.surface()
         valid = valid & good & checks.not_decreasing("times [s]", times)
         valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
         if hardness is not None:
@@ -140,85 +140,49 @@ class Experiment:
         valid = valid & checks.between("tolerance", tolerance, 0.0, LOOSEST)
         if is_concrete(max_iterations):
             checks.whole("max_iterations", np.asarray(max_iterations).item(), 1, 10**9)
-
-        # options of the march and of the response
         known = save in ("all", "last") or callable(save)
         checks.require(known, f'save: expected "all", "last" or a function, got {save!r}')
         checks.whole("substeps", substeps, 1, 1000)
         checks.one_of("correspondence", correspondence, "exact", "quasi-elastic")
         checks.one_of("checkpoint", checkpoint, "pressures", "blocks")
-        exact = correspondence == "exact"
+
+        # 2. The surfaces that respond, on this grid. Where it has no sides, one on a rigid base has a mean displacement.
+        own, exact = indenter.surface(), correspondence == "exact"
+        surfaces = [body] if own is None else [body, own]
+        on_base = [each for each in surfaces if each.substrate is None and all(grid.periodic)]
+        for each in surfaces:
+            valid = valid & check_stiffness(each)
+        checks.require(
+            not (adhesive and on_base),
+            "adhesion: expected None for a body or an indenter on a rigid base and a grid that is periodic along both axes",
+        )
         if kernels is not None:
             checks.require(exact, 'kernels: expected correspondence="exact" with them')
             valid = valid & check_kernels(kernels, body, grid, indenter)
             kernels = replace(kernels, made_of=None)  # so that all runs share a program
-        valid = valid & check_stiffness(body)
-        if surface is not None:
-            checks.require(
-                exact,
-                f'correspondence: expected "exact" with an indenter that creeps or is coated, got "{correspondence}"',
-            )
-            valid = valid & check_stiffness(surface)
+
+        # 3. What the paper's substitution of phi(t) for 1/(2G) cannot do.
+        checks.require(
+            exact or own is None,
+            f'correspondence: expected "exact" with an indenter that creeps or is coated, got "{correspondence}"',
+        )
         checks.require(
             exact or all(solid.bulk_modulus is None for solid in solids(body)),
             f'correspondence: expected "exact" with a bulk modulus, got "{correspondence}", whose error would reach 5 %',
         )
-
-        # on a grid without sides a surface on a rigid base has a mean displacement, which the other ways do not have yet
-        surfaces = [body] if surface is None else [body, surface]
-        on_base = [each for each in surfaces if each.substrate is None and all(grid.periodic)]
-        grounded = bool(on_base)
         checks.require(
-            exact or not grounded,
+            exact or not on_base,
             'correspondence: expected "exact" for a body on a rigid base and a grid that is periodic along both axes,'
             f' got "{correspondence}"',
         )
-        checks.require(
-            not (adhesive and grounded),
-            "adhesion: expected None for a body or an indenter on a rigid base and a grid that is periodic along both axes",
-        )
 
-        # a surface with J(0) = 0 is rigid at first: the contact then needs an elastic indenter, and a film of it has no
-        # largest decay rate, which the exact response needs
-        rigid = has_zero_instantaneous_compliance(body)
-        alone: Array | bool = indenter.material is None
-        film, its_film = top_layer(body) is not None and exact, False
-        if surface is not None:
-            alone, its_film = has_zero_instantaneous_compliance(surface), top_layer(surface) is not None
-        if not is_concrete(rigid, alone):
-            first, second = jnp.asarray(rigid), jnp.asarray(alone)
-            valid = valid & ~((first & second) | (first & film) | (second & its_film))
-        else:
-            film = (bool(rigid) and film) or (bool(alone) and its_film)
-            checks.require(
-                not (bool(rigid) and bool(alone)),
-                "a Kelvin-Voigt surface has J(0) = 0 and is rigid at first: a rigid indenter cannot be pressed on it, not"
-                " even by a load that rises from zero; expected an elastic indenter or a material with an instantaneous"
-                " compliance",
-            )
-            checks.require(
-                not film,
-                "layer: a material with J(0) = 0 has no bound on its decay rates over a substrate; expected one with an"
-                ' instantaneous compliance (StandardLinearSolid, say), or correspondence="quasi-elastic"',
-            )
-
-        # the mean displacement of a periodic grid is zero, so that the mean gap bounds the approach; not so on a rigid base,
-        # unless nothing on it can be compressed
+        # 4. Conditions for a contact to exist.
+        valid = valid & check_instantaneous_compliance(body, indenter, exact=exact)
         map_over_times = film_map is not None and film_map.over_times
         if not isinstance(control, Load) and all(grid.periodic) and not map_over_times:
             highest = jnp.mean(profile_over_film(indenter, grid, film_map))
-            inside = jnp.max(jnp.asarray(control.value)) < highest
-            for each in on_base:
-                inside = inside | (uniform_compliance(each) > 0.0)
-            if not is_concrete(control, highest, inside):
-                valid = valid & inside
-            else:
-                checks.require(
-                    bool(inside),
-                    f"Approach [m]: expected less than {float(highest):g} on a periodic grid, the mean gap at first touch,"
-                    f" got {float(np.max(control.value)):g}: the mean displacement is zero, so that all of the surface"
-                    " would be in contact",
-                )
+            valid = valid & check_approach_range(control, highest, on_base)
+
         body, indenter, control, times, grid, tolerance, film_map, hardness = as_float64(
             (body, indenter, control, times, grid, tolerance, film_map, hardness)
         )
@@ -252,8 +216,8 @@ class Experiment:
             return self
         if self.film_map is not None:
             thickness = self.film_map.values
-            return replace(self, kernels=compiled_varying(self.body, self.indenter, self.grid, thickness))
-        return replace(self, kernels=compiled_build(self.body, self.indenter, self.grid))
+            return replace(self, kernels=build_varying(self.body, self.indenter, self.grid, thickness))
+        return replace(self, kernels=build(self.body, self.indenter, self.grid))
 
     def planned(self) -> Plan:
         """Return the march of the experiment; a steady state has none."""
@@ -323,6 +287,54 @@ class Experiment:
         """Return the inner steps, (nt, substeps), with the further input of their stepper, (nt, substeps, ...)."""
         targets = jnp.broadcast_to(self.target(scale), self.times.shape)
         return Steps(fine_steps(self.times, self.substeps), fine_values(targets, self.substeps), more)
+
+
+def check_instantaneous_compliance(body: LayeredHalfSpace, indenter: Indenter, *, exact: bool) -> Verdict:
+    """Check that a contact can begin: one of both surfaces gives way at once, and a film has a largest decay rate.
+
+    A surface with J(0) = 0 is rigid at first. exact: whether the response is exact, which needs the largest rate of a film.
+    """
+    surface = indenter.surface()
+    rigid, film = has_zero_instantaneous_compliance(body), exact and top_layer(body) is not None
+    alone: Array | bool = indenter.material is None
+    its_film = surface is not None and top_layer(surface) is not None
+    if surface is not None:
+        alone = has_zero_instantaneous_compliance(surface)
+    if not is_concrete(rigid, alone):
+        first, second = jnp.asarray(rigid), jnp.asarray(alone)
+        return ~((first & second) | (first & film) | (second & its_film))
+    checks.require(
+        not (bool(rigid) and bool(alone)),
+        "a Kelvin-Voigt surface has J(0) = 0 and is rigid at first: a rigid indenter cannot be pressed on it, not"
+        " even by a load that rises from zero; expected an elastic indenter or a material with an instantaneous"
+        " compliance",
+    )
+    checks.require(
+        not ((bool(rigid) and film) or (bool(alone) and its_film)),
+        "layer: a material with J(0) = 0 has no bound on its decay rates over a substrate; expected one with an"
+        ' instantaneous compliance (StandardLinearSolid, say), or correspondence="quasi-elastic"',
+    )
+    return True
+
+
+def check_approach_range(control: Control, highest: Array, on_base: Sequence[LayeredHalfSpace]) -> Verdict:
+    """Check the approach on a grid that is periodic along both axes: less than the mean gap at first touch, ``highest`` [m].
+
+    The mean displacement is zero there, so that at a larger approach all of the surface would be in contact; not so of
+    surfaces on a rigid base, unless nothing on it can be compressed.
+    """
+    inside = jnp.max(jnp.asarray(control.value)) < highest
+    for each in on_base:
+        inside = inside | (uniform_compliance(each) > 0.0)
+    if not is_concrete(control, highest, inside):
+        return inside
+    checks.require(
+        bool(inside),
+        f"Approach [m]: expected less than {float(highest):g} on a periodic grid, the mean gap at first touch,"
+        f" got {float(np.max(control.value)):g}: the mean displacement is zero, so that all of the surface"
+        " would be in contact",
+    )
+    return True
 
 
 def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | None) -> Array:

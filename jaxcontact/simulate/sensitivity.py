@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from jaxcontact._compile.programs import fast_compile_options
+from jaxcontact._compile.programs import compiler_options
 from jaxcontact._support import checks
 from jaxcontact._support.pytree import as_float64, require_real
 
@@ -170,8 +170,8 @@ class NumpyFunction:
 
             return jax.vjp(chosen, inputs)[1](cotangents)[0]
 
-        self._outputs = jax.jit(outputs, compiler_options=fast_compile_options())
-        self._pulled_back = jax.jit(pulled_back, compiler_options=fast_compile_options())
+        self._outputs = jax.jit(outputs, compiler_options=compiler_options())
+        self._pulled_back = jax.jit(pulled_back, compiler_options=compiler_options())
 
     def apply(self, inputs: Mapping[str, Any]) -> dict[str, np.ndarray]:
         """Return the outputs by name, as numpy arrays, at inputs given by name as numbers or arrays."""

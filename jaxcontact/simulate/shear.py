@@ -23,7 +23,7 @@ from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.history.friction_step import ShearStepper
 from jaxcontact.history.memory import TractionMemory, with_indenter
 from jaxcontact.indenters.shapes import Indenter
-from jaxcontact.operators.kernels import TractionKernels, compiled_traction
+from jaxcontact.operators.kernels import TractionKernels, build_traction
 from jaxcontact.results.contact import ShearHistory, ShearStep
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import Experiment, Plan, Save, fine_values, refined, tabor_numbers
@@ -157,7 +157,7 @@ class Shearing(Experiment):
 
     def with_kernels(self) -> Self:
         """Return the experiment with the kernels of tractions."""
-        kernels = compiled_traction(self.body, self.indenter, self.grid, coupled=self.coupled)
+        kernels = build_traction(self.body, self.indenter, self.grid, coupled=self.coupled)
         return replace(self, kernels=kernels)
 
     @property

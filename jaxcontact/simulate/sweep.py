@@ -64,7 +64,12 @@ class Study:
     @functools.cached_property
     def notes(self) -> dict[int, tuple[str, ...]]:
         """{index of a case: the warnings that f issued there, in words}, without the cases that have none."""
-        found = {index: _notes_in(self.folder / _file(self.cases[index])) for index in self.done()}
+        found = {}
+        for index in self.done():
+            stored = read_npz(
+                self.folder / _file(self.cases[index]), NOTES
+            )  # none in one of an earlier version
+            found[index] = tuple(Note(*each) for each in json.loads(str(stored.get(NOTES, "[]"))))
         return {index: notes for index, notes in found.items() if notes}
 
     def notes_in_words(self) -> list[str]:
@@ -232,12 +237,6 @@ def _file(case: Case) -> str:
     return hashlib.sha256(_text(case).encode()).hexdigest()[:20] + ".npz"
 
 
-def _notes_in(path: Path) -> tuple[str, ...]:
-    """The notes in the file of a case; none in one that an earlier version wrote."""
-    found = read_npz(path, NOTES)
-    return tuple(Note(*each) for each in json.loads(str(found[NOTES]))) if NOTES in found else ()
-
-
 def _whole(path: Path) -> bool:
     """Return whether a case is there and all of it can be read; what cannot is computed again."""
     try:
@@ -348,7 +347,12 @@ def _outcomes(
                     file=sys.stderr,
                 )
             for future in done:
-                yield running.pop(future), _outcome(future)
+                error = future.exception()
+                if isinstance(error, BrokenExecutor):
+                    found: Result | Failure = DEAD
+                else:
+                    found = future.result() if error is None else _failure(error)
+                yield running.pop(future), found
     finally:
         for future in running:
             future.cancel()
@@ -377,13 +381,6 @@ def _processes(count: int) -> Any:
 def _share_programs() -> None:
     with contextlib.suppress(OSError):
         enable_compilation_cache()
-
-
-def _outcome(future: Future) -> Result | Failure:
-    error = future.exception()
-    if isinstance(error, BrokenExecutor):
-        return DEAD
-    return future.result() if error is None else _failure(error)
 
 
 def _failure(error: BaseException) -> Failure:

@@ -34,7 +34,7 @@ def noisy(end, seed, noise=0.01, n=200):
 
 def compiled():
     """Numbers of compiled programs for optima and for profiles."""
-    both = lambda program: (program._compiled_fast, program._unoptimised)
+    both = lambda program: program._with_options.values()
     return [sum(each._cache_size() for each in both(one)) for one in (varpro.minimise, varpro.profile)]
 
 

@@ -111,8 +111,9 @@ ELSEWHERE = {  # reached by no row, and why
         )
     },
     **{f"plotting.py: {name}": "test_studies.py" for name in ("draw_study", "varied_numbers")},
-    **{f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_refuse", "_function")},
-    "sources.py: identity": "sources that change: test_fingerprint.py",
+    **{
+        f"fingerprint.py: {name}": "test_fingerprint.py" for name in ("_refuse", "_function", "source_digest")
+    },
     "storage.py: _inputs": "test_storage.py, every name",
     "files.py: write_whole": "needs a full disk: test_full_disk.py",
     **{

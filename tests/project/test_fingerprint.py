@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import jaxcontact as jc
-from jaxcontact._support import fingerprint, sources
+from jaxcontact._support import fingerprint
 
 # what f is, what is put in its place, by what, and the part that a message names
 KINDS = {
@@ -425,8 +425,8 @@ def test_a_module_that_cannot_be_imported_is_named(tmp_path):
 
 def test_sources_that_changed_since_this_process_started_are_refused(tmp_path, monkeypatch):
     """Results would be recorded as those of the new sources, which this process does not run."""
-    sources.identity.cache_clear()
-    monkeypatch.setattr(sources, "START_TIME", 0.0)
+    fingerprint.source_digest.cache_clear()
+    monkeypatch.setattr(fingerprint, "START_TIME", 0.0)
     with pytest.raises(
         ValueError, match=r"jaxcontact: its sources in .* have changed since this process started"
     ):
@@ -434,7 +434,7 @@ def test_sources_that_changed_since_this_process_started_are_refused(tmp_path, m
 
 
 def test_a_package_without_sources_is_known_by_its_compiled_files_or_its_archive(tmp_path, monkeypatch):
-    monkeypatch.setattr(sources, "START_TIME", 1e12)
+    monkeypatch.setattr(fingerprint, "START_TIME", 1e12)
     monkeypatch.syspath_prepend(tmp_path)
     told = []
     for number, content in enumerate((b"one", b"two", b"one")):
@@ -444,14 +444,14 @@ def test_a_package_without_sources_is_known_by_its_compiled_files_or_its_archive
         made = types.ModuleType(folder.name)
         made.__file__ = str(folder / "__init__.pyc")
         monkeypatch.setitem(sys.modules, folder.name, made)
-        told.append(sources.identity(folder.name))
+        told.append(fingerprint.source_digest(folder.name))
     assert told[0] == told[2] != told[1]
     for number, text in enumerate(("a = 1", "a = 2")):
         with zipfile.ZipFile(tmp_path / f"{number}.zip", "w") as archive:
             archive.writestr(f"zipped_{number}/__init__.py", text)
         monkeypatch.syspath_prepend(tmp_path / f"{number}.zip")
         importlib.import_module(f"zipped_{number}")
-        told.append(sources.identity(f"zipped_{number}"))
+        told.append(fingerprint.source_digest(f"zipped_{number}"))
     assert len(set(told)) == 4
 
 

@@ -38,7 +38,7 @@ def test_transformations_go_through():
 
 def test_a_fast_compiled_program_is_optimised_inside_what_is_traced(monkeypatch):
     program, expected = Program(spread), spread(BALL, X)["depth"]
-    monkeypatch.setattr(programs, "fast_compile_options", lambda: {"no such option": True})
+    monkeypatch.setattr(programs, "compiler_options", lambda optimised=True: {"no such option": True})
     with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
         program(BALL, X)
     within = (
@@ -61,13 +61,17 @@ def test_a_fast_compiled_program_stands_beside_what_is_differentiated():
 def test_an_unoptimised_program_returns_the_same(monkeypatch):
     made = lambda: Program(spread, optimised=False)
     np.testing.assert_allclose(made()(BALL, X)["depth"], spread(BALL, X)["depth"], rtol=LAST_BITS)
-    monkeypatch.setattr(programs, "unoptimised_options", lambda: {"no such option": True})
+    monkeypatch.setattr(
+        programs, "compiler_options", lambda optimised=True: {} if optimised else {"no such option": True}
+    )
     with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
         made()(BALL, X)
 
 
 def test_a_program_of_known_work_is_optimised_when_its_calls_are_no_longer_brief(monkeypatch):
-    monkeypatch.setattr(programs, "fast_compile_options", lambda: {"no such option": True})
+    known = programs.compiler_options
+    options = lambda optimised=True: {"no such option": True} if optimised else known(False)
+    monkeypatch.setattr(programs, "compiler_options", options)
     program = Program(spread, ("power",), work=lambda ball, x, power: 0.4 * programs.BRIEF * x.size / 7)
     for x, power in ((X, 2), (X, 3), (X[:3], 2), (X, 2), (X, 3)):
         found = program(BALL, x, power=power)["depth"]
@@ -81,10 +85,10 @@ def test_a_program_of_known_work_is_optimised_when_its_calls_are_no_longer_brief
 
 def test_a_compiler_without_the_fast_compile_options_optimises(monkeypatch):
     monkeypatch.setattr(programs, "FAST_COMPILE", {"no such option": True})
-    monkeypatch.setattr(programs, "fast_compile_options", programs.fast_compile_options.__wrapped__)
+    monkeypatch.setattr(programs, "compiler_options", programs.compiler_options.__wrapped__)
     np.testing.assert_array_equal(Program(tenfold)(X), 10.0 * X)
 
 
 def test_a_compiler_option_that_the_user_sets_is_kept(monkeypatch):
     monkeypatch.setenv("XLA_FLAGS", "--xla_backend_optimization_level=0")
-    assert programs.fast_compile_options.__wrapped__() == {"xla_cpu_use_fusion_emitters": False}
+    assert programs.compiler_options.__wrapped__() == {"xla_cpu_use_fusion_emitters": False}

@@ -12,8 +12,7 @@ from tolerances import ROUND_OFF
 import jaxcontact as jc
 from jaxcontact.operators import kernels as gridded
 from jaxcontact.reference.layered_solid import surface_response
-from jaxcontact.response.in_time import Stack, separate
-from jaxcontact.response.interface import products
+from jaxcontact.response.in_time import Stack, products, separate
 from jaxcontact.response.normal import response_of
 from jaxcontact.response.stack import mean_response, step_response, surface_compliance
 

@@ -274,7 +274,7 @@ def test_another_state_of_the_package_does_not_go_on_from_the_steps(
     interrupted, long_case, monkeypatch, capfd
 ):
     out, _, _ = interrupted(signal.SIGTERM)
-    monkeypatch.setattr("jaxcontact._support.sources.identity", lambda package: "changed physics")
+    monkeypatch.setattr("jaxcontact.shell.finished_steps.source_digest", lambda package: "changed physics")
     capfd.readouterr()
     assert main(["run", str(long_case), "-o", str(out), "--resume"]) == 2
     error = capfd.readouterr().err

@@ -18,8 +18,7 @@ import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact.shell.case_file import read_tables
 from jaxcontact.shell.case_schema import KINDS
-from jaxcontact.shell.study_file import read_study
-from jaxcontact.shell.sweep import figures_by, labels_of
+from jaxcontact.shell.sweep import figures_by, labels_of, read_study
 from tests.support.tables import read_back
 
 CASE = SOLIDS + "[control]\nload = 1.0\n[times]\nvalues = [0.0]\n"

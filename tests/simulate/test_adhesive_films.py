@@ -11,7 +11,7 @@ from peeling import BALL, NU, REACH, UNITS, WORK, G
 from scipy.optimize import minimize
 
 import jaxcontact as jc
-from jaxcontact.operators.kernels import compiled_varying
+from jaxcontact.operators.kernels import build_varying
 
 LAW = jc.ExponentialAdhesion(0.5 * WORK, 0.5 * REACH)
 GRID = jc.Grid.square(n=16, width=6.0 * UNITS.radius)
@@ -53,7 +53,7 @@ def test_the_contact_is_the_minimum_of_the_energy_by_a_dense_matrix():
     h, path = thickness(), [1.0, 0.5, 0.1]
     found = pressed(film(h), along(path), tolerance=1e-10)
     assert not np.any(found.status) and 0 < np.sum(found.in_contact[-1]) < 40
-    kernels, (n, _) = compiled_varying(film(float(h.max())), BALL, GRID, h), GRID.shape
+    kernels, (n, _) = build_varying(film(float(h.max())), BALL, GRID, h), GRID.shape
     units = np.eye(n * n).reshape(n * n, n, n)
 
     @jax.jit

@@ -221,7 +221,7 @@ def test_a_version_of_ones_own_replaces_the_comparison(tmp_path):
 def test_another_state_of_the_package_is_not_gone_on_with(tmp_path, monkeypatch, version):
     one = {"executor": ThreadPoolExecutor(1), "version": version}
     jc.sweep(noted, CASES[:1], tmp_path, **one)
-    monkeypatch.setattr("jaxcontact._support.sources.identity", lambda package: "changed physics")
+    monkeypatch.setattr("jaxcontact._support.fingerprint.source_digest", lambda package: "changed physics")
     with pytest.raises(
         ValueError, match="another function: the sources of jaxcontact differ; take another folder"
     ):

@@ -8,7 +8,7 @@ import pytest
 
 import jaxcontact as jc
 from jaxcontact._support.pytree import as_float64
-from jaxcontact.operators.kernels import compiled_varying
+from jaxcontact.operators.kernels import build_varying
 
 pytestmark = pytest.mark.filterwarnings("ignore:only", "ignore:film strain")
 BASE = jc.Elastic(G=80e9, nu=0.3)
@@ -41,7 +41,7 @@ def operator_of(grid, thickness, film, base, terms=4):
     """The elastic operator [m/Pa] of a film of varying thickness under a rigid indenter."""
     body = jc.LayeredHalfSpace((jc.Layer(film, float(np.max(thickness)) or 1e-6),), base)
     given = as_float64((body, jc.HeightField(np.zeros(grid.shape)), grid, thickness))
-    kernels = compiled_varying(*given, terms=terms)
+    kernels = build_varying(*given, terms=terms)
     here, scale = kernels.at(jnp.asarray(thickness)), kernels.scale
     operator = here.family.combined([1.0, *np.zeros(len(here.mix))])
     return lambda p: np.asarray(operator(jnp.asarray(p))) * float(scale.compliance * scale.length), kernels
@@ -134,7 +134,7 @@ def test_a_viscoelastic_film_is_the_elastic_one_of_its_short_and_long_times():
     film = jc.StandardLinearSolid(G1=10.0, G2=1.0 / 9.9, eta2=1.0, nu=0.35)
     body = jc.LayeredHalfSpace((jc.Layer(film, 0.075),), base)
     given = as_float64((body, jc.HeightField(np.zeros(PERIODIC.shape)), PERIODIC, thickness))
-    kernels = compiled_varying(*given, terms=6)
+    kernels = build_varying(*given, terms=6)
     here, unit = (
         kernels.at(jnp.asarray(thickness)),
         kernels.scale.compliance * kernels.scale.length,

@@ -1,6 +1,7 @@
 """The contacts of the page of ``jaxcontact play``, with the limits of its sliders: a creeping film on a substrate under a
 ball, a bead or a roller, in SI units."""
 
+import functools
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -126,12 +127,10 @@ def _grid(body: jc.LayeredHalfSpace, indenter: Any, load: float) -> jc.Grid:
     return grid
 
 
-def _indent(body: jc.LayeredHalfSpace, indenter: Any, load: Any, grid: jc.Grid) -> jc.ContactHistory:
-    return jc.indent(body, indenter, jc.Load(load), TIMES, grid=grid, substeps=2)
-
-
 # The first figure waits for the compiler; on grids as small as these a run takes a tenth of a second all the same.
-_indented = Program(_indent, optimised=False)
+@functools.partial(Program, optimised=False)
+def _indented(body: jc.LayeredHalfSpace, indenter: Any, load: Any, grid: jc.Grid) -> jc.ContactHistory:
+    return jc.indent(body, indenter, jc.Load(load), TIMES, grid=grid, substeps=2)
 
 
 def _finite(values: Any) -> Any:
