@@ -33,12 +33,23 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from fitting.data.contact import baseline, sample_noise, signs, smooth
-from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
+from fitting.data.contact import (
+    DEGREES,
+    LEAST_CURVE,
+    NO_CONTACT,
+    PICO,
+    ForceCurve,
+    baseline,
+    by_sensitivity,
+    calibration_in_words,
+    sample_noise,
+    smooth,
+)
+from fitting.data.indentation import IndentationData, depth_notes, probe_of
 from fitting.data.weights import choose_weights
 from fitting.fits.laws import LAWS, Law, creep_structure, orders, within
 from fitting.inference import noise, verdict
-from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
+from fitting.inference.conclusion import FitProblem, conclude, least_squares, widened
 from fitting.inference.result import Fit, plain
 from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models.parameters import Parameters, spectrum
@@ -194,16 +205,11 @@ def unit_forces(thetas: Array, curve: History, model: str, decades: int) -> Arra
     return jax.lax.map(lambda theta: indentation_force(theta, curve, model, decades, COARSE), thetas)
 
 
-# 3. The curve: signs, zeros, and means of neighbouring points.
+# 3. The curve, without what pulls, and the turning points of its motion.
 
 MOST = 500  # largest number of points, or means of neighbours
-LEAST = 10  # fewest points of an approach
-BASE = 3.0  # longest baseline before and after the contact, in largest depths
 ROUGH_POINTS = 120  # points on which starts are compared
 TRIALS = 40  # trial contact points
-QUIET = (
-    3.0  # running median of the load over the standard deviation of its noise below which there is no contact
-)
 PULLS = 5.0, 0.02  # least tension, in standard deviations of the noise and of the largest force
 ADHESIVE = 0.1  # tension over the largest force, above which the contact of a retraction is not fitted
 AFTER = 3  # further points that are left out after the last one that pulls
@@ -211,129 +217,50 @@ TURN, SHARP = 3, 0.2  # points of a line at a turn of the motion, and least rela
 NUISANCES = {"contact_point": "m", "baseline": "N", "drift": "N/s", "slope": "N/m"}
 
 
-class Curve(NamedTuple):
-    """A force curve: t [s], load [N] and depth [m] (n,), positive inwards, from the first point on; kept (n,) bool: points
-    that are fitted, while all of them are history; marks (n,) of its parts, integers; parts: name of each.
+def without_tension(curve: ForceCurve) -> ForceCurve:
+    """Return the curve without the points of a retraction that pulls, or without all of its contact where it pulls with
+    more than ``ADHESIVE`` of the largest force, since the model has no adhesion."""
+    part = np.array(curve.parts)[curve.marks]
+    back = np.flatnonzero(part == "retract")
+    if back.size < LEAST_CURVE:
+        return curve
+    load, approach = smooth(curve.load[back]), curve.load[part == "approach"]
+    rise, scatter = float(np.max(smooth(approach - baseline(approach)))), sample_noise(approach)
+    first = baseline(curve.load[curve.marks == curve.marks[0]])
+    zero = min(first, float(np.median(curve.load[back[-max(back.size // 10, 5) :]])))
+    tension, least = zero - float(load.min()), max(PULLS[0] * scatter, PULLS[1] * rise)
+    if tension <= least:
+        return curve
+    pulls = np.flatnonzero(load < zero - 0.5 * least)
+    whole = tension > ADHESIVE * rise
+    kept = curve.kept.copy()
+    kept[back[0 if whole else pulls[0] : pulls[-1] + 1 + AFTER]] = False
+    note = (
+        f"the retraction pulls with up to {tension * PICO:.3g} pN, {100 * tension / rise:.2g} % of the largest force,"
+        f" and this model has no adhesion: {'its contact' if whole else 'the part that pulls'} left out"
+        f" ({int(np.sum(~kept))} of {back.size} points)"
+    )
+    return curve._replace(kept=kept, notes=(*curve.notes, note))
 
-    zero [m]: inward depth of the first point; inward: its sign in the file; each: number of samples in a point; notes.
-    """
 
-    t: np.ndarray
-    load: np.ndarray
-    depth: np.ndarray
-    kept: np.ndarray
-    marks: np.ndarray
-    parts: tuple[str, ...]
-    zero: float
-    inward: int
-    each: int
-    notes: tuple[str, ...]
-
-    @classmethod
-    def of(cls, data: IndentationData) -> "Curve":
-        """Return all segments of a curve; ValueError without times, an approach, or contact."""
-        if data.numbered:
-            raise ValueError(
-                "data: expected a curve with times for a viscoelastic model, got numbered points"
-            )
-        segments = data.segments
-        first = segments == "approach"
-        if first.sum() < LEAST:
-            raise ValueError(f"data: expected an approach of at least {LEAST} points, got {int(first.sum())}")
-        force = data.load[first] - baseline(data.load[first])
-        inward, pushed = signs(force, data.depth[first])
-        load, depth = pushed * data.load, inward * data.depth
-        rise, scatter = float(np.max(smooth(pushed * force))), sample_noise(data.load[first])
-        if rise <= QUIET * scatter:
-            raise ValueError(
-                f"data: expected a force that rises with depth, got one within {rise:.2g} N of its baseline, where its"
-                f" noise is {scatter:.2g} N: no contact in the curve"
-            )
-        marks = np.cumsum(np.append(False, segments[1:] != segments[:-1]))
-        parts = tuple(str(segments[marks == mark][0]) for mark in range(marks[-1] + 1))
-        notes = [
-            f"{name} with the other sign" for name, sign in (("depth", inward), ("load", pushed)) if sign < 0
-        ]
-        zero, kept = float(depth[0]), np.ones(load.size, dtype=bool)
-        found = cls(data.t - data.t[0], load, depth - zero, kept, marks, parts, zero, inward, 1, tuple(notes))
-        return found._without_tension(rise, scatter)
-
-    def _without_tension(self, rise: float, scatter: float) -> "Curve":
-        """Return the curve without the points of a retraction that pulls, or without all of its contact where it pulls with
-        more than ``ADHESIVE`` of the largest force, since the model has no adhesion."""
-        back = np.flatnonzero(np.array(self.parts)[self.marks] == "retract")
-        if back.size < LEAST:
-            return self
-        load = smooth(self.load[back])
-        first = baseline(self.load[self.marks == self.marks[0]])
-        zero = min(first, float(np.median(self.load[back[-max(back.size // 10, 5) :]])))
-        tension, least = zero - float(load.min()), max(PULLS[0] * scatter, PULLS[1] * rise)
-        if tension <= least:
-            return self
-        pulls = np.flatnonzero(load < zero - 0.5 * least)
-        whole = tension > ADHESIVE * rise
-        kept = self.kept.copy()
-        kept[back[0 if whole else pulls[0] : pulls[-1] + 1 + AFTER]] = False
-        note = (
-            f"the retraction pulls with up to {tension * PICO:.3g} pN, {100 * tension / rise:.2g} % of the largest force,"
-            f" and this model has no adhesion: {'its contact' if whole else 'the part that pulls'} left out"
-            f" ({int(np.sum(~kept))} of {back.size} points)"
-        )
-        return self._replace(kept=kept, notes=(*self.notes, note))
-
-    def near_contact(self, point: float) -> "Curve":
-        """Return the curve without the baselines further than ``BASE`` largest depths from a contact point [m]."""
-        reach = point - BASE * (float(np.max(self.depth)) - point)
-        inside = np.flatnonzero(self.depth >= reach)
-        some = slice(inside[0], inside[-1] + 1)
-        left = self.t.size - (some.stop - some.start)
-        if not left:
-            return self
-        note = f"baseline: {left} points further than {BASE:g} largest depths from the contact left out"
-        t, depth = self.t[some], self.depth[some]
-        return self._replace(
-            t=t - t[0], load=self.load[some], depth=depth - depth[0], kept=self.kept[some], marks=self.marks[some],
-            zero=self.zero + float(depth[0]), notes=(*self.notes, note),
-        )  # fmt: skip
-
-    def thinned(self, most: int = MOST) -> "Curve":
-        """Return means of neighbouring points of each part, at most about ``most``."""
-        each = -(-self.t.size // most)
-        if each == 1:
-            return self
-        rows: list[tuple[np.ndarray, ...]] = []
-        for mark in np.unique(self.marks):
-            own = np.flatnonzero(self.marks == mark)
-            count = own.size // each
-            # the remainder is left out where it matters least, at the beginning and at the end
-            own = own[own.size - count * each :] if not rows else own[: count * each]
-            shaped = own.reshape(count, each)
-            means = (y[shaped].mean(1) for y in (self.t, self.load, self.depth))
-            rows.append((*means, self.kept[shaped].all(1), np.full(count, mark)))
-        t, load, depth, kept, marks = (np.concatenate(one) for one in zip(*rows, strict=True))
-        return self._replace(
-            t=t - t[0], load=load, depth=depth - depth[0], kept=kept, marks=marks, zero=self.zero + float(depth[0]),
-            each=each * self.each,
-        )  # fmt: skip
-
-    def corners(self) -> np.ndarray:
-        """Return times [s] and depths [m] (2, k) at which the motion turns between two samples: where the lines through the
-        points on both sides intersect there."""
-        jumps = np.flatnonzero(self.marks[1:] != self.marks[:-1])
-        places = np.unique(np.append(jumps, int(np.argmax(self.depth)))[:, None] + np.arange(-TURN, TURN))
-        found = []
-        for i in places[(places >= 1) & (places < self.t.size - 2)]:
-            sides = slice(max(i - TURN + 1, 0), i + 1), slice(i + 1, min(i + TURN + 1, self.t.size))
-            t, origin = self.t - self.t[i], self.depth[i]
-            if np.ptp(t[sides[0]]) <= 0.0 or np.ptp(t[sides[1]]) <= 0.0:
-                continue
-            (a, b), (c, d) = (np.polyfit(t[some], self.depth[some] - origin, 1) for some in sides)
-            if abs(a - c) <= SHARP * max(abs(a), abs(c)):
-                continue
-            time = (d - b) / (a - c)
-            if 0.0 < time < t[i + 1]:
-                found.append((time + self.t[i], a * time + b + origin))
-        return np.array(found).reshape(-1, 2).T
+def corners(curve: ForceCurve) -> np.ndarray:
+    """Return times [s] and depths [m] (2, k) at which the motion turns between two samples: where the lines through the
+    points on both sides intersect there."""
+    jumps = np.flatnonzero(curve.marks[1:] != curve.marks[:-1])
+    places = np.unique(np.append(jumps, int(np.argmax(curve.depth)))[:, None] + np.arange(-TURN, TURN))
+    found = []
+    for i in places[(places >= 1) & (places < curve.t.size - 2)]:
+        sides = slice(max(i - TURN + 1, 0), i + 1), slice(i + 1, min(i + TURN + 1, curve.t.size))
+        t, origin = curve.t - curve.t[i], curve.depth[i]
+        if np.ptp(t[sides[0]]) <= 0.0 or np.ptp(t[sides[1]]) <= 0.0:
+            continue
+        (a, b), (c, d) = (np.polyfit(t[some], curve.depth[some] - origin, 1) for some in sides)
+        if abs(a - c) <= SHARP * max(abs(a), abs(c)):
+            continue
+        time = (d - b) / (a - c)
+        if 0.0 < time < t[i + 1]:
+            found.append((time + curve.t[i], a * time + b + origin))
+    return np.array(found).reshape(-1, 2).T
 
 
 # 4. The search for the parameters of the material, the contact point and the baseline.
@@ -366,7 +293,7 @@ class Problem(NamedTuple):
     ``modulus_of``; units (load [N], depth [m], duration [s], compliance [1/Pa]); sought; space; sample: load over time.
     """
 
-    curve: Curve
+    curve: ForceCurve
     indenter: Any
     history: History
     measured: np.ndarray
@@ -380,7 +307,7 @@ class Problem(NamedTuple):
     @classmethod
     def of(
         cls,
-        curve: Curve,
+        curve: ForceCurve,
         indenter: Any,
         sought: Sought,
         thickness: float | None,
@@ -404,8 +331,8 @@ class Problem(NamedTuple):
         extra = float(indenter.compliance()) / sought.volume.one_minus_nu / compliance
 
         # times of samples and turning points; the gap is the usual one of the samples
-        corners = curve.corners()
-        times = np.concatenate([curve.t, corners[0]])
+        turns = corners(curve)
+        times = np.concatenate([curve.t, turns[0]])
         order = np.argsort(times, kind="stable")
         pick = np.argsort(order, kind="stable")[: curve.t.size][curve.kept]
         gaps = np.diff(curve.t)
@@ -413,7 +340,7 @@ class Problem(NamedTuple):
         decades = math.ceil(-math.log10(gap))
         grid = (
             nonlinear.repeated(times[order] / T),
-            nonlinear.repeated(np.concatenate([curve.depth, corners[1]])[order] / depth),
+            nonlinear.repeated(np.concatenate([curve.depth, turns[1]])[order] / depth),
         )
         history = History(
             *grid, nonlinear.repeated(pick), probe.power, 1.0 / (probe.power - 1.0) if probe.power > 1.0 else 1.0,
@@ -494,10 +421,7 @@ class Problem(NamedTuple):
             if math.isfinite(least):
                 found.append((least, best))
         if not found:
-            raise ValueError(
-                "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
-                " indent"
-            )
+            raise ValueError(NO_CONTACT)
         found.sort(key=lambda one: one[0])
         return [np.clip(theta, *self.space.bounds) for _, theta in found[:STARTS]]
 
@@ -586,8 +510,7 @@ CHANGE, TREND = (
     0.4,
     0.05,
 )  # change of the log modulus, and trend over the largest force, beyond which a fit is rejected
-SEEN, SHORT, FEW, HALF = 5.0, 0.02, 8, 0.5  # as in ``fits/force.py``
-PICO = 1e12
+HALF = 0.5  # of the largest depth
 
 
 def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
@@ -599,7 +522,7 @@ def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
     first = marks == marks[0]
     pushed = model_force(force, theta) / unit
     out, inside = first & (depth < 0.0), pushed > 0.0
-    if out.sum() < max(5, SHORT * first.sum()):
+    if out.sum() < max(5, verdict.SHORT * first.sum()):
         return Deviation(
             nothing,
             (
@@ -607,10 +530,10 @@ def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
                 " the contact point is not determined",
             ),
         )
-    if inside.sum() < FEW:
+    if inside.sum() < verdict.FEW:
         return Deviation(nothing, (f"no indentation: {int(inside.sum())} points in contact",))
     scatter = float(np.std(deviations[out]))
-    if pushed.max() < SEEN * scatter:
+    if pushed.max() < verdict.SEEN * scatter:
         return Deviation(
             nothing,
             (
@@ -624,7 +547,7 @@ def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
     def refits() -> list[np.ndarray | None]:
         """Return the fit to the parts of the curve up to half the largest depth; the history remains the whole one."""
         some = depth <= HALF * depth.max()
-        if np.sum(some & inside) < FEW:
+        if np.sum(some & inside) < verdict.FEW:
             return [None]
         return [nonlinear.minimise(force.objective(np.where(some, solved.weights, 0.0)), theta).theta]
 
@@ -665,9 +588,6 @@ def force_of_baseline(force: Problem, theta: np.ndarray) -> np.ndarray:
 
 
 # 6. The fit.
-
-STEP = 0.02  # relative change of the sensitivity in the difference quotient
-STRAIN = 0.2  # depth over thickness beyond which linear elasticity is doubtful
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -790,14 +710,14 @@ def fit_history(
             f"indenter: expected a rigid one with {sought.structure.model.__name__}, got one with a material"
         )
 
-    def prepared(curve: Curve) -> Problem:
+    def prepared(curve: ForceCurve) -> Problem:
         return Problem.of(curve, indenter, sought, thickness, unbonded, weights, sigma)
 
     # The curve about its contact, which the first comparison of starts finds.
-    whole = Curve.of(data)
+    whole = without_tension(ForceCurve.whole(data))
     coarse = prepared(whole.thinned(2 * ROUGH_POINTS))
     point = float(coarse.starts()[0][-4]) * coarse.units[1]
-    curve = whole.near_contact(point - (coarse.curve.zero - whole.zero)).thinned()
+    curve = whole.near_contact(point - (coarse.curve.zero - whole.zero)).thinned(MOST)
     force = prepared(curve)
 
     def searched(force: Problem, starts: list[np.ndarray]) -> tuple[FitProblem, Solved]:
@@ -812,9 +732,7 @@ def fit_history(
     below, inside = curve.depth[curve.kept] - theta[-4] * deepest, fitted > 0.0
 
     # Notes: on the curve, the model, and the strain.
-    said = list(curve.notes)
-    if curve.each > 1:
-        said.append(f"{t.size} points are means of {curve.each} samples each")
+    said = list(curve.remarks)
     parts = [curve.parts[mark] for mark in dict.fromkeys(marks.tolist())]
     said.append(f"Ting's solution over {', '.join(parts)}")
     if "retract" not in parts:
@@ -825,12 +743,7 @@ def fit_history(
             f" {float(force.history.unit[2]) * duration:.3g} s: without an instantaneous compliance it would resist a jump"
             " of depth without limit; StandardLinearSolid fits this compliance"
         )
-    depth = float(below.max())
-    said += paraboloid_note(indenter, depth, thickness=thickness)
-    if thickness is not None and depth > STRAIN * thickness:
-        said.append(
-            f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"
-        )
+    said += depth_notes(indenter, float(below.max()), thickness)
     if "retract" in parts and fitted[-1] > 0.1 * unit:
         said.append(
             "the curve ends in contact: its baseline after contact is not seen, and drift and creep are less apart"
@@ -843,7 +756,7 @@ def fit_history(
     size, values = force.sought.structure.size, found.common.values
     spread = np.zeros(len(values))
 
-    def parameters(changed: Curve) -> np.ndarray:
+    def log_parameters(changed: ForceCurve) -> np.ndarray:
         again = prepared(changed)
         _, moved = searched(again, [np.clip(theta, *again.space.bounds)])
         own = again.space.opened(moved.theta) * again.space.unit[:size]
@@ -852,40 +765,31 @@ def fit_history(
     causes = []
     if errors:
         by_spring = np.array([float(name != "alpha") for name in values]) * errors.get("spring_constant", 0.0)
-        by_sensitivity = np.zeros(len(values))
+        slopes: Any = 0.0
         if errors.get("sensitivity"):
-            deflection = curve.load / float(spring_constant or 1.0)
-            ends = [
-                parameters(
-                    curve._replace(
-                        load=curve.load * (1.0 + change),
-                        depth=curve.depth - change * (deflection - deflection[0]),
-                    )
-                )
-                for change in (STEP, -STEP)
-            ]
-            by_sensitivity = (
-                (ends[0] - ends[1]) / math.log((1.0 + STEP) / (1.0 - STEP)) * errors["sensitivity"]
+            slopes = by_sensitivity(
+                lambda change: log_parameters(curve.recalibrated(change, spring_constant))
             )
-        spread = np.hypot(by_spring, by_sensitivity)
-        kinds = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
-        causes.append(f"calibration ({kinds})")
+        spread = np.hypot(by_spring, slopes * errors.get("sensitivity", 0.0))
+        causes.append(calibration_in_words(errors))
     nuisances: dict[str, tuple[float, float, float]] = {}
     if dragged is not None:
-        half = noise.two_sided(level, 17) * dragged.sd
+        half = noise.two_sided(level, DEGREES) * dragged.sd
         nuisances["drag"] = dragged.coefficient, dragged.coefficient - half, dragged.coefficient + half
         if dragged.sd > 0.0:
+            changed = [redrawn(max(dragged.coefficient + s * dragged.sd, 0.0)) for s in (1.0, -1.0)]
             ends = [
-                parameters(
-                    Curve.of(redrawn(max(dragged.coefficient + s * dragged.sd, 0.0)))
-                    .near_contact(point)
-                    .thinned()
-                )
-                for s in (1.0, -1.0)
+                log_parameters(without_tension(ForceCurve.whole(one)).near_contact(point).thinned(MOST))
+                for one in changed
             ]
             spread = np.hypot(spread, 0.5 * np.abs(ends[0] - ends[1]))
             causes.append("drag")
-    common = widened(found.common, problem, spread, " and ".join(causes))
+    common = found.common
+    if np.any(spread > 0.0):
+        further = dict(zip(values, spread.tolist(), strict=True))
+        percent = ", ".join(f"{name} {100 * sd:.3g} %" for name, sd in further.items())
+        note = f"the intervals include the standard deviations of the {' and '.join(causes)}: {percent}"
+        common = widened(common, problem, further, note)
 
     rows = np.column_stack([theta, found.ends])[-4:] * force.space.unit[-4:, None]
     rows[0] = curve.inward * (rows[0] + curve.zero)
@@ -900,28 +804,3 @@ def fit_history(
         depth=below, force=force.measured * unit - force_of_baseline(force, theta), model_force=fitted,
         modes=force.modes(theta), contact_time=float(np.ptp(t[inside])) if np.any(inside) else 0.0,
     )  # fmt: skip
-
-
-def widened(fit: Fit, problem: FitProblem, spread: np.ndarray, cause: str) -> Fit:
-    """Return a fit with further standard deviations (p,) of the logarithms of its parameters, which are
-    independent of the noise."""
-    if not np.any(spread > 0.0):
-        return fit
-    z, intervals = noise.two_sided(problem.level), {}
-    for (name, value), sd in zip(fit.values.items(), spread.tolist(), strict=True):
-        low, high = fit.intervals[name]
-        down = math.exp(math.hypot(math.log(value / low), z * sd)) if 0.0 < low <= value else math.inf
-        up = (
-            math.exp(math.hypot(math.log(high / value), z * sd))
-            if value <= high < math.inf and value > 0.0
-            else math.inf
-        )
-        intervals[name] = (value / down, value * up)
-    percent = ", ".join(
-        f"{name} {100 * sd:.3g} %" for name, sd in zip(fit.values, spread.tolist(), strict=True)
-    )
-    note = f"the intervals include the standard deviations of the {cause}: {percent}"
-    sd_log = {name: math.hypot(fit.sd_log[name], sd) for name, sd in zip(fit.values, spread, strict=True)}
-    return dataclasses.replace(
-        fit, **with_intervals(problem, intervals, fit.refused), sd_log=sd_log, notes=(*fit.notes, note)
-    )

@@ -44,10 +44,20 @@ from jax import Array, lax
 from tqdm import tqdm
 
 import jaxcontact as jc
-from fitting.data.contact import SEGMENTS, UNTIMED, baseline, signs
-from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
+from fitting.data.contact import (
+    LEAST_CURVE,
+    NO_CONTACT,
+    SEGMENTS,
+    UNTIMED,
+    ForceCurve,
+    baseline,
+    by_sensitivity,
+    calibration_in_words,
+    signs,
+)
+from fitting.data.indentation import IndentationData, depth_notes, probe_of
 from fitting.fits import force
-from fitting.fits.force import ApproachCurve, fit_force
+from fitting.fits.force import ForceUnits, fit_force
 from fitting.fits.indentation import fit_indentation
 from fitting.inference import noise, verdict
 from fitting.inference.noise_of_many import is_doubted, noise_of_one, orthonormal
@@ -105,47 +115,6 @@ def law(depth: Array, layer: Any, power: float) -> Array:
         one, two = series[j] + 2.0 * x * one - two, one
     factor = series[0] + x * one - two
     return jnp.where(inside, jnp.where(chi <= largest * (1.0 + 1e-9), plain * factor, jnp.nan), 0.0)
-
-
-def spikes_of(deviations: Array, pushed: Array, n: Array) -> tuple[Array, Array]:
-    """Return the number of isolated spikes and the largest of them over the force, as ``force.spikes``."""
-    size = jnp.abs(deviations)
-    sigma = jnp.sort(jnp.where(jnp.arange(size.size) < n, size, jnp.inf))[n // 2] / 0.6745
-    beside = jnp.maximum(jnp.pad(size[:-1], (1, 0)), jnp.pad(size[1:], (0, 1)))
-    high = (
-        (size > force.SPIKE * pushed)
-        & (size > force.SPIKE_SEEN * sigma)
-        & (beside <= verdict.ISOLATED * size)
-    )
-    return jnp.sum(high), jnp.max(jnp.where(high, size, 0.0)) / jnp.maximum(pushed, 1e-300)
-
-
-def jump_of(deviations: Array, pushed: Array, n: Array) -> Array:
-    """Return the largest jump over the force, as ``force.jump``."""
-    steps, beside, at = jnp.diff(deviations), force.BESIDE, jnp.arange(deviations.size - 1)
-    size = jnp.abs(steps)
-    sigma = jnp.sort(jnp.where(at < n - 1, size, jnp.inf))[(n - 1) // 2] / 0.6745
-    means = jnp.convolve(deviations, jnp.full(beside, 1.0 / beside), "valid")
-    remains = jnp.pad(means[beside:] - means[:-beside], beside - 1)
-    inside = (at >= beside - 1) & (at < n - beside)
-    jumps = inside & (remains * jnp.sign(steps) > verdict.ISOLATED * size)
-    highest = jnp.max(jnp.where(jumps, size, 0.0))
-    seen = highest > jnp.maximum(force.SPIKE * pushed, force.JUMP_SEEN * sigma)
-    return jnp.where(seen, highest, 0.0) / jnp.maximum(pushed, 1e-300)
-
-
-def rising_of(depth: Array, deviations: Array, model: Array, point: Array, n: Array) -> Array:
-    """Return the rise of the force over that of the model at the end of the indentation, as ``force.rising``."""
-    at = jnp.arange(depth.size)
-    deep = depth >= depth[n - 1] - force.LAST * (depth[n - 1] - point)
-    some = (at < n) & (deep | (at > n - force.BESIDE - 2))
-    x = jnp.where(some, depth - jnp.sum(jnp.where(some, depth, 0.0)) / jnp.sum(some), 0.0)
-    square, lag, rise = x @ x, x @ deviations, x @ model
-    steps = jnp.sort(jnp.where(at[1:] < n, jnp.abs(jnp.diff(deviations)), jnp.inf))
-    sigma = steps[(n - 1) // 2] / 0.6745 / math.sqrt(2.0)
-    flat = (rise > 0.0) & (rise - lag < force.RISING * rise)
-    flat = flat & (lag > force.RISE_SEEN * sigma * jnp.sqrt(square))
-    return jnp.where(flat, 1.0 - lag / jnp.where(rise > 0.0, rise, 1.0), 1.0)
 
 
 def line(curve: Scaled, weights: Array) -> tuple[Array, Array, Array]:
@@ -319,7 +288,9 @@ def fit_one(
     mean = jnp.sum(jnp.where(outside, deviations, 0.0)) / jnp.maximum(before, 1)
     scatter = jnp.sqrt(jnp.sum(jnp.where(outside, (deviations - mean) ** 2, 0.0)) / jnp.maximum(before, 1))
     pushed = one.c * law(depth[n - 1] - p, layer, power)
-    count, highest = spikes_of(deviations, pushed, n)
+    spiky, highest = verdict.spikes(deviations, pushed, n, jnp)
+    jumped = verdict.jump(deviations, pushed, n, jnp)
+    risen = verdict.rising(depth, deviations, one.c * one.f, p, n, jnp)
     doubted = (
         is_doubted(r, slopes, found, n, far) & (total > NEGLIGIBLE * jnp.sum((weights * load) ** 2)) & real
     )
@@ -336,11 +307,7 @@ def fit_one(
         power,
     )
     softer = stiff(shallow.c) - logs[0]
-    wide = jnp.clip((verdict.WINDOW * n).astype(int), 3, n)
-    sums = jnp.concatenate([jnp.zeros(1), jnp.cumsum(deviations)])
-    starts = jnp.arange(N)
-    means = (sums[jnp.minimum(starts + wide, N)] - sums[starts]) / wide
-    trend = jnp.max(jnp.where(starts + wide <= n, jnp.abs(means), 0.0))
+    trend = verdict.trend(deviations, n, jnp)
     # too little of the data explained
     middle = jnp.sum(jnp.where(on, load, 0.0)) / n
     r2 = 1.0 - jnp.sum(deviations**2) / jnp.maximum(jnp.sum(jnp.where(on, (load - middle) ** 2, 0.0)), 1e-300)
@@ -350,9 +317,8 @@ def fit_one(
     return {
         "log_G": logs, "p": p, "contact": jnp.concatenate([p[None], ends]), "baseline": one.b, "tilt": one.k,
         "amplitude": one.c, "r2": r2, "floor": found.ratio, "lag1": found.lag1, "before": before,
-        "scatter": scatter, "pushed": pushed, "spikes": count, "highest": highest,
-        "jumped": jump_of(deviations, pushed, n), "risen": rising_of(depth, deviations, one.c * one.f, p, n),
-        "doubted": doubted, "few": few,
+        "scatter": scatter, "pushed": pushed, "spikes": spiky, "highest": highest,
+        "jumped": jumped, "risen": risen, "doubted": doubted, "few": few,
         "softer": softer, "shift": half - p, "trend": trend, "varied": found.varied, "found": contact,
         "poor": real & ((r2 <= 0.0) | (total >= about * (1.0 - FLAT))), "faint": real & (spread > signal),
         "excess": spread / jnp.maximum(signal, 1e-300), "finite": jnp.all(jnp.isfinite(logs)),
@@ -365,15 +331,10 @@ def fit_one(
 BATCH = 64  # curves of one call of the program
 DEGREE, FINE = 32, 1e-9  # of the series of the factor of a thin sample, and its error
 CALIBRATED = 16  # curves whose intervals are calibrated by simulation
-COARSE = 200  # means of neighbours among which the contact is sought first
 VERDICTS = ("accepted", "rejected", "failed")
 COLOURS = dict(zip(VERDICTS, (sheet.VIOLET, sheet.BLUE, "0.6"), strict=True))
 SIZE = 5.0  # width of a map [inches]
 NUMBERS = re.compile(r"\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
-NO_CONTACT = (
-    "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
-    " indent"
-)
 
 
 @functools.cache
@@ -437,14 +398,14 @@ class Rows(NamedTuple):
     units: np.ndarray
 
     @classmethod
-    def of(cls, curves: Sequence[ApproachCurve], probe: Any, share: float, width: int) -> "Rows":
+    def of(cls, curves: Sequence[ForceCurve], probe: Any, share: float, width: int) -> "Rows":
         """Return approaches in scaled units, padded to a width with their last points."""
         arrays, units = np.zeros((3, len(curves), width)), np.zeros((len(curves), 4))
         for i, one in enumerate(curves):
-            load, depth, T, n = float(np.ptp(one.load)), float(one.depth[-1]), float(one.t[-1]), one.t.size
-            above = one.load - float(np.median(one.load[: max(n // 10, 5)]))
-            units[i] = load, depth, T, probe.size * depth**probe.power / (share * load)
-            for k, values in enumerate((one.t / T, one.depth / depth, above / load)):
+            n, own = one.t.size, ForceUnits.of(one, probe, share)
+            units[i] = own
+            above = one.load - baseline(one.load)
+            for k, values in enumerate((one.t / own.time, one.depth / own.depth, above / own.load)):
                 arrays[k, i, :n], arrays[k, i, n:] = values, values[-1]
         return cls(arrays[0], arrays[1], arrays[2], np.array([one.t.size for one in curves]), units)
 
@@ -460,13 +421,13 @@ class Rows(NamedTuple):
         return self.t[places], self.depth[places], self.load[places], self.n[places], chi[places]
 
 
-def changing(curve: ApproachCurve) -> bool:
+def changing(curve: ForceCurve) -> bool:
     """Return whether load, depth and time of a curve change."""
     return bool(np.ptp(curve.load) > 0.0 and curve.depth[-1] > 0.0 and curve.t[-1] > 0.0)
 
 
 def searched(
-    curves: Sequence[ApproachCurve], indenter: Any, nu: float, thickness: float | None, unbonded: bool, level: float,
+    curves: Sequence[ForceCurve], indenter: Any, nu: float, thickness: float | None, unbonded: bool, level: float,
     threads: int | None = None, done: Callable[[int, dict[str, np.ndarray]], None] | None = None,
 ) -> tuple[dict[str, np.ndarray], Rows]:  # fmt: skip
     """Return the results of ``fit_one`` for approaches, {name: (m, ...)}, and their scaled rows.
@@ -596,7 +557,7 @@ _theory_of = Program(theory_of, static_argnames=("power",))
 class Prepared(NamedTuple):
     """The approaches of a map that can be fitted, their places among its curves, and {place: reason} of the others."""
 
-    approaches: list[ApproachCurve]
+    approaches: list[ForceCurve]
     places: np.ndarray
     failed: dict[int, str]
 
@@ -627,8 +588,8 @@ def data_of(depth: Any, load: Any, t: Any) -> list[Any]:
             raise ValueError(f"t: expected {d.size} times of curve {k}, got {s.size}")
         on = np.isfinite(d) & np.isfinite(F) & np.isfinite(s)
         d, F, s = d[on], F[on], s[on]
-        if d.size < force.LEAST:
-            found.append(f"expected at least {force.LEAST} points, got {d.size}")
+        if d.size < LEAST_CURVE:
+            found.append(f"expected at least {LEAST_CURVE} points, got {d.size}")
             continue
         inward, _ = signs(F - baseline(F), d)
         marks = np.full(d.size, SEGMENTS[2], dtype="<U8")
@@ -652,29 +613,29 @@ def data_of(depth: Any, load: Any, t: Any) -> list[Any]:
 def prepared(
     curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, unbonded: bool
 ) -> Prepared:
-    """Return the approaches, with at most ``BASE`` largest depths of baseline before the contact, and ``MOST`` points."""
+    """Return the approaches about the contact, as ``fit_force`` takes them."""
     whole, places, failed = [], [], {}
     for k, data in enumerate(curves):
         if isinstance(data, str):
             failed[k] = data
             continue
         try:
-            one = ApproachCurve.of(data)
+            one = ForceCurve.approach(data)
         except (ValueError, RuntimeError) as error:
             failed[k] = str(error)
             continue
-        if one.t.size >= force.LEAST and changing(one):
+        if one.t.size >= LEAST_CURVE and changing(one):
             whole.append(one)
             places.append(k)
         else:
             failed[k] = (
-                f"data: expected load, depth and time to change over at least {force.LEAST} points, got ranges"
+                f"data: expected load, depth and time to change over at least {LEAST_CURVE} points, got ranges"
                 f" {np.ptp(one.load):g} N, {one.depth[-1]:g} m, {one.t[-1]:g} s over {one.t.size} points"
             )
     if not whole:
         return Prepared([], np.zeros(0, dtype=int), failed)
     # the contact points among the trial points, on a few means of neighbours
-    few = [one.thinned(COARSE) for one in whole]
+    few = [one.thinned(force.COARSE) for one in whole]
     probe = probe_of(indenter)
     rows = Rows.of(few, probe, 1.0 - nu, nonlinear.length(max(one.t.size for one in few)))
     layer = series_of(indenter, thickness, unbonded, nu, float(rows.units[:, 1].max()))
@@ -686,12 +647,7 @@ def prepared(
         if share < 0.0:
             failed[k] = NO_CONTACT
             continue
-        point = share * float(thin.depth[-1])
-        first = int(np.argmax(one.depth >= point - force.BASE * (one.depth[-1] - point)))
-        if first:
-            note = f"baseline: {first} points further than {force.BASE:g} largest depths from the contact left out"
-            one = one.since(first)._replace(notes=(*one.notes, note))
-        approaches.append(one.thinned())
+        approaches.append(one.near_contact(share * float(thin.depth[-1])).thinned(force.MOST))
         kept.append(k)
     return Prepared(approaches, np.array(kept, dtype=int), failed)
 
@@ -1193,26 +1149,21 @@ def all_together(
             np.clip(contact[:, :1] + factors[1] * (contact[:, 1:] - contact[:, :1]) + left[1], 0.0, 1.0),
         ]
     )
-    # errors of the calibration of the cantilever (``force.widened``)
+    # errors of the calibration of the cantilever (``data/contact.py``, ``conclusion.widened``)
     slope = np.zeros(len(keys))
     if errors.get("sensitivity"):
-        ends = []
-        for change in (force.STEP, -force.STEP):
-            moved = []
-            for one in ready.approaches:
-                bent = one.load / float(spring_constant or 1.0)
-                moved.append(
-                    one._replace(load=one.load * (1.0 + change), depth=one.depth - change * (bent - bent[0]))
-                )
+
+        def log_moduli(change: float) -> np.ndarray:
+            moved = [one.recalibrated(change, spring_constant) for one in ready.approaches]
             other, scaled = searched(moved, indenter, nu, thickness, unbonded, level, threads)
-            ends.append(other["log_G"][:, 0] - np.log(scaled.units[:, 3]))
-        slope = (ends[0] - ends[1]) / math.log((1.0 + force.STEP) / (1.0 - force.STEP))
+            return other["log_G"][:, 0] - np.log(scaled.units[:, 3])
+
+        slope = by_sensitivity(log_moduli)
     total = np.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
     half = np.hypot(logs[:, 1:] - logs[:, :1], noise.two_sided(level) * total[:, None])
     logs[:, 1:] = logs[:, :1] + sides * half
     if errors:
-        kinds = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
-        note = f"the interval of the modulus includes the standard deviation of the calibration ({kinds})"
+        note = f"the interval of the modulus includes the standard deviation of the {calibration_in_words(errors)}"
         for k in ready.places:
             out["notes"][k] = (*out["notes"][k], note)
     with np.errstate(over="ignore"):
@@ -1244,29 +1195,12 @@ def fill(
         if not found["found"][i]:
             out["reason"][k], out["stage"][k] = NO_CONTACT, "failed"
             continue
-        said, why = [*notes[k], *one.notes], []
-        if one.each > 1:
-            said.append(f"{one.t.size} points are means of {one.each} samples each")
-        deep = float(out["depth"][k])
-        said += paraboloid_note(indenter, deep, thickness=thickness)
-        if thickness is not None and deep > force.STRAIN * thickness:
-            said.append(
-                f"the depth is {deep / thickness:.2g} of the thickness: beyond {force.STRAIN:g} linear elasticity is"
-                " doubtful"
-            )
+        said, why = [*notes[k], *one.remarks, *depth_notes(indenter, float(out["depth"][k]), thickness)], []
         of = lambda name: found[name][i].item()  # noqa: B023
-        pushed, high = of("pushed"), of("highest")
-        bad = force.unusable(
-            of("before"),
-            int(rows.n[i]),
-            of("spikes"),
-            high * pushed,
-            of("jumped") * pushed,
-            of("risen"),
-            pushed,
-            of("scatter"),
-            float(load[i]),
-        )
+        bad = verdict.unusable(
+            of("before"), int(rows.n[i]), of("spikes"), of("highest"), of("jumped"), of("risen"), of("pushed"),
+            of("scatter"), float(load[i]),
+        )  # fmt: skip
         if bad:
             why, out["stage"][k] = [bad], "unusable"
         elif of("doubted") and of("few"):
