@@ -47,13 +47,13 @@ from fitting.data.contact import (
 )
 from fitting.data.indentation import IndentationData, depth_notes, probe_of
 from fitting.data.weights import choose_weights
-from fitting.fits.laws import LAWS, Law, creep_structure, orders, within
+from fitting.fits.laws import law_rows
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, widened
 from fitting.inference.result import Fit, plain
 from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models.parameters import Parameters, spectrum
-from fitting.models.structure import Sought
+from fitting.models.structure import LAWS, Law, Sought, creep_structure, over_span
 from fitting.models.thin_layer import Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
@@ -484,16 +484,10 @@ def _space(
         rows = np.concatenate([np.maximum(np.stack(own.bounds, -1), -EDGE), others])
         logs = own.logarithmic
     else:
-        structure = dataclasses.replace(structure, span=(gap * T, T))
-        sought = sought._replace(structure=structure, table=orders(sought.table))
-        size, lapse = -math.log(compliance), math.log(T)
-        whole = {
-            "G": (size - EDGE, size + EDGE),
-            "V": (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0)),
-            "alpha": ALPHA,
-        }
-        law = [within(whole[name], name, limits) for name, limits in sought.table.items()]
-        rows, unit = np.concatenate([np.array(law), others]), np.ones(structure.size)
+        sought = over_span(sought, (gap * T, T))
+        structure, lapse = sought.structure, math.log(T)
+        law = law_rows(sought.table, -math.log(compliance), EDGE, (lapse, lapse), ALPHA)
+        rows, unit = np.concatenate([np.array(list(law.values())), others]), np.ones(structure.size)
         logs = np.array([name != "alpha" for name in structure.where])
         open_sides = np.concatenate([np.ones((structure.size, 2), dtype=bool), np.zeros((4, 2), dtype=bool)])
     count = structure.size + 4
