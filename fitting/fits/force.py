@@ -42,7 +42,7 @@ from fitting.models.structure import CLASSICAL, Sought
 from fitting.models.thin_layer import RIGID, Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
-from fitting.views import sheet
+from fitting.views import sheet, text
 
 # Force curve of an elastic sample: baseline, contact point and indentation, scaled for the search.
 #
@@ -76,16 +76,16 @@ class ForceUnits(NamedTuple):
 
 
 class ScaledApproach(NamedTuple):
-    """Scaled samples (n,) of an approach: t, depth, load and weights; power of the depth; layer in scaled depths;
-    extra: compliance of the indenter over 1 - nu, scaled; rise: derivative of the layer's series with respect to log G on
-    an elastic base, 0 on a rigid one; at: log J at which the series holds."""
+    """Scaled samples (n,) of an approach: t, depth, load and weights; power of the depth; layer in scaled depths, None on
+    a half-space; extra: compliance of the indenter over 1 - nu, scaled; rise: derivative of the layer's series with respect
+    to log G on an elastic base, 0 on a rigid one; at: log J at which the series holds."""
 
     t: Array
     depth: Array
     load: Array
     weights: Array
     power: Array | float
-    layer: ThinLayer
+    layer: ThinLayer | None
     extra: Array | float
     rise: Array | float = 0.0
     at: Array | float = 0.0
@@ -95,8 +95,10 @@ def indentation_force(theta: Array, depth: Array, curve: ScaledApproach) -> Arra
     """Return the scaled force without the baseline at scaled depths from contact on, of any shape."""
     inside = depth > 0.0
     safe = jnp.where(inside, depth, 1.0)
-    layer = curve.layer._replace(series=curve.layer.series + curve.rise * (curve.at - theta[LOG_J]))
-    force = safe**curve.power * layer.factor(safe) / (jnp.exp(theta[LOG_J]) + curve.extra)
+    force = safe**curve.power / (jnp.exp(theta[LOG_J]) + curve.extra)
+    if curve.layer is not None:
+        layer = curve.layer._replace(series=curve.layer.series + curve.rise * (curve.at - theta[LOG_J]))
+        force = force * layer.factor(safe)
     return jnp.where(inside, force, 0.0)
 
 
@@ -159,14 +161,12 @@ class ForceModel(NamedTuple):
             )
         above = approach.load - baseline(approach.load)
 
-        # the factor of a layer over scaled depths, 1 on a half-space, and its change with the modulus on an elastic
-        # base
-        layer, rise, at = ThinLayer(np.zeros(2), 0.0, 1.0), 0.0, 0.0
+        # the factor of a layer over scaled depths, and its change with the modulus on an elastic base
+        layer, rise, at = None, 0.0, 0.0
         if thickness is not None:
             base = RIGID if substrate is None else Base(guess / float(substrate.G), float(substrate.nu))
             base = base._replace(bonded=not unbonded)
-            layer = ThinLayer.of(indenter, thickness, nu, base)
-            layer = layer._replace(scale=layer.scale * depth**layer.power)
+            layer = ThinLayer.of(indenter, thickness, nu, base).over(depth)
             if base.ratio:
                 rise = thin_layer.table(nu, base, True)[thin_layer.kind_of(indenter)][1]
                 at = -np.log(guess * compliance)
@@ -476,7 +476,7 @@ class ForceFit(Fit):
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with Young's modulus, the nuisance parameters and the given quantities."""
         E = dict(zip(("value", "low", "high"), map(plain, self.youngs_modulus), strict=True))
-        key = lambda name: f"{name}_{self._unit(name).replace('/', '_per_').replace(' ', '_')}"
+        key = lambda name: text.key(name, self._unit(name))
         chosen = {} if self.contact_model is None else {"contact_model": self.contact_model.to_dict()}
         return super().to_dict() | chosen | {
             "youngs_modulus_Pa": E, "poisson_ratio": self.nu, "thickness_m": plain(self.thickness),
@@ -782,8 +782,7 @@ def _polynomials(force: ForceModel, solved: Any, E: float) -> dict[str, tuple[fl
     found, depth = {}, force.units.depth
     layers = thin_layer.approximations(force.indenter, force.thickness, force.sought.volume.value)
     for name, layer in layers.items():
-        scaled = layer._replace(scale=layer.scale * depth**layer.power)
-        other = force._replace(curve=force.curve._replace(layer=scaled, rise=0.0))
+        other = force._replace(curve=force.curve._replace(layer=layer.over(depth), rise=0.0))
         theta = nonlinear.minimise(other.objective(solved.weights), solved.theta).theta
         off = float(np.expm1(solved.theta[LOG_J] - theta[LOG_J]))
         found[name] = (E * (1.0 + off), off)

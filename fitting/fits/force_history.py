@@ -57,7 +57,7 @@ from fitting.models.structure import LAWS, Law, Sought, creep_structure, over_sp
 from fitting.models.thin_layer import Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
-from fitting.views import sheet
+from fitting.views import sheet, text
 from jaxcontact._support.exponential import phi1
 from jaxcontact.bodies import materials
 
@@ -326,8 +326,7 @@ class Problem(NamedTuple):
         compliance = probe.size * depth**probe.power / (sought.volume.one_minus_nu * load)
         layer = None
         if thickness is not None:
-            layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
-            layer = layer._replace(scale=layer.scale * depth**layer.power)
+            layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded)).over(depth)
         extra = float(indenter.compliance()) / sought.volume.one_minus_nu / compliance
 
         # times of samples and turning points; the gap is the usual one of the samples
@@ -650,7 +649,7 @@ class ViscoelasticForceFit(Fit):
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the nuisance parameters and the given quantities."""
-        key = lambda name: f"{name}_{NUISANCES.get(name, 'N s/m').replace('/', '_per_').replace(' ', '_')}"
+        key = lambda name: text.key(name, NUISANCES.get(name, "N s/m"))
         return super().to_dict() | {
             "poisson_ratio": self.nu, "thickness_m": plain(self.thickness), **probe_of(self.indenter).key,
             "nuisances": {key(name): [plain(v) for v in row] for name, row in self.nuisances.items()},

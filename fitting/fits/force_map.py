@@ -32,7 +32,7 @@ import multiprocessing
 import os
 import re
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -372,58 +372,65 @@ def coarse_program(power: float) -> Program:
     return Program(found)
 
 
-def series_of(indenter: Any, thickness: float | None, unbonded: bool, nu: float, depth: float) -> Any:
-    """Return the Chebyshev coefficients of the factor of a thin sample up to a depth [m], and chi there; None for a
-    half-space."""
-    if thickness is None:
-        return None
-    layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
-    largest = min(float(layer.scale) * depth ** float(layer.power), LARGEST)
-    x = np.cos(np.pi * (np.arange(64) + 0.5) / 64.0)
-    chi = 0.5 * largest * (x + 1.0)
-    s = 2.0 * np.log1p(chi) / math.log1p(LARGEST) - 1.0
-    factor = np.exp(np.polynomial.chebyshev.chebval(s, np.asarray(layer.series)))
-    series = np.polynomial.chebyshev.chebfit(x, factor, DEGREE)
-    last = np.flatnonzero(np.abs(series) > FINE * np.abs(series).max())[-1]
-    return jnp.asarray(series[: max(int(last), 1) + 1]), jnp.asarray(largest)
-
-
 class Rows(NamedTuple):
-    """Scaled curves (m, N) with their units: load [N], depth [m], time [s] and compliance [1/Pa], (m, 4)."""
+    """Scaled curves t, depth, load (m, N), of n (m,) points each, with what the program needs beside them.
+
+    units (m, 4): load [N], depth [m], time [s] and compliance [1/Pa]; power: of the depth in the law of the indenter;
+    layer: Chebyshev coefficients of the factor of a thin sample up to the largest depth, and chi there, None on a
+    half-space; chi (m,): at the largest depth of each curve; extra (m,): scaled compliance of the indenter.
+    """
 
     t: np.ndarray
     depth: np.ndarray
     load: np.ndarray
     n: np.ndarray
     units: np.ndarray
+    power: float
+    layer: Any
+    chi: np.ndarray
+    extra: np.ndarray
 
     @classmethod
-    def of(cls, curves: Sequence[ForceCurve], probe: Any, share: float, width: int) -> "Rows":
-        """Return approaches in scaled units, padded to a width with their last points."""
-        arrays, units = np.zeros((3, len(curves), width)), np.zeros((len(curves), 4))
+    def of(
+        cls, curves: Sequence[ForceCurve], indenter: Any, nu: float, thickness: float | None, unbonded: bool
+    ) -> "Rows":
+        """Return approaches in scaled units, padded to a common length with their last points."""
+        probe, share, m = probe_of(indenter), 1.0 - nu, len(curves)
+        n = np.array([one.t.size for one in curves])
+        arrays, units = np.zeros((3, m, nonlinear.length(int(n.max())))), np.zeros((m, 4))
         for i, one in enumerate(curves):
-            n, own = one.t.size, ForceUnits.of(one, probe, share)
+            own = ForceUnits.of(one, probe, share)
             units[i] = own
             above = one.load - baseline(one.load)
             for k, values in enumerate((one.t / own.time, one.depth / own.depth, above / own.load)):
-                arrays[k, i, :n], arrays[k, i, n:] = values, values[-1]
-        return cls(arrays[0], arrays[1], arrays[2], np.array([one.t.size for one in curves]), units)
+                arrays[k, i, : n[i]], arrays[k, i, n[i] :] = values, values[-1]
+        extra, depth = float(indenter.compliance()) / share / units[:, 3], units[:, 1]
+        if thickness is None:
+            return cls(*arrays, n, units, probe.power, None, np.zeros(m), extra)
 
-    def batches(self, size: int) -> Iterator[slice]:
-        """Yield the slices of batches."""
-        for first in range(0, self.n.size, size):
-            yield slice(first, min(first + size, self.n.size))
+        # the factor of a thin sample, in a series of its own that is as short as the depths of this map allow
+        layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
+        chi = float(layer.scale) * depth ** float(layer.power)
+        largest = min(float(chi.max()), LARGEST)
+        x = np.cos(np.pi * (np.arange(64) + 0.5) / 64.0)
+        s = 2.0 * np.log1p(0.5 * largest * (x + 1.0)) / math.log1p(LARGEST) - 1.0
+        factor = np.exp(np.polynomial.chebyshev.chebval(s, np.asarray(layer.series)))
+        series = np.polynomial.chebyshev.chebfit(x, factor, DEGREE)
+        last = np.flatnonzero(np.abs(series) > FINE * np.abs(series).max())[-1]
+        series = jnp.asarray(series[: max(int(last), 1) + 1]), jnp.asarray(largest)
+        return cls(*arrays, n, units, probe.power, series, chi, extra)
 
-    def padded(self, some: slice, size: int, chi: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the arrays of a batch, filled up with its first curve."""
-        places = np.arange(some.start, some.start + size)
-        places = np.where(places < some.stop, places, some.start)
-        return self.t[places], self.depth[places], self.load[places], self.n[places], chi[places]
+    def batches(self) -> list[tuple[int, np.ndarray]]:
+        """Return the number of curves in each batch, and their places, filled up with the first one."""
+        found = []
+        for first in range(0, self.n.size, BATCH):
+            places, stop = np.arange(first, first + BATCH), min(first + BATCH, self.n.size)
+            found.append((stop - first, np.where(places < stop, places, first)))
+        return found
 
-
-def changing(curve: ForceCurve) -> bool:
-    """Return whether load, depth and time of a curve change."""
-    return bool(np.ptp(curve.load) > 0.0 and curve.depth[-1] > 0.0 and curve.t[-1] > 0.0)
+    def at(self, places: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the arrays of the curves at some places."""
+        return self.t[places], self.depth[places], self.load[places], self.n[places], self.chi[places]
 
 
 def searched(
@@ -434,36 +441,27 @@ def searched(
 
     threads: number of batches at a time; done(first, results): called after each batch.
     """
-    probe, share = probe_of(indenter), 1.0 - nu
-    longest = max(one.t.size for one in curves)
-    width = nonlinear.length(longest)
-    rows = Rows.of(curves, probe, share, width)
-    layer = series_of(indenter, thickness, unbonded, nu, float(rows.units[:, 1].max()))
-    chi = chi_of(indenter, thickness, rows.units[:, 1])
-    extra = float(indenter.compliance()) / share / rows.units[:, 3]
+    rows = Rows.of(curves, indenter, nu, thickness, unbonded)
     quantiles = {int(n): quantiles_of(int(n), level) for n in np.unique(rows.n)}
     constants = {
         name: np.array([quantiles[int(n)][name] for n in rows.n])
         for name in ("level", "single", "slip", "outlier")
     }
-    run = program(probe.power)
-    size = BATCH
+    run = program(rows.power)
 
-    def batch(some: slice) -> dict[str, np.ndarray]:
-        places = np.arange(some.start, some.start + size)
-        places = np.where(places < some.stop, places, some.start)
+    def batch(count: int, places: np.ndarray) -> dict[str, np.ndarray]:
         own = {name: values[places] for name, values in constants.items()}
-        found = run(rows.padded(some, size, chi), layer, extra[places], own)
-        return {name: np.asarray(values)[: some.stop - some.start] for name, values in found.items()}
+        found = run(rows.at(places), rows.layer, rows.extra[places], own)
+        return {name: np.asarray(values)[:count] for name, values in found.items()}
 
     pieces: list[dict[str, np.ndarray]] = []
     with ThreadPoolExecutor(threads or cores()) as pool:
-        waiting = [pool.submit(batch, some) for some in rows.batches(size)]
+        waiting = [pool.submit(batch, *some) for some in rows.batches()]
         try:
-            for some, one in zip(rows.batches(size), waiting, strict=True):
+            for k, one in enumerate(waiting):
                 pieces.append(one.result())
                 if done is not None:
-                    done(some.start, pieces[-1])
+                    done(k * BATCH, pieces[-1])
         except BaseException:  # Ctrl-C: what waits is not begun
             for one in waiting:
                 one.cancel()
@@ -486,14 +484,6 @@ def quantiles_of(n: int, level: float) -> dict[str, float]:
     }  # fmt: skip
 
 
-def chi_of(indenter: Any, thickness: float | None, depth: np.ndarray) -> np.ndarray:
-    """Return chi of a thin sample at depths (m,) [m]; 0 on a half-space."""
-    if thickness is None:
-        return np.zeros(depth.size)
-    layer = ThinLayer.of(indenter, thickness, 0.5)
-    return float(layer.scale) * depth ** float(layer.power)
-
-
 def theory_of(
     c: Array, p: Array, b: Array, k: Array, t: Array, depth: Array, layer: Any, *, power: float
 ) -> tuple[Array, Array]:
@@ -504,15 +494,7 @@ def theory_of(
     return model(x), rows.at[0].multiply(c)
 
 
-def calibrated(
-    found: dict[str, np.ndarray],
-    rows: Rows,
-    good: np.ndarray,
-    indenter: Any,
-    layer: Any,
-    chi: np.ndarray,
-    level: float,
-) -> np.ndarray:
+def calibrated(found: dict[str, np.ndarray], rows: Rows, good: np.ndarray, level: float) -> np.ndarray:
     """Return the factors (2,) on the half widths of modulus and contact point: medians over some of the accepted curves.
 
     The factor of a curve is that of ``noise.Calibration``, which simulates its noise; those of the curves of a map differ by
@@ -523,13 +505,14 @@ def calibrated(
         return np.ones(2)
     order = places[np.argsort(found["floor"][places], kind="stable")]
     some = order[np.unique(np.linspace(0, order.size - 1, min(order.size, CALIBRATED)).round().astype(int))]
-    power, factors = probe_of(indenter).power, []
+    factors = []
     for i in some:
         n = int(rows.n[i])
-        own = None if layer is None else (*layer, chi[i])
+        own = None if rows.layer is None else (*rows.layer, rows.chi[i])
         given = [jnp.asarray(found[name][i]) for name in ("amplitude", "p", "baseline", "tilt")]
         fitted, slopes = (
-            np.asarray(v)[..., :n] for v in _theory_of(*given, rows.t[i], rows.depth[i], own, power=power)
+            np.asarray(v)[..., :n]
+            for v in _theory_of(*given, rows.t[i], rows.depth[i], own, power=rows.power)
         )
         size = np.abs(fitted)
         weights = 1.0 / np.hypot(found["floor"][i], fitted)
@@ -624,7 +607,7 @@ def prepared(
         except (ValueError, RuntimeError) as error:
             failed[k] = str(error)
             continue
-        if one.t.size >= LEAST_CURVE and changing(one):
+        if one.t.size >= LEAST_CURVE and np.ptp(one.load) > 0.0 and one.depth[-1] > 0.0 and one.t[-1] > 0.0:
             whole.append(one)
             places.append(k)
         else:
@@ -636,12 +619,9 @@ def prepared(
         return Prepared([], np.zeros(0, dtype=int), failed)
     # the contact points among the trial points, on a few means of neighbours
     few = [one.thinned(force.COARSE) for one in whole]
-    probe = probe_of(indenter)
-    rows = Rows.of(few, probe, 1.0 - nu, nonlinear.length(max(one.t.size for one in few)))
-    layer = series_of(indenter, thickness, unbonded, nu, float(rows.units[:, 1].max()))
-    chi, run, points = chi_of(indenter, thickness, rows.units[:, 1]), coarse_program(probe.power), []
-    for some in rows.batches(BATCH):
-        points.append(np.asarray(run(rows.padded(some, BATCH, chi), layer))[: some.stop - some.start])
+    rows = Rows.of(few, indenter, nu, thickness, unbonded)
+    run = coarse_program(rows.power)
+    points = [np.asarray(run(rows.at(places), rows.layer))[:count] for count, places in rows.batches()]
     approaches, kept = [], []
     for one, k, thin, share in zip(whole, places, few, np.concatenate(points), strict=True):
         if share < 0.0:
@@ -650,6 +630,274 @@ def prepared(
         approaches.append(one.near_contact(share * float(thin.depth[-1])).thinned(force.MOST))
         kept.append(k)
     return Prepared(approaches, np.array(kept, dtype=int), failed)
+
+
+# The fits of a map, together or one by one, and where their results are kept.
+
+
+class Store:
+    """Results of curves in a folder, one file for each finished batch, found by the content of a curve and the options."""
+
+    def __init__(self, folder: Any, options: Any) -> None:
+        self.folder = None if folder is None else Path(folder)
+        self.options = f"{jc.__version__} {options!r}".encode()
+        self.known: dict[bytes, tuple[dict[str, np.ndarray], int]] = {}
+        if self.folder is not None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            for path in sorted(self.folder.glob("*.npz")):
+                with (
+                    contextlib.suppress(OSError, ValueError, KeyError, zipfile.BadZipFile),
+                    np.load(path) as file,
+                ):
+                    arrays = {name: file[name] for name in file.files}
+                    keys = arrays.pop("keys")
+                    self.known |= {row.tobytes(): (arrays, k) for k, row in enumerate(keys)}
+
+    def key(self, *arrays: np.ndarray) -> bytes:
+        """Return the key of a curve from its arrays, of numbers or of text."""
+        digest = hashlib.sha1(self.options, usedforsecurity=False)
+        for one in arrays:
+            digest.update(
+                repr(one.tolist()).encode() if one.dtype.kind == "U" else one.astype(float).tobytes()
+            )
+        return digest.digest()
+
+    def add(self, keys: Sequence[bytes], arrays: dict[str, np.ndarray]) -> None:
+        """Keep the results of a batch."""
+        self.known |= {one: (arrays, k) for k, one in enumerate(keys)}
+        if self.folder is not None and keys:
+            rows = np.frombuffer(b"".join(keys), dtype=np.uint8).reshape(len(keys), -1)
+            path = self.folder / f"{keys[0].hex()}.npz"
+            output.write(path, lambda partial: _save(partial, {"keys": rows, **arrays}))
+
+    def gathered(self, keys: Sequence[bytes]) -> dict[str, np.ndarray]:
+        """Return the results of curves, {name: (m, ...)}."""
+        parts = [self.known[one] for one in keys]
+        return {name: np.stack([arrays[name][k] for arrays, k in parts]) for name in parts[0][0]}
+
+
+def _save(path: Path, arrays: dict[str, np.ndarray]) -> None:
+    with path.open("wb") as file:
+        np.savez(file, **arrays)  # type: ignore[arg-type]
+
+
+def empty(m: int) -> dict[str, Any]:
+    """Return the arrays of m failed curves."""
+    of = lambda *shape: np.full((m, *shape), np.nan)
+    return {
+        "G": of(3), "work": of(3), "contact": of(3), "r2": of(), "noise": of(), "depth": of(), "baseline": of(),
+        "tilt": of(), "verdict": np.full(m, VERDICTS[2], dtype="<U8"), "reason": [""] * m, "notes": [()] * m,
+    }  # fmt: skip
+
+
+def all_together(
+    curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, unbonded: bool, errors: dict[str, float],
+    spring_constant: float | None, level: float, kept: Store, threads: int | None, progress: bool,
+) -> tuple[dict[str, Any], np.ndarray]:  # fmt: skip
+    """Return the arrays of a map that the compiled program fits, and the factors of the calibration."""
+    ready, out = prepared(curves, indenter, nu, thickness, unbonded), empty(len(curves))
+    for k, why in ready.failed.items():
+        out["reason"][k] = why
+    if not ready.approaches:
+        return out, np.ones(2)
+    keys = [kept.key(one.t, one.load, one.depth) for one in ready.approaches]
+    missing = [i for i, one in enumerate(keys) if one not in kept.known]
+    with tqdm(
+        total=len(missing), unit="curve", desc="fitting", disable=None if progress else True, leave=False
+    ) as bar:
+
+        def done(first: int, found: dict[str, np.ndarray]) -> None:
+            count = len(found["r2"])
+            kept.add([keys[i] for i in missing[first : first + count]], found)
+            bar.update(count)
+
+        if missing:
+            searched(
+                [ready.approaches[i] for i in missing],
+                indenter,
+                nu,
+                thickness,
+                unbonded,
+                level,
+                threads,
+                done,
+            )
+    found = kept.gathered(keys)
+    rows = Rows.of(ready.approaches, indenter, nu, thickness, unbonded)
+    fill(out, found, rows, ready, thickness, indenter, [getattr(one, "notes", ()) for one in curves])
+    # half widths with the factors of the calibration, then the change with half the depth, which noise does not include
+    good = out["verdict"][ready.places] == VERDICTS[0]
+    factors = calibrated(found, rows, good, level)
+    found_left = found["doubted"] & ~found["few"] & (out["stage"][ready.places] == "")
+    logs, contact = found["log_G"], found["contact"]
+    sides = np.array([-1.0, 1.0])
+    left = [np.where(found_left, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "shift")]
+    logs = np.column_stack([logs[:, 0], logs[:, :1] + factors[0] * (logs[:, 1:] - logs[:, :1]) + left[0]])
+    contact = np.column_stack(
+        [
+            contact[:, 0],
+            np.clip(contact[:, :1] + factors[1] * (contact[:, 1:] - contact[:, :1]) + left[1], 0.0, 1.0),
+        ]
+    )
+    # errors of the calibration of the cantilever (``data/contact.py``, ``conclusion.widened``)
+    slope = np.zeros(len(keys))
+    if errors.get("sensitivity"):
+
+        def log_moduli(change: float) -> np.ndarray:
+            moved = [one.recalibrated(change, spring_constant) for one in ready.approaches]
+            other, scaled = searched(moved, indenter, nu, thickness, unbonded, level, threads)
+            return other["log_G"][:, 0] - np.log(scaled.units[:, 3])
+
+        slope = by_sensitivity(log_moduli)
+    total = np.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
+    half = np.hypot(logs[:, 1:] - logs[:, :1], noise.two_sided(level) * total[:, None])
+    logs[:, 1:] = logs[:, :1] + sides * half
+    if errors:
+        note = f"the interval of the modulus includes the standard deviation of the {calibration_in_words(errors)}"
+        for k in ready.places:
+            out["notes"][k] = (*out["notes"][k], note)
+    with np.errstate(over="ignore"):
+        out["G"][ready.places] = np.exp(logs) / rows.units[:, 3:]
+    zero = np.array([one.zero for one in ready.approaches])
+    inward = np.array([one.inward for one in ready.approaches])
+    depths = inward[:, None] * (contact * rows.units[:, 1:2] + zero[:, None])
+    out["contact"][ready.places] = np.where(inward[:, None] < 0, depths[:, [0, 2, 1]], depths)
+    return out, factors
+
+
+def fill(
+    out: dict[str, Any],
+    found: dict[str, np.ndarray],
+    rows: Rows,
+    ready: Prepared,
+    thickness: float | None,
+    indenter: Any,
+    notes: Sequence[tuple[str, ...]],
+) -> None:
+    """Enter verdicts with reasons and notes, in the words of ``fit_force``, and what needs no interval."""
+    load, depth, T, _ = rows.units.T
+    places = ready.places
+    out["r2"][places], out["noise"][places] = found["r2"], found["scatter"] * load
+    out["depth"][places] = (1.0 - found["contact"][:, 0]) * depth
+    out["baseline"][places], out["tilt"][places] = found["baseline"] * load, found["tilt"] * load / T
+    out["stage"] = np.full(len(out["r2"]), "", dtype="<U8")
+    for i, (k, one) in enumerate(zip(places, ready.approaches, strict=True)):
+        if not found["found"][i]:
+            out["reason"][k], out["stage"][k] = NO_CONTACT, "failed"
+            continue
+        said, why = [*notes[k], *one.remarks, *depth_notes(indenter, float(out["depth"][k]), thickness)], []
+        of = lambda name: found[name][i].item()  # noqa: B023
+        bad = verdict.unusable(
+            of("before"), int(rows.n[i]), of("spikes"), of("highest"), of("jumped"), of("risen"), of("pushed"),
+            of("scatter"), float(load[i]),
+        )  # fmt: skip
+        if bad:
+            why, out["stage"][k] = [bad], "unusable"
+        elif of("doubted") and of("few"):
+            why = [verdict.TOO_FEW]
+        elif of("doubted"):
+            refused = of("trend") > force.TREND or abs(of("softer")) > force.CHANGE
+            words = force.trend_words(
+                of("trend"), of("softer"), refused, float(load[i]), thickness is not None
+            )
+            (why if refused else said).append(words)
+        if of("poor"):
+            why.append(verdict.no_better(of("r2")))
+        if of("faint"):
+            why.append(verdict.scattered(of("excess")))
+        if of("varied"):
+            said.append("the noise changes along the depth; the intervals allow for it")
+        out["verdict"][k] = VERDICTS[1] if why or not of("finite") else VERDICTS[0]
+        out["reason"][k], out["notes"][k] = "; ".join(why), tuple(said)
+
+
+def each_alone(
+    curves: Sequence[Any], given: dict[str, Any], kept: Store, processes: int | None, progress: bool
+) -> dict[str, Any]:
+    """Return the arrays of a map whose curves are fitted one by one, by ``fit_force`` or ``fit_indentation``."""
+    out, keys = empty(len(curves)), {}
+    for k, one in enumerate(curves):
+        if isinstance(one, str):
+            out["reason"][k] = one
+        else:
+            # with the segments, of which a fit takes one or two, and the notes, which are stored with it
+            keys[k] = kept.key(one.t, one.load, one.depth, one.segments, np.array(one.notes, dtype=str))
+    missing = [k for k in keys if keys[k] not in kept.known]
+    count = min(processes or cores(), max(len(missing), 1))
+    with tqdm(
+        total=len(missing), unit="curve", desc="fitting", disable=None if progress else True, leave=False
+    ) as bar:
+        run = functools.partial(fitted_alone, **given)
+        with contextlib.ExitStack() as stack:
+            if count > 1:
+                context = multiprocessing.get_context("spawn")
+                pool = stack.enter_context(ProcessPoolExecutor(count, mp_context=context))
+                results = pool.map(run, [curves[k] for k in missing])
+            else:
+                results = map(run, [curves[k] for k in missing])
+            for first in range(0, len(missing), BATCH):
+                some = missing[first : first + BATCH]
+                parts = []
+                for _ in some:
+                    parts.append(next(iter(results)))
+                    bar.update()
+                kept.add(
+                    [keys[k] for k in some],
+                    {name: np.array([one[name] for one in parts]) for name in parts[0]},
+                )
+    for k, key in keys.items():
+        arrays, i = kept.known[key]
+        numbers = arrays["numbers"][i]
+        for name, value in zip(("G", "work", "contact"), numbers[:9].reshape(3, 3), strict=True):
+            out[name][k] = value
+        for name, value in zip(("r2", "noise", "depth", "baseline", "tilt"), numbers[9:], strict=True):
+            out[name][k] = value
+        out["verdict"][k], out["reason"][k], notes = (
+            str(arrays[name][i]) for name in ("verdict", "reason", "notes")
+        )
+        out["notes"][k] = tuple(notes.split("\n")) if notes else ()
+    return out
+
+
+def fitted_alone(data: IndentationData, **given: Any) -> dict[str, Any]:
+    """Return the fit of one curve as numbers and text."""
+    adhesion, numbers = given.pop("adhesion"), np.full(14, np.nan)
+    try:
+        if adhesion is None:
+            fit: Any = fit_force(data, **given)
+            scatter = (
+                float(np.std((fit.force - fit.model_force)[fit.depth < 0.0]))
+                if np.any(fit.depth < 0.0)
+                else math.nan
+            )
+            rest = [fit.depth.max(), fit.nuisances["baseline"][0], fit.nuisances["tilt"][0]]
+            point, work = fit.nuisances["contact_point"], [math.nan] * 3
+        else:
+            names = (
+                "indenter",
+                "nu",
+                "thickness",
+                "substrate",
+                "unbonded",
+                "weights",
+                "sigma",
+                "bounds",
+                "level",
+            )
+            own = {name: given[name] for name in names if given[name] is not None}
+            fit = fit_indentation(
+                data, jc.Elastic, control="depth", adhesion="JKR", contact_point="fit", **own
+            )
+            scatter = float(np.std(fit.curve[3] - fit.fitted))
+            point = fit.nuisances["contact_point"]
+            work = [fit.values["work"], *fit.intervals["work"]]
+            rest = [float(data.depth.max()) - point[0], math.nan, math.nan]
+    except (ValueError, RuntimeError) as error:
+        return {"numbers": numbers, "verdict": VERDICTS[2], "reason": str(error), "notes": ""}
+    numbers[:] = [fit.values["G"], *fit.intervals["G"], *work, *point, fit.r2, scatter, *rest]
+    return {
+        "numbers": numbers, "verdict": fit.verdict, "reason": "; ".join(fit.refused), "notes": "\n".join(fit.notes),
+    }  # fmt: skip
 
 
 # The result, and the public function.
@@ -1040,274 +1288,3 @@ def scan_of(x: np.ndarray, y: np.ndarray) -> tuple[int, int] | None:
         np.abs(np.diff(Y[:, 0])) > 0.0
     )
     return (x.size // columns, columns) if straight and rising and np.unique(Y[:, 0]).size == len(Y) else None
-
-
-class Store:
-    """Results of curves in a folder, one file for each finished batch, found by the content of a curve and the options."""
-
-    def __init__(self, folder: Any, options: Any) -> None:
-        self.folder = None if folder is None else Path(folder)
-        self.options = f"{jc.__version__} {options!r}".encode()
-        self.known: dict[bytes, tuple[dict[str, np.ndarray], int]] = {}
-        if self.folder is not None:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            for path in sorted(self.folder.glob("*.npz")):
-                with (
-                    contextlib.suppress(OSError, ValueError, KeyError, zipfile.BadZipFile),
-                    np.load(path) as file,
-                ):
-                    arrays = {name: file[name] for name in file.files}
-                    keys = arrays.pop("keys")
-                    self.known |= {row.tobytes(): (arrays, k) for k, row in enumerate(keys)}
-
-    def key(self, *arrays: np.ndarray) -> bytes:
-        """Return the key of a curve from its arrays, of numbers or of text."""
-        digest = hashlib.sha1(self.options, usedforsecurity=False)
-        for one in arrays:
-            digest.update(
-                repr(one.tolist()).encode() if one.dtype.kind == "U" else one.astype(float).tobytes()
-            )
-        return digest.digest()
-
-    def add(self, keys: Sequence[bytes], arrays: dict[str, np.ndarray]) -> None:
-        """Keep the results of a batch."""
-        self.known |= {one: (arrays, k) for k, one in enumerate(keys)}
-        if self.folder is not None and keys:
-            rows = np.frombuffer(b"".join(keys), dtype=np.uint8).reshape(len(keys), -1)
-            path = self.folder / f"{keys[0].hex()}.npz"
-            output.write(path, lambda partial: _save(partial, {"keys": rows, **arrays}))
-
-    def gathered(self, keys: Sequence[bytes]) -> dict[str, np.ndarray]:
-        """Return the results of curves, {name: (m, ...)}."""
-        parts = [self.known[one] for one in keys]
-        return {name: np.stack([arrays[name][k] for arrays, k in parts]) for name in parts[0][0]}
-
-
-def _save(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    with path.open("wb") as file:
-        np.savez(file, **arrays)  # type: ignore[arg-type]
-
-
-def empty(m: int) -> dict[str, Any]:
-    """Return the arrays of m failed curves."""
-    of = lambda *shape: np.full((m, *shape), np.nan)
-    return {
-        "G": of(3), "work": of(3), "contact": of(3), "r2": of(), "noise": of(), "depth": of(), "baseline": of(),
-        "tilt": of(), "verdict": np.full(m, VERDICTS[2], dtype="<U8"), "reason": [""] * m, "notes": [()] * m,
-    }  # fmt: skip
-
-
-def all_together(
-    curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, unbonded: bool, errors: dict[str, float],
-    spring_constant: float | None, level: float, kept: Store, threads: int | None, progress: bool,
-) -> tuple[dict[str, Any], np.ndarray]:  # fmt: skip
-    """Return the arrays of a map that the compiled program fits, and the factors of the calibration."""
-    ready, out = prepared(curves, indenter, nu, thickness, unbonded), empty(len(curves))
-    for k, why in ready.failed.items():
-        out["reason"][k] = why
-    if not ready.approaches:
-        return out, np.ones(2)
-    keys = [kept.key(one.t, one.load, one.depth) for one in ready.approaches]
-    missing = [i for i, one in enumerate(keys) if one not in kept.known]
-    with tqdm(
-        total=len(missing), unit="curve", desc="fitting", disable=None if progress else True, leave=False
-    ) as bar:
-
-        def done(first: int, found: dict[str, np.ndarray]) -> None:
-            count = len(found["r2"])
-            kept.add([keys[i] for i in missing[first : first + count]], found)
-            bar.update(count)
-
-        if missing:
-            searched(
-                [ready.approaches[i] for i in missing],
-                indenter,
-                nu,
-                thickness,
-                unbonded,
-                level,
-                threads,
-                done,
-            )
-    found = kept.gathered(keys)
-    width = nonlinear.length(max(one.t.size for one in ready.approaches))
-    rows = Rows.of(ready.approaches, probe_of(indenter), 1.0 - nu, width)
-    fill(out, found, rows, ready, thickness, indenter, [getattr(one, "notes", ()) for one in curves])
-    # half widths with the factors of the calibration, then the change with half the depth, which noise does not include
-    layer = series_of(indenter, thickness, unbonded, nu, float(rows.units[:, 1].max()))
-    good = out["verdict"][ready.places] == VERDICTS[0]
-    chi = chi_of(indenter, thickness, rows.units[:, 1])
-    factors = calibrated(found, rows, good, indenter, layer, chi, level)
-    found_left = found["doubted"] & ~found["few"] & (out["stage"][ready.places] == "")
-    logs, contact = found["log_G"], found["contact"]
-    sides = np.array([-1.0, 1.0])
-    left = [np.where(found_left, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "shift")]
-    logs = np.column_stack([logs[:, 0], logs[:, :1] + factors[0] * (logs[:, 1:] - logs[:, :1]) + left[0]])
-    contact = np.column_stack(
-        [
-            contact[:, 0],
-            np.clip(contact[:, :1] + factors[1] * (contact[:, 1:] - contact[:, :1]) + left[1], 0.0, 1.0),
-        ]
-    )
-    # errors of the calibration of the cantilever (``data/contact.py``, ``conclusion.widened``)
-    slope = np.zeros(len(keys))
-    if errors.get("sensitivity"):
-
-        def log_moduli(change: float) -> np.ndarray:
-            moved = [one.recalibrated(change, spring_constant) for one in ready.approaches]
-            other, scaled = searched(moved, indenter, nu, thickness, unbonded, level, threads)
-            return other["log_G"][:, 0] - np.log(scaled.units[:, 3])
-
-        slope = by_sensitivity(log_moduli)
-    total = np.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
-    half = np.hypot(logs[:, 1:] - logs[:, :1], noise.two_sided(level) * total[:, None])
-    logs[:, 1:] = logs[:, :1] + sides * half
-    if errors:
-        note = f"the interval of the modulus includes the standard deviation of the {calibration_in_words(errors)}"
-        for k in ready.places:
-            out["notes"][k] = (*out["notes"][k], note)
-    with np.errstate(over="ignore"):
-        out["G"][ready.places] = np.exp(logs) / rows.units[:, 3:]
-    zero = np.array([one.zero for one in ready.approaches])
-    inward = np.array([one.inward for one in ready.approaches])
-    depths = inward[:, None] * (contact * rows.units[:, 1:2] + zero[:, None])
-    out["contact"][ready.places] = np.where(inward[:, None] < 0, depths[:, [0, 2, 1]], depths)
-    return out, factors
-
-
-def fill(
-    out: dict[str, Any],
-    found: dict[str, np.ndarray],
-    rows: Rows,
-    ready: Prepared,
-    thickness: float | None,
-    indenter: Any,
-    notes: Sequence[tuple[str, ...]],
-) -> None:
-    """Enter verdicts with reasons and notes, in the words of ``fit_force``, and what needs no interval."""
-    load, depth, T, _ = rows.units.T
-    places = ready.places
-    out["r2"][places], out["noise"][places] = found["r2"], found["scatter"] * load
-    out["depth"][places] = (1.0 - found["contact"][:, 0]) * depth
-    out["baseline"][places], out["tilt"][places] = found["baseline"] * load, found["tilt"] * load / T
-    out["stage"] = np.full(len(out["r2"]), "", dtype="<U8")
-    for i, (k, one) in enumerate(zip(places, ready.approaches, strict=True)):
-        if not found["found"][i]:
-            out["reason"][k], out["stage"][k] = NO_CONTACT, "failed"
-            continue
-        said, why = [*notes[k], *one.remarks, *depth_notes(indenter, float(out["depth"][k]), thickness)], []
-        of = lambda name: found[name][i].item()  # noqa: B023
-        bad = verdict.unusable(
-            of("before"), int(rows.n[i]), of("spikes"), of("highest"), of("jumped"), of("risen"), of("pushed"),
-            of("scatter"), float(load[i]),
-        )  # fmt: skip
-        if bad:
-            why, out["stage"][k] = [bad], "unusable"
-        elif of("doubted") and of("few"):
-            why = ["too few points in contact to judge the trend of the residuals"]
-        elif of("doubted"):
-            refused = of("trend") > force.TREND or abs(of("softer")) > force.CHANGE
-            words = force.trend_words(
-                of("trend"), of("softer"), refused, float(load[i]), thickness is not None
-            )
-            (why if refused else said).append(words)
-        if of("poor"):
-            why.append(f"the model describes the data no better than a constant: R2 = {of('r2'):.3g}")
-        if of("faint"):
-            why.append(
-                "the scatter of the points exceeds the signal: its standard deviation is"
-                f" {100 * of('excess'):.3g} % of the fitted values"
-            )
-        if of("varied"):
-            said.append("the noise changes along the depth; the intervals allow for it")
-        out["verdict"][k] = VERDICTS[1] if why or not of("finite") else VERDICTS[0]
-        out["reason"][k], out["notes"][k] = "; ".join(why), tuple(said)
-
-
-def each_alone(
-    curves: Sequence[Any], given: dict[str, Any], kept: Store, processes: int | None, progress: bool
-) -> dict[str, Any]:
-    """Return the arrays of a map whose curves are fitted one by one, by ``fit_force`` or ``fit_indentation``."""
-    out, keys = empty(len(curves)), {}
-    for k, one in enumerate(curves):
-        if isinstance(one, str):
-            out["reason"][k] = one
-        else:
-            # with the segments, of which a fit takes one or two, and the notes, which are stored with it
-            keys[k] = kept.key(one.t, one.load, one.depth, one.segments, np.array(one.notes, dtype=str))
-    missing = [k for k in keys if keys[k] not in kept.known]
-    count = min(processes or cores(), max(len(missing), 1))
-    with tqdm(
-        total=len(missing), unit="curve", desc="fitting", disable=None if progress else True, leave=False
-    ) as bar:
-        run = functools.partial(fitted_alone, **given)
-        with contextlib.ExitStack() as stack:
-            if count > 1:
-                context = multiprocessing.get_context("spawn")
-                pool = stack.enter_context(ProcessPoolExecutor(count, mp_context=context))
-                results = pool.map(run, [curves[k] for k in missing])
-            else:
-                results = map(run, [curves[k] for k in missing])
-            for first in range(0, len(missing), BATCH):
-                some = missing[first : first + BATCH]
-                parts = []
-                for _ in some:
-                    parts.append(next(iter(results)))
-                    bar.update()
-                kept.add(
-                    [keys[k] for k in some],
-                    {name: np.array([one[name] for one in parts]) for name in parts[0]},
-                )
-    for k, key in keys.items():
-        arrays, i = kept.known[key]
-        numbers = arrays["numbers"][i]
-        for name, value in zip(("G", "work", "contact"), numbers[:9].reshape(3, 3), strict=True):
-            out[name][k] = value
-        for name, value in zip(("r2", "noise", "depth", "baseline", "tilt"), numbers[9:], strict=True):
-            out[name][k] = value
-        out["verdict"][k], out["reason"][k], notes = (
-            str(arrays[name][i]) for name in ("verdict", "reason", "notes")
-        )
-        out["notes"][k] = tuple(notes.split("\n")) if notes else ()
-    return out
-
-
-def fitted_alone(data: IndentationData, **given: Any) -> dict[str, Any]:
-    """Return the fit of one curve as numbers and text."""
-    adhesion, numbers = given.pop("adhesion"), np.full(14, np.nan)
-    try:
-        if adhesion is None:
-            fit: Any = fit_force(data, **given)
-            scatter = (
-                float(np.std((fit.force - fit.model_force)[fit.depth < 0.0]))
-                if np.any(fit.depth < 0.0)
-                else math.nan
-            )
-            rest = [fit.depth.max(), fit.nuisances["baseline"][0], fit.nuisances["tilt"][0]]
-            point, work = fit.nuisances["contact_point"], [math.nan] * 3
-        else:
-            names = (
-                "indenter",
-                "nu",
-                "thickness",
-                "substrate",
-                "unbonded",
-                "weights",
-                "sigma",
-                "bounds",
-                "level",
-            )
-            own = {name: given[name] for name in names if given[name] is not None}
-            fit = fit_indentation(
-                data, jc.Elastic, control="depth", adhesion="JKR", contact_point="fit", **own
-            )
-            scatter = float(np.std(fit.curve[3] - fit.fitted))
-            point = fit.nuisances["contact_point"]
-            work = [fit.values["work"], *fit.intervals["work"]]
-            rest = [float(data.depth.max()) - point[0], math.nan, math.nan]
-    except (ValueError, RuntimeError) as error:
-        return {"numbers": numbers, "verdict": VERDICTS[2], "reason": str(error), "notes": ""}
-    numbers[:] = [fit.values["G"], *fit.intervals["G"], *work, *point, fit.r2, scatter, *rest]
-    return {
-        "numbers": numbers, "verdict": fit.verdict, "reason": "; ".join(fit.refused), "notes": "\n".join(fit.notes),
-    }  # fmt: skip

@@ -211,8 +211,7 @@ def _half_space_moves(
 
     def layer(value: Any) -> ThinLayer:
         base = Base(bonded=not press.pressing.unbonded)
-        factor = ThinLayer.of(press.pressing.indenter, **(held | {name: value}), base=base)
-        return factor._replace(scale=factor.scale * units.depth**factor.power)
+        return ThinLayer.of(press.pressing.indenter, **(held | {name: value}), base=base).over(units.depth)
 
     change = jax.jvp(layer, (held[name],), (1.0,))[1]
     slope = np.asarray(halfspace.layer_slope(best.theta, curve, change, kind))
@@ -448,10 +447,9 @@ class IndentationFit(Fit):
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the nuisance parameters and the quantities on which the moduli are conditional."""
-        key = lambda name: f"{name}_{NUISANCES[name].replace('/', '_per_')}"
         return super().to_dict() | {
             "control": self.control,
-            "nuisances": {key(name): plain(row) for name, row in self.nuisances.items()},
+            "nuisances": {text.key(name, NUISANCES[name]): plain(row) for name, row in self.nuisances.items()},
             **probe_of(self.indenter).key, "poisson_ratio": self.nu,
             "bulk_modulus_Pa": self.bulk_modulus,
             "film_thickness_m": plain(self.film.thickness), **({"unbonded": True} if self.film.unbonded else {}),

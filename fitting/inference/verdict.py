@@ -27,6 +27,20 @@ CURVED = (
 )
 
 
+TOO_FEW = "too few points in contact to judge the trend of the residuals"
+
+
+def no_better(r2: float) -> str:
+    """Return the reason against a fit that explains nothing."""
+    return f"the model describes the data no better than a constant: R2 = {r2:.3g}"
+
+
+def scattered(share: float) -> str:
+    """Return the reason against a fit whose points scatter by more than the signal; share: of the one over the other."""
+    percent = f"{100 * share:.3g} %"
+    return f"the scatter of the points exceeds the signal: its standard deviation is {percent} of the fitted values"
+
+
 class Places(NamedTuple):
     """The places of points in their data: abscissa t (n,) in ``unit``, blocks (n,) of neighbours, and its symbol."""
 

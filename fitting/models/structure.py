@@ -19,6 +19,7 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
+from fitting.views import text
 from jaxcontact._support.pytree import refuse_masked
 from jaxcontact.bodies.materials import Material, Spectrum
 
@@ -115,9 +116,8 @@ class Structure:
         return "Pa" if name.startswith("G") else "Pa s"
 
     def key(self, name: str) -> str:
-        """Return a parameter's name with its unit, for files: G1_Pa, eta1_Pa_s, J1_1_per_Pa, fluidity_1_per_Pa_s."""
-        unit = self.unit(name).replace("/", "_per_").replace(" ", "_")
-        return f"{name}_{unit}".replace("(", "").replace(")", "").rstrip("_")
+        """Return a parameter's name with its unit, for files."""
+        return text.key(name, self.unit(name))
 
     def compliances(self, values: Array) -> Spectrum:
         """Return the compliances of a list (size,); the rate is arbitrary where the retarded part is zero."""

@@ -57,6 +57,12 @@ def span(low: float, high: float, unit: str = "") -> str:
     return f"{text} {unit}".rstrip()
 
 
+def key(name: str, unit: str) -> str:
+    """Return a name with its unit, for files: G1_Pa, eta1_Pa_s, J1_1_per_Pa, fluidity_1_per_Pa_s."""
+    words = unit.replace("/", "_per_").replace(" ", "_")
+    return f"{name}_{words}".replace("(", "").replace(")", "").rstrip("_")
+
+
 def separation(fit: Any) -> list[str]:
     """Return lines on the duration relative to the retardation times, and on the weakest direction."""
     lines = []
