@@ -516,19 +516,10 @@ class ForceFit(Fit):
         """Return the unit of a nuisance parameter; the tilt of a curve without times is per sample."""
         return "N per sample" if name == "tilt" and self.data.numbered else NUISANCES[name]
 
-    def _base(self) -> str:
-        return (
-            "a rigid base"
-            if self.substrate is None
-            else f"a base of {float(self.substrate.G):.4g} Pa in shear"
-        )
-
     def _conditions(self) -> list[str]:
-        body = (
-            "a half-space"
-            if self.thickness is None
-            else f"a layer of {self.thickness:.4g} m {'loose on' if self.unbonded else 'bonded to'} {self._base()}"
-        )
+        soft = self.substrate is not None
+        base = f"a base of {float(self.substrate.G):.4g} Pa in shear" if soft else "a rigid base"
+        body = text.layer(self.thickness, self.unbonded, base)
         return [
             *(self.contact_model.lines() if self.contact_model else []),
             f"  the modulus is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m",
@@ -643,8 +634,7 @@ def fit_force(
         elastic = functools.partial(fit_force, data, drag=drag, **shared)
         return choose_contact_model(data, elastic=elastic, **shared)
     weights = "estimated" if weights is None and sigma is None else weights
-    check_options(indenter, nu, thickness, substrate, errors, spring_constant)
-    thin_layer.check_unbonded(unbonded, thickness)
+    check_options(indenter, nu, thickness, substrate, unbonded, errors, spring_constant)
     if unbonded and polynomials:
         raise ValueError(
             "polynomials: expected False with unbonded, got True: they are those of a bonded sample"
@@ -751,6 +741,7 @@ def check_options(
     nu: float,
     thickness: float | None,
     substrate: Any,
+    unbonded: Any,
     errors: Any,
     spring_constant: float | None,
 ) -> None:
@@ -775,6 +766,7 @@ def check_options(
             "spring_constant: expected the spring constant of the cantilever [N/m] with an error of the sensitivity,"
             f" got {spring_constant!r}"
         )
+    thin_layer.check_unbonded(unbonded, thickness)
 
 
 def _polynomials(force: ForceModel, solved: Any, E: float) -> dict[str, tuple[float, float]]:

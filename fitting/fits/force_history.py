@@ -675,11 +675,7 @@ class ViscoelasticForceFit(Fit):
         ]
 
     def _conditions(self) -> list[str]:
-        body = (
-            "a half-space"
-            if self.thickness is None
-            else f"a layer of {self.thickness:.4g} m {'loose on' if self.unbonded else 'bonded to'} a rigid base"
-        )
+        body = text.layer(self.thickness, self.unbonded)
         return [
             f"  the material is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m,"
             f" contact for {self.contact_time:.3g} s"

@@ -62,7 +62,7 @@ from fitting.fits.indentation import fit_indentation
 from fitting.inference import noise, verdict
 from fitting.inference.noise_of_many import is_doubted, noise_of_one, orthonormal
 from fitting.inference.sample import EXACT, FLAT, NEGLIGIBLE, ROUNDING, SAME
-from fitting.models.thin_layer import LARGEST, Base, ThinLayer, check_unbonded
+from fitting.models.thin_layer import LARGEST, Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.views import output, sheet, text
 from jaxcontact._compile.programs import Program
@@ -1207,8 +1207,7 @@ def fit_map(
         [ True  True  True  True] [[ 300.  500.]
          [ 800. 1200.]]
     """
-    force.check_options(indenter, nu, thickness, substrate, errors, spring_constant)
-    check_unbonded(unbonded, thickness)
+    force.check_options(indenter, nu, thickness, substrate, unbonded, errors, spring_constant)
     if adhesion is not None and str(adhesion).upper() != "JKR":
         raise ValueError(f'adhesion: expected "JKR" or None, got {adhesion!r}')
     if not 0.0 < level < 1.0:

@@ -108,8 +108,7 @@ def search_half_space(press: IndentationProblem) -> Found:
     objective = _objective(press, whole, knots, values, kind)
     coarse = _objective(press, few, knots, values, kind) if few.size < n else objective
     low = nonlinear.minimise_from(coarse, starts)
-    best = low if coarse is objective else nonlinear.minimise(objective, low.theta)
-    best = best._replace(starts=low.starts, agreed=low.agreed, others=low.others)
+    best = low if coarse is objective else nonlinear.minimise(objective, low.theta).after(low)
 
     # Notes: the strain of a layer is large, or the contact shrinks.
     notes = list(press.notes)
@@ -484,7 +483,7 @@ class IndentationFit(Fit):
                 spent,
             ]
         if film.thickness is not None and film.grid is None:
-            body = f"a layer of {film.thickness:.4g} m {'loose on' if film.unbonded else 'bonded to'} a rigid base"
+            body = text.layer(film.thickness, film.unbonded)
             return [f"  the moduli are conditional on {volume} and {body}", spent]
         if film.thickness is None:
             return [f"  the moduli are conditional on {volume} and a half-space", spent]

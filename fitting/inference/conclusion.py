@@ -96,14 +96,11 @@ def least_squares(
     weights = problem.sample.weights
     first = nonlinear.minimise_from(objective(weights) if few is None else few, starts)
     if few is not None:
-        whole = nonlinear.minimise(objective(weights), first.theta)
-        first = whole._replace(starts=first.starts, agreed=first.agreed, others=first.others)
+        first = nonlinear.minimise(objective(weights), first.theta).after(first)
 
     def again(weights: np.ndarray) -> Solved[Minimum]:
         own = objective(weights)
-        best = nonlinear.minimise(own, first.theta)
-        best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)
-        return solution(own, best, weights)
+        return solution(own, nonlinear.minimise(own, first.theta).after(first), weights)
 
     found = solution(objective(weights), first, weights)
     return reweighted_until_stable(problem.sample, found, again, problem.p)
