@@ -381,7 +381,6 @@ def _compared(data: CreepData, sample: Sample, each: list[Sought], level: float)
     kept = first.kept
     points = {name: getattr(data, name) for name in ("t", "J", "strain", "sigma")}
     data = dataclasses.replace(data, **{k: v if v is None else v[kept] for k, v in points.items()})
-    arrays = {name: getattr(sample, name)[kept] for name in ("t", "measured", "weights", "blocks")}
-    sample, weights = sample._replace(**arrays), first.point_weights[kept]
+    sample, weights = sample.only(kept), first.point_weights[kept]
     others = [_fit(data, sample, sought, level, weights) for sought in each if sought is not richest]
     return Comparison(tuple(sorted([first, *others], key=lambda fit: fit.bic)))

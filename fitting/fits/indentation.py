@@ -674,10 +674,9 @@ def _reweighed(press: IndentationProblem, best: Best, objective: Objective) -> n
     sample, on = _sample(press), press.kept
     if not sample.adjustable:
         return press.weights
-    some = {name: getattr(sample, name)[on] for name in ("t", "measured", "weights", "blocks")}
     solved = solution(objective, best, sample.weights, on).some(on)
     weights = np.zeros(on.size)
-    weights[on] = sample._replace(**some).reweighed(solved, press.space.free.size) * _response_unit(press)
+    weights[on] = sample.only(on).reweighed(solved, press.space.free.size) * _response_unit(press)
     return weights
 
 

@@ -114,8 +114,13 @@ class Sample(NamedTuple):
     def of_solution(self, solved: "Solved") -> tuple["Sample", "Solved"]:
         """Return the fitted points with the weights of a solution, and the solution restricted to them."""
         on = solved.kept
-        some = {name: getattr(self, name)[on] for name in ("t", "measured", "blocks")}
-        return self._replace(weights=solved.weights[on], **some), solved.some(on)
+        return self._replace(weights=solved.weights).only(on), solved.some(on)
+
+    def only(self, on: np.ndarray) -> "Sample":
+        """Return the sample of the points ``on`` (n,) bool."""
+        return self._replace(
+            t=self.t[on], measured=self.measured[on], weights=self.weights[on], blocks=self.blocks[on]
+        )
 
     def noise(self, solved: "Solved", p: int) -> Noise:
         """Return the noise model of the residuals of a fit of p parameters to all these points.
