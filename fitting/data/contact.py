@@ -630,6 +630,31 @@ class ForceCurve(NamedTuple):
         return (*self.notes, f"{int(self.kept.sum())} points are means of {self.each} samples each")
 
 
+class ForceUnits(NamedTuple):
+    """Units of a scaled force curve: load [N], depth [m], time [s] and compliance [1/Pa]."""
+
+    load: float
+    depth: float
+    time: float
+    compliance: float
+
+    @classmethod
+    def of(cls, curve: ForceCurve, depth: float, probe: Any, one_minus_nu: float) -> "ForceUnits":
+        """Return the ranges of a curve with the largest depth [m], and the compliance with which a ``Probe`` on a half-space
+        has the unit of load at the unit of depth."""
+        load, T = float(np.ptp(curve.load)), float(curve.t[-1])
+        compliance = probe.size * depth**probe.power / (one_minus_nu * load) if load > 0.0 else math.inf
+        return cls(load, depth, T, compliance)
+
+    def check(self) -> None:
+        """Raise ValueError where nothing changes in the curve."""
+        load, depth, T, _ = self
+        if not (load > 0.0 and depth > 0.0 and T > 0.0):
+            raise ValueError(
+                f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
+            )
+
+
 def _no_rise(rise: float, scatter: float) -> str:
     return (
         f"data: expected a force that rises with depth, got one within {rise:.2g} N of its baseline, where its"

@@ -20,6 +20,7 @@ from fitting.data.contact import (
     NO_CONTACT,
     PICO,
     ForceCurve,
+    ForceUnits,
     baseline,
     by_sensitivity,
     calibration_in_words,
@@ -27,7 +28,7 @@ from fitting.data.contact import (
     smooth,
     without_drag,
 )
-from fitting.data.indentation import IndentationData, Probe, depth_notes, probe_of
+from fitting.data.indentation import IndentationData, depth_notes, probe_of
 from fitting.data.weights import choose_weights
 from fitting.fits.adhesion import AdhesiveFit
 from fitting.fits.contact_model import ContactModel, choose_contact_model
@@ -56,23 +57,6 @@ from fitting.views import sheet, text
 
 PARTS = ("contact_point", "baseline", "tilt")  # coordinates after the two compliances
 LOG_J, FLUIDITY, POINT, BASELINE, TILT = range(5)  # places of the coordinates; the fluidity is held at 0
-
-
-class ForceUnits(NamedTuple):
-    """Units of a scaled curve: load [N], depth [m], time [s] and compliance [1/Pa]."""
-
-    load: float
-    depth: float
-    time: float
-    compliance: float
-
-    @classmethod
-    def of(cls, approach: ForceCurve, probe: Probe, one_minus_nu: float) -> "ForceUnits":
-        """Return the units of an approach: its ranges, and the compliance with which force and depth are 1 at its end."""
-        load, depth, T = float(np.ptp(approach.load)), float(approach.depth[-1]), float(approach.t[-1])
-        return cls(
-            load, depth, T, probe.size * depth**probe.power / (one_minus_nu * load) if load else math.inf
-        )
 
 
 class ScaledApproach(NamedTuple):
@@ -153,12 +137,9 @@ class ForceModel(NamedTuple):
         guess: shear modulus [Pa] of the layer at which the factor of an elastic base is linearised.
         """
         probe, share, nu = probe_of(indenter), sought.volume.one_minus_nu, sought.volume.value
-        units = ForceUnits.of(approach, probe, share)
+        units = ForceUnits.of(approach, float(approach.depth[-1]), probe, share)
+        units.check()
         load, depth, T, compliance = units
-        if not (load > 0 and depth > 0 and T > 0):
-            raise ValueError(
-                f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
-            )
         above = approach.load - baseline(approach.load)
 
         # the factor of a layer over scaled depths, and its change with the modulus on an elastic base

@@ -39,6 +39,7 @@ from fitting.data.contact import (
     NO_CONTACT,
     PICO,
     ForceCurve,
+    ForceUnits,
     baseline,
     by_sensitivity,
     calibration_in_words,
@@ -286,11 +287,11 @@ def structure_of(model: Any) -> Any:
     return structure
 
 
-class Problem(NamedTuple):
+class HistoryModel(NamedTuple):
     """A scaled force curve with its search space.
 
     curve: in SI; history: scaled; measured (m,): scaled load of the points that are fitted; model and decades: of
-    ``modulus_of``; units (load [N], depth [m], duration [s], compliance [1/Pa]); sought; space; sample: load over time.
+    ``modulus_of``; sought; space; sample: load over time.
     """
 
     curve: ForceCurve
@@ -299,7 +300,7 @@ class Problem(NamedTuple):
     measured: np.ndarray
     model: str
     decades: int
-    units: tuple[float, float, float, float]
+    units: ForceUnits
     sought: Sought
     space: Parameters
     sample: Sample
@@ -314,16 +315,13 @@ class Problem(NamedTuple):
         unbonded: bool,
         weights: str | None,
         sigma: Any,
-    ) -> "Problem":
+    ) -> "HistoryModel":
         """Return the scaled problem of a curve; ValueError where nothing changes in it."""
         probe, nu = probe_of(indenter), sought.volume.value
-        load, depth, T = float(np.ptp(curve.load)), float(np.max(curve.depth)), float(curve.t[-1])
-        if not (load > 0.0 and depth > 0.0 and T > 0.0):
-            raise ValueError(
-                f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
-            )
+        units = ForceUnits.of(curve, float(np.max(curve.depth)), probe, sought.volume.one_minus_nu)
+        units.check()
+        load, depth, T, compliance = units
         above = (curve.load - baseline(curve.load[curve.marks == curve.marks[0]]))[curve.kept]
-        compliance = probe.size * depth**probe.power / (sought.volume.one_minus_nu * load)
         layer = None
         if thickness is not None:
             layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded)).over(depth)
@@ -350,7 +348,7 @@ class Problem(NamedTuple):
         weight, label = choose_weights(t, above, weights, sigma)
         sample = Sample.of(("load", "N", t, above), weight, label, curve.marks[curve.kept], own_trends=True)
         back = "retract" in np.array(curve.parts)[sample.blocks]
-        sought, space = _space(sought, (load, depth, T, compliance), gap, bool(back))
+        sought, space = _space(sought, units, gap, bool(back))
         model = sought.structure.model.__name__
         return cls(
             curve,
@@ -359,7 +357,7 @@ class Problem(NamedTuple):
             above / load,
             model,
             decades,
-            (load, depth, T, compliance),
+            units,
             sought,
             space,
             sample,
@@ -367,7 +365,7 @@ class Problem(NamedTuple):
 
     def objective(self, weights: np.ndarray) -> Objective:
         """Return the least-squares objective for weights (m,) [1/N]."""
-        own, measured = nonlinear.without_weight(weights * self.units[0]), nonlinear.repeated(self.measured)
+        own, measured = nonlinear.without_weight(weights * self.units.load), nonlinear.repeated(self.measured)
         return Objective.of(
             force_with_baseline, self.history, measured, own, self.space, points=slice(weights.size),
             static=(self.model, self.decades),
@@ -382,7 +380,7 @@ class Problem(NamedTuple):
         """Return the weights [Pa] and rates [1/s] of the relaxation modulus of the sample with its tip."""
         given = jnp.asarray(theta[:-4]), self.history.unit, self.history.extra, self.model, self.decades
         weights, rates = (np.asarray(part) for part in modulus_of(*given))
-        return weights / self.units[3], rates / self.units[2]
+        return weights / self.units.compliance, rates / self.units.time
 
     def starts(self) -> list[np.ndarray]:
         """Return the best coordinates of trial materials and contact points, whose scale and baseline are linear."""
@@ -390,14 +388,14 @@ class Problem(NamedTuple):
         some = np.unique(np.linspace(0, n - 1, min(n, ROUGH_POINTS)).round().astype(int))
         some = np.unique(np.append(some, int(np.argmax(self.curve.depth))))
         few = self.history._replace(
-            t=nonlinear.repeated(self.curve.t[some] / self.units[2]),
-            depth=nonlinear.repeated(self.curve.depth[some] / self.units[1]),
+            t=nonlinear.repeated(self.curve.t[some] / self.units.time),
+            depth=nonlinear.repeated(self.curve.depth[some] / self.units.depth),
             pick=nonlinear.repeated(np.flatnonzero(kept[some])),
         )
         some = some[kept[some]]
-        t, depth = self.curve.t[some] / self.units[2], self.curve.depth[some] / self.units[1]
+        t, depth = self.curve.t[some] / self.units.time, self.curve.depth[some] / self.units.depth
         places = np.cumsum(kept)[some] - 1
-        y, w = self.measured[places], self.sample.weights[places] * self.units[0]
+        y, w = self.measured[places], self.sample.weights[places] * self.units.load
         trials = np.linspace(0.0, 1.0, TRIALS, endpoint=False)
         found: list[tuple[float, np.ndarray]] = []
         for material in self._materials():
@@ -428,7 +426,7 @@ class Problem(NamedTuple):
         """Return coordinates of materials of about the unit of compliance, over ratios and times."""
         pushed = smooth(self.measured) > 0.1 * self.measured.max()
         contact = max(
-            float(np.ptp(self.sample.t[pushed])) / self.units[2], 10.0 * float(self.history.unit[2])
+            float(np.ptp(self.sample.t[pushed])) / self.units.time, 10.0 * float(self.history.unit[2])
         )
         logs, (size, lapse, _) = np.log, self.history.unit
         if self.model in LAWS:
@@ -462,9 +460,7 @@ class Problem(NamedTuple):
         return np.where(logs, material - change, material / stiffness)
 
 
-def _space(
-    sought: Sought, units: tuple[float, float, float, float], gap: float, back: bool
-) -> tuple[Sought, Parameters]:
+def _space(sought: Sought, units: ForceUnits, gap: float, back: bool) -> tuple[Sought, Parameters]:
     """Return the sought material, and the coordinates with their bounds.
 
     gap: between samples over the duration; back: whether there is a retraction, without which a drift in time and a slope
@@ -506,11 +502,11 @@ CHANGE, TREND = (
 HALF = 0.5  # of the largest depth
 
 
-def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
+def deviation(problem: FitProblem, force: HistoryModel, solved: Solved) -> Deviation:
     """Return the systematic deviation of a solved force curve."""
-    theta, unit = solved.theta, force.units[0]
+    theta, unit = solved.theta, force.units.load
     kept, marks, t = force.curve.kept, force.sample.blocks, force.sample.t
-    depth = force.curve.depth[kept] / force.units[1] - theta[-4]
+    depth = force.curve.depth[kept] / force.units.depth - theta[-4]
     deviations, nothing = solved.residual / solved.weights / unit, np.zeros(theta.size)
     first = marks == marks[0]
     pushed = model_force(force, theta) / unit
@@ -565,19 +561,19 @@ def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
     return judged_by_size(problem, solved, size, refits, moduli, (TREND, CHANGE), words)
 
 
-def model_force(force: Problem, theta: np.ndarray) -> np.ndarray:
+def model_force(force: HistoryModel, theta: np.ndarray) -> np.ndarray:
     """Return the force (m,) [N] of the model without the baseline."""
     found = _force(jnp.asarray(theta), force.history, force.model, force.decades)
-    return np.asarray(found)[: force.measured.size] * force.units[0]
+    return np.asarray(found)[: force.measured.size] * force.units.load
 
 
 _force = functools.partial(jax.jit, static_argnames=("model", "decades"))(indentation_force)
 
 
-def force_of_baseline(force: Problem, theta: np.ndarray) -> np.ndarray:
+def force_of_baseline(force: HistoryModel, theta: np.ndarray) -> np.ndarray:
     """Return the baseline (m,) [N]."""
-    t, depth = force.sample.t / force.units[2], force.curve.depth[force.curve.kept] / force.units[1]
-    return (theta[-3] + theta[-2] * t + theta[-1] * depth) * force.units[0]
+    t, depth = force.sample.t / force.units.time, force.curve.depth[force.curve.kept] / force.units.depth
+    return (theta[-3] + theta[-2] * t + theta[-1] * depth) * force.units.load
 
 
 # 6. The fit.
@@ -699,17 +695,17 @@ def fit_history(
             f"indenter: expected a rigid one with {sought.structure.model.__name__}, got one with a material"
         )
 
-    def prepared(curve: ForceCurve) -> Problem:
-        return Problem.of(curve, indenter, sought, thickness, unbonded, weights, sigma)
+    def prepared(curve: ForceCurve) -> HistoryModel:
+        return HistoryModel.of(curve, indenter, sought, thickness, unbonded, weights, sigma)
 
     # The curve about its contact, which the first comparison of starts finds.
     whole = without_tension(ForceCurve.whole(data))
     coarse = prepared(whole.thinned(2 * ROUGH_POINTS))
-    point = float(coarse.starts()[0][-4]) * coarse.units[1]
+    point = float(coarse.starts()[0][-4]) * coarse.units.depth
     curve = whole.near_contact(point - (coarse.curve.zero - whole.zero)).thinned(MOST)
     force = prepared(curve)
 
-    def searched(force: Problem, starts: list[np.ndarray]) -> tuple[FitProblem, Solved]:
+    def searched(force: HistoryModel, starts: list[np.ndarray]) -> tuple[FitProblem, Solved]:
         problem = FitProblem(data, force.sought, force.space, force.sample, float(force.curve.t[-1]), level)
         return problem, least_squares(problem, force.objective, starts)
 

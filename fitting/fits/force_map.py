@@ -50,6 +50,7 @@ from fitting.data.contact import (
     SEGMENTS,
     UNTIMED,
     ForceCurve,
+    ForceUnits,
     baseline,
     by_sensitivity,
     calibration_in_words,
@@ -57,7 +58,7 @@ from fitting.data.contact import (
 )
 from fitting.data.indentation import IndentationData, depth_notes, probe_of
 from fitting.fits import force
-from fitting.fits.force import ForceUnits, fit_force
+from fitting.fits.force import fit_force
 from fitting.fits.indentation import fit_indentation
 from fitting.inference import noise, verdict
 from fitting.inference.noise_of_many import is_doubted, noise_of_one, orthonormal
@@ -399,7 +400,7 @@ class Rows(NamedTuple):
         n = np.array([one.t.size for one in curves])
         arrays, units = np.zeros((3, m, nonlinear.length(int(n.max())))), np.zeros((m, 4))
         for i, one in enumerate(curves):
-            own = ForceUnits.of(one, probe, share)
+            own = ForceUnits.of(one, float(one.depth[-1]), probe, share)
             units[i] = own
             above = one.load - baseline(one.load)
             for k, values in enumerate((one.t / own.time, one.depth / own.depth, above / own.load)):
