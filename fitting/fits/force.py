@@ -755,7 +755,8 @@ def _polynomials(force: ForceModel, solved: Any, E: float) -> dict[str, tuple[fl
     found, depth = {}, force.units.depth
     layers = thin_layer.approximations(force.indenter, force.thickness, force.sought.volume.value)
     for name, layer in layers.items():
-        other = force._replace(curve=force.curve._replace(layer=layer.over(depth), rise=0.0))
+        scaled = layer._replace(scale=layer.scale * depth**layer.power)
+        other = force._replace(curve=force.curve._replace(layer=scaled, rise=0.0))
         theta = nonlinear.minimise(other.objective(solved.weights), solved.theta).theta
         off = float(np.expm1(solved.theta[LOG_J] - theta[LOG_J]))
         found[name] = (E * (1.0 + off), off)
