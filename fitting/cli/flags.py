@@ -23,9 +23,8 @@ from tqdm import tqdm
 import jaxcontact as jc
 from fitting.data.exclusion import exclude
 from fitting.data.weights import KINDS as WEIGHTS
-from fitting.fits.laws import LAWS
 from fitting.inference.resampling import resample
-from fitting.models.structure import CLASSICAL
+from fitting.models.structure import CLASSICAL, LAWS
 from fitting.views.text import in_flags
 
 FACE = 35.0  # half-angle of the pyramid that is assumed unless a tip is given [degrees]

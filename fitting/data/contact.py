@@ -1,5 +1,5 @@
 """Detection of first contact in an indentation curve: the zeros of time, depth and load, and the signs of load and
-depth.
+depth; and the force curve of a cantilever, prepared for a fit.
 
 Before contact the load is constant. After it the load on a half-space depends on the depth as
 
@@ -14,6 +14,7 @@ sum, else that of the sum. A curve that was cut at d is described by the same la
 more is found before contact in it.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -206,6 +207,13 @@ def baseline(load: np.ndarray) -> float:
     return float(np.median(load[: max(load.size // 10, 5)]))
 
 
+def directions(data: Any) -> tuple[int, int]:
+    """Return the signs of depth and load in an ``IndentationData`` before its retraction."""
+    some = data.segments != "retract"
+    load, depth = data.load[some], data.depth[some]
+    return signs(load - baseline(load), depth)
+
+
 def signs(load: np.ndarray, depth: np.ndarray) -> tuple[int, int]:
     """Return the signs (of the depth, of the load), +1 or -1.
 
@@ -373,7 +381,7 @@ def find_drag(data: Any) -> Drag:
     branches = {name: np.flatnonzero(data.segments == name) for name in ("approach", "retract")}
     if any(some.size < LEAST_BASELINE for some in branches.values()):
         raise ValueError("drag: expected a curve with approach and retraction, got one without")
-    inward, pushed = _signs(data)
+    inward, pushed = directions(data)
     t, load, depth = data.t, pushed * data.load, inward * data.depth
     first = branches["approach"]
     force = smooth(load[first]) - baseline(load[first])
@@ -396,7 +404,7 @@ def find_drag(data: Any) -> Drag:
 def without(data: Any, coefficient: float) -> np.ndarray:
     """Return the load (n,) [N] of an ``IndentationData`` without a drag [N s/m]; ValueError where it has no times."""
     _check_times(data)
-    inward, pushed = _signs(data)
+    inward, pushed = directions(data)
     return data.load - inward * pushed * coefficient * tip_velocity(data)
 
 
@@ -404,13 +412,6 @@ def _check_times(data: Any) -> None:
     """Raise ValueError for numbered points, whose velocity is not known."""
     if data.numbered:
         raise ValueError("drag: expected a curve with times, got points that are numbered in their place")
-
-
-def _signs(data: Any) -> tuple[int, int]:
-    """Return the signs of depth and load in the approach."""
-    some = data.segments != "retract"
-    load, depth = data.load[some], data.depth[some]
-    return signs(load - baseline(load), depth)
 
 
 def _offset(depths: list[np.ndarray], loads: list[np.ndarray], speeds: list[float]) -> tuple[float, float]:
@@ -447,3 +448,249 @@ def _slopes(t: np.ndarray, y: np.ndarray) -> np.ndarray:
     spread = TT - T * T
     moving = spread > 1e-12 * np.max(TT, initial=0.0)
     return np.where(moving, (TY - T * Y) / np.where(moving, spread, 1.0), 0.0)
+
+
+# least drag in standard deviations, and as a part of the largest force, for a note
+SEEN_DRAG, DRAG_PART = 4.0, 0.01
+
+
+def without_drag(data: Any, drag: float | str | None) -> tuple[Any, Drag | None, tuple[str, ...]]:
+    """Return an ``IndentationData`` without drag, the drag that was subtracted, None without a correction, and notes;
+    ValueError on bad input, and where the baselines show none.
+
+    While the tip moves at a constant speed the drag is part of the baseline. In contact a soft lever slows the tip down, so
+    that the drag decreases as the force increases.
+    """
+    if drag is None:
+        try:
+            found = find_drag(data)
+        except ValueError:
+            return data, None, ()
+        shift = found.coefficient * found.velocity
+        part = shift / float(np.ptp(data.load))
+        if found.coefficient < SEEN_DRAG * found.sd or part < DRAG_PART:
+            return data, None, ()
+        note = (
+            f"the baseline of the approach is {2e12 * shift:.3g} pN above that of the retraction, as by a drag of"
+            f" {found.coefficient:.3g} N s/m on the lever in liquid, {100 * part:.2g} % of the largest force on either side:"
+            ' drag="fit" subtracts it, which matters where the tip slows down in contact'
+        )
+        return data, None, (note,)
+    known = isinstance(drag, int | float | np.number) and 0.0 <= drag < np.inf
+    if drag != "fit" and not known:
+        raise ValueError(f'drag: expected a coefficient >= 0 N s/m, "fit" or None, got {drag!r}')
+    if isinstance(drag, str):
+        found = find_drag(data)
+        if found.coefficient < -SEEN_DRAG * found.sd:
+            raise ValueError(
+                f"drag: expected a baseline of the approach above that of the retraction, got it"
+                f" {-2e12 * found.coefficient * found.velocity:.3g} pN below: a drift, which is no drag"
+            )
+        found = found._replace(coefficient=max(found.coefficient, 0.0))
+    else:
+        found = Drag(float(drag), 0.0, 0.0)
+    return data.without_drag(found.coefficient), found, ()
+
+
+# The force curve of a cantilever as fits take it: signs, zeros, a baseline that is not too long, means of neighbours.
+
+
+PICO = 1e12
+LEAST_CURVE = 10  # fewest points of an approach
+QUIET = (
+    3.0  # running median of the load over the standard deviation of its noise below which there is no contact
+)
+BASE = 3.0  # longest baseline before and after the contact, in largest depths
+NO_CONTACT = (
+    "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
+    " indent"
+)
+
+
+class ForceCurve(NamedTuple):
+    """A force curve: t [s], load [N] and depth [m] (n,), positive inwards, from the first point on; kept (n,) bool: points
+    that are fitted, while all of them are history; marks (n,) of its parts, integers; parts: name of each.
+
+    zero [m]: inward depth of the first point; inward: its sign in the file; each: number of samples in a point; notes.
+    """
+
+    t: np.ndarray
+    load: np.ndarray
+    depth: np.ndarray
+    kept: np.ndarray
+    marks: np.ndarray
+    parts: tuple[str, ...]
+    zero: float
+    inward: int
+    each: int
+    notes: tuple[str, ...]
+
+    @classmethod
+    def approach(cls, data: Any) -> "ForceCurve":
+        """Return the approach of an ``IndentationData`` up to its largest depth; ValueError for fewer than 10 points."""
+        some = data.segments == "approach"
+        marked = some.sum() >= LEAST_CURVE
+        if not marked:  # up to the largest depth
+            some = np.ones(data.t.size, dtype=bool)
+        t, load, depth = data.t[some], data.load[some], data.depth[some]
+        force = load - baseline(load)
+        inward, pushed = signs(force, depth)
+        if marked:  # on a stiff sample the largest depth may be where the tip snaps in
+            pushed = -1 if force[-1] < 0 else 1
+        zero, depth, load = float(inward * depth[0]), inward * (depth - depth[0]), pushed * load
+        stop = int(np.argmax(depth)) + 1
+        if stop < LEAST_CURVE:
+            rise, scatter = float(np.max(np.abs(smooth(force)))), sample_noise(load)
+            if (
+                some.sum() >= LEAST_CURVE and rise <= QUIET * scatter
+            ):  # the directions above follow from noise
+                raise ValueError(_no_rise(rise, scatter))
+            raise ValueError(
+                f"data: expected an approach of at least {LEAST_CURVE} points with a force that rises with depth, got {stop}"
+                f" of {some.size} points up to the largest depth"
+            )
+        notes = () if stop == some.size else (f"approach: {stop} of {some.size} points",)
+        kept, marks = np.ones(stop, dtype=bool), np.zeros(stop, dtype=int)
+        return cls(
+            t[:stop] - t[0], load[:stop], depth[:stop], kept, marks, ("approach",), zero, inward, 1,
+            (*notes, *_turned(inward, pushed)),
+        )  # fmt: skip
+
+    @classmethod
+    def whole(cls, data: Any) -> "ForceCurve":
+        """Return all segments of an ``IndentationData``; ValueError without times, an approach, or contact."""
+        if data.numbered:
+            raise ValueError(
+                "data: expected a curve with times for a viscoelastic model, got numbered points"
+            )
+        segments = data.segments
+        first = segments == "approach"
+        if first.sum() < LEAST_CURVE:
+            raise ValueError(
+                f"data: expected an approach of at least {LEAST_CURVE} points, got {int(first.sum())}"
+            )
+        force = data.load[first] - baseline(data.load[first])
+        inward, pushed = signs(force, data.depth[first])
+        load, depth = pushed * data.load, inward * data.depth
+        rise, scatter = float(np.max(smooth(pushed * force))), sample_noise(data.load[first])
+        if rise <= QUIET * scatter:
+            raise ValueError(_no_rise(rise, scatter))
+        marks = np.cumsum(np.append(False, segments[1:] != segments[:-1]))
+        parts = tuple(str(segments[marks == mark][0]) for mark in range(marks[-1] + 1))
+        zero, kept = float(depth[0]), np.ones(load.size, dtype=bool)
+        notes = _turned(inward, pushed)
+        return cls(data.t - data.t[0], load, depth - zero, kept, marks, parts, zero, inward, 1, notes)
+
+    def near_contact(self, point: float) -> "ForceCurve":
+        """Return the curve without the baselines further than ``BASE`` largest depths from a contact point [m]."""
+        reach = point - BASE * (float(np.max(self.depth)) - point)
+        inside = np.flatnonzero(self.depth >= reach)
+        some = slice(inside[0], inside[-1] + 1)
+        left = self.t.size - (some.stop - some.start)
+        if not left:
+            return self
+        note = f"baseline: {left} points further than {BASE:g} largest depths from the contact left out"
+        t, depth = self.t[some], self.depth[some]
+        return self._replace(
+            t=t - t[0], load=self.load[some], depth=depth - depth[0], kept=self.kept[some], marks=self.marks[some],
+            zero=self.zero + float(depth[0]), notes=(*self.notes, note),
+        )  # fmt: skip
+
+    def thinned(self, most: int) -> "ForceCurve":
+        """Return means of neighbouring points of each part, at most about ``most``."""
+        each = -(-self.t.size // most)
+        if each == 1:
+            return self
+        rows: list[tuple[np.ndarray, ...]] = []
+        for mark in np.unique(self.marks):
+            own = np.flatnonzero(self.marks == mark)
+            count = own.size // each
+            # the remainder is left out where it matters least, at the beginning and at the end
+            own = own[own.size - count * each :] if not rows else own[: count * each]
+            shaped = own.reshape(count, each)
+            means = (y[shaped].mean(1) for y in (self.t, self.load, self.depth))
+            rows.append((*means, self.kept[shaped].all(1), np.full(count, mark)))
+        t, load, depth, kept, marks = (np.concatenate(one) for one in zip(*rows, strict=True))
+        return self._replace(
+            t=t - t[0], load=load, depth=depth - depth[0], kept=kept, marks=marks, zero=self.zero + float(depth[0]),
+            each=each * self.each,
+        )  # fmt: skip
+
+    def recalibrated(self, change: float, spring_constant: float | None) -> "ForceCurve":
+        """Return the curve with the sensitivity of the cantilever changed by a part of it; spring_constant [N/m]."""
+        deflection = self.load / float(spring_constant or 1.0)
+        depth = self.depth - change * (deflection - deflection[0])
+        return self._replace(load=self.load * (1.0 + change), depth=depth)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """The notes, and one on points that are means."""
+        if self.each == 1:
+            return self.notes
+        return (*self.notes, f"{int(self.kept.sum())} points are means of {self.each} samples each")
+
+
+class ForceUnits(NamedTuple):
+    """Units of a scaled force curve: load [N], depth [m], time [s] and compliance [1/Pa]."""
+
+    load: float
+    depth: float
+    time: float
+    compliance: float
+
+    @classmethod
+    def of(cls, curve: ForceCurve, depth: float, probe: Any, one_minus_nu: float) -> "ForceUnits":
+        """Return the ranges of a curve with the largest depth [m], and the compliance with which a ``Probe`` on a half-space
+        has the unit of load at the unit of depth."""
+        load, T = float(np.ptp(curve.load)), float(curve.t[-1])
+        compliance = probe.size * depth**probe.power / (one_minus_nu * load) if load > 0.0 else math.inf
+        return cls(load, depth, T, compliance)
+
+    def check(self) -> None:
+        """Raise ValueError where nothing changes in the curve."""
+        load, depth, T, _ = self
+        if not (load > 0.0 and depth > 0.0 and T > 0.0):
+            raise ValueError(
+                f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
+            )
+
+
+def _no_rise(rise: float, scatter: float) -> str:
+    return (
+        f"data: expected a force that rises with depth, got one within {rise:.2g} N of its baseline, where its"
+        f" noise is {scatter:.2g} N: no contact in the curve"
+    )
+
+
+def _turned(inward: int, pushed: int) -> tuple[str, ...]:
+    """Return notes on signs that were changed."""
+    pairs = ("depth", inward), ("load", pushed)
+    return tuple(f"{name} with the other sign" for name, sign in pairs if sign < 0)
+
+
+# Errors of the calibration of a cantilever in the interval of a modulus.
+#
+# The force is k s V, with the spring constant k, the sensitivity s and the measured voltage V, and the depth is the
+# height minus the deflection s V. The modulus is proportional to k; its change with s is found by fits to curves with
+# s increased and decreased. Both errors are independent of the noise of the curve, so that in the logarithm of the
+# modulus half an interval w becomes
+#
+#     (w^2 + z^2 (e_k^2 + (dlnG/dln s)^2 e_s^2))^(1/2)
+#
+# with the relative standard deviations e and the quantile z of the level.
+
+
+STEP = 0.02  # relative change of the sensitivity in the difference quotient
+KINDS = ("spring_constant", "sensitivity")
+
+
+def by_sensitivity(logs: Callable[[float], Any]) -> Any:
+    """Return the derivative of logarithms by that of the sensitivity; logs(change): of the fit to the curve
+    ``recalibrated`` by a change."""
+    return (logs(STEP) - logs(-STEP)) / math.log((1.0 + STEP) / (1.0 - STEP))
+
+
+def calibration_in_words(errors: dict[str, float]) -> str:
+    """Return the errors of a calibration as text."""
+    kinds = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
+    return f"calibration ({kinds})"

@@ -111,6 +111,21 @@ def paraboloid_note(
     )
 
 
+STRAIN = 0.2  # depth over thickness beyond which linear elasticity is doubtful
+
+
+def depth_notes(indenter: Any, depth: float, thickness: float | None) -> tuple[str, ...]:
+    """Return notes where a tip is pressed in so deep [m] that the theory of a half-space or of a layer of a thickness [m]
+    is doubtful."""
+    found = paraboloid_note(indenter, depth, thickness=thickness)
+    if thickness is None or depth <= STRAIN * thickness:
+        return found
+    return (
+        *found,
+        f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful",
+    )
+
+
 ERRORS = ("sigma_depth", "sigma_load")
 DEVIATIONS = (*ERRORS, "scatter_depth", "scatter_load")
 LEAVE_OUT = "in_contact() leaves them out"  # end of the note of a reader on points before contact

@@ -567,12 +567,11 @@ class AdhesiveFit(Fit):
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with pull-off and work of separation, the Tabor number and what was held."""
-        key = lambda name: f"{name}_{NUISANCES[name].replace('/', '_per_')}"
         return super().to_dict() | {
             "pull_off_N": plain(self.pull_off), "separation_work_J": plain(self.separation_work),
             "tabor_number": plain(self.tabor_number), "poisson_ratio": self.nu,
             "film_thickness_m": None if self.film is None else self.film.thickness, **probe_of(self.indenter).key,
-            "nuisances": {key(name): plain(row) for name, row in self.nuisances.items()},
+            "nuisances": {text.key(name, NUISANCES[name]): plain(row) for name, row in self.nuisances.items()},
             "starts": self.starts[0], "starts_agreed": self.starts[1],
             "forward_runs": self.runs[0], "gradient_runs": self.runs[1], "time_s": self.seconds,
             **({} if self.contact_model is None else {"contact_model": self.contact_model.to_dict()}),

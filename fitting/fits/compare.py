@@ -56,7 +56,7 @@ def compare(
     """
     each = restrictions(data, models, fixed, bounds)
     if type(data) not in OTHERS:
-        return compare_creep(data, each, options)
+        return compare_creep(data, each, **options)
     # a modulus or an indentation by several models with weights of one kind
     fit, usual = OTHERS[type(data)]
     given = dict(options)

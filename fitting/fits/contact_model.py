@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import jaxcontact as jc
-from fitting.data.contact import baseline, sample_noise, signs
+from fitting.data.contact import baseline, directions, sample_noise
 from fitting.data.indentation import IndentationData, read_pull_off, zeroed
 from fitting.fits.adhesion import AdhesiveChoices, AdhesiveFit, body_of, fit_adhesive
 from fitting.inference.result import plain
@@ -103,8 +103,7 @@ def choose_contact_model(
 
     # The curve with load and depth positive inwards, and the zero of the load from the end of the retraction.
     back = data.segments == "retract"
-    force = data.load[~back] - baseline(data.load[~back])
-    inward, pushed = signs(force, data.depth[~back])
+    inward, pushed = directions(data)
     turned = dataclasses.replace(
         data, load=pushed * (data.load - baseline(data.load[~back])), depth=inward * data.depth, marks=data.segments,
         whole=None,

@@ -15,14 +15,14 @@ from jax.tree_util import Partial
 import jaxcontact as jc
 from fitting.data.curves import CreepData, check_kind, evaluation_times
 from fitting.data.weights import choose_weights
-from fitting.fits.laws import Law, OwnCreepCurve, OwnLaw, ScaledCreepCurve, creep_structure
+from fitting.fits.laws import OwnCreepCurve, ScaledCreepCurve
 from fitting.inference import noise, verdict
-from fitting.inference.conclusion import FitProblem, conclude, least_squares
+from fitting.inference.conclusion import FitProblem, conclude
 from fitting.inference.noise import basis
 from fitting.inference.result import Comparison, Fit, linear_band, plain
 from fitting.inference.sample import Assessment, Sample, Solved, reweighted_until_stable
 from fitting.models.parameters import Landscape
-from fitting.models.structure import Sought, Structure
+from fitting.models.structure import Law, OwnLaw, Sought, Structure, creep_structure
 from fitting.search import nonlinear, varpro
 from fitting.search.nonlinear import linear_sd
 from fitting.search.varpro import Optimum, Scaled, TauProblem
@@ -158,14 +158,15 @@ class CreepFit(Fit):
             which stay identifiable where single parameters are not; empty for a fractional law.
         kept: (n,) bool, the points that were fitted; ``fitted`` and ``residuals`` have values at these points.
         point_weights: (n,) [1/unit of the data], the weights of the residuals of all points.
-        options: the options that ``fit_creep`` was given.
+        sample: the curve with the weights with which the fit began; sought: the model with its bounds.
         profile: function that returns the limits (2, m) of J [1/Pa] at times (m,) [s].
     """
 
     combinations: dict[str, tuple[float, float, float, float]]
     kept: np.ndarray
     point_weights: np.ndarray
-    options: dict[str, Any]
+    sample: Sample = dataclasses.field(repr=False)
+    sought: Sought = dataclasses.field(repr=False)
     profile: Callable[[Any], np.ndarray] = dataclasses.field(repr=False)
 
     def band(self, t: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -179,8 +180,11 @@ class CreepFit(Fit):
     def compare(self, *others: type | str | Material) -> Comparison:
         """Fit further models to the same data with the same weights, fixed values and bounds; see ``fitting.compare``."""
         models = [getattr(self.structure, "start", self.model), *others]
-        each = restrictions(self.data, models, self.options["fixed"], self.options["bounds"])
-        return compare_creep(self.data, each, self.options)
+        table = self.sought.table.items()
+        fixed = {name: low for name, (low, high) in table if low == high}
+        bounds = {name: (low, high) for name, (low, high) in table if low < high}
+        each = restrictions(self.data, models, fixed, bounds)
+        return _compared(self.data, self.sample, _sought(each, self.sought.volume.value), self.level)
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the combinations."""
@@ -254,32 +258,26 @@ def fit_creep(
         G = 1e+06 Pa, eta = 1e+06 Pa s
     """
     structure = creep_structure(model, data)
-    return _fit(
-        data,
-        structure,
-        weights=weights,
-        sigma=sigma,
-        fixed=fixed,
-        bounds=bounds,
-        nu=nu,
-        level=level,
-    )
+    sample = creep_sample(data, weights, sigma)
+    return _fit(data, sample, Sought.of(structure, fixed, bounds, nu), level)
 
 
 def _fit(
-    data: CreepData, structure: Structure, *, weights: str | None = None, sigma: Any = None,
-    fixed: dict[str, float] | None, bounds: dict[str, tuple] | None, nu: float = 0.3, level: float = 0.95,
-    given: np.ndarray | None = None,
-) -> CreepFit:  # fmt: skip
-    """Fit a creep curve as ``fit_creep`` does; given (n,): estimated weights to use unchanged, without leaving a point
-    out."""
-    options = {"weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "nu": nu, "level": level}
-    sample = creep_sample(data, weights, sigma)
-    if given is not None:
-        sample = sample._replace(weights=given, final=True)
-    sought = Sought.of(structure, fixed, bounds, nu)
+    data: CreepData, first: Sample, sought: Sought, level: float, given: np.ndarray | None = None
+) -> CreepFit:
+    """Fit a creep curve, beginning with the weights of its sample; given (n,): estimated weights to use unchanged in their
+    place, without leaving a point out."""
+    sample = first if given is None else first._replace(weights=given, final=True)
+    structure = sought.structure
     if isinstance(structure, Law):
-        return _fit_law(data, sought, sample, options)
+        # a fractional law, or a material of one's own
+        search = (OwnCreepCurve if isinstance(structure, OwnLaw) else ScaledCreepCurve).of(data)
+        solved, found = search.concluded(data, sought, sample, search.duration, level)
+        band = functools.partial(linear_band, found.common.structure, found.common.estimate, level)
+        return found.fit(
+            CreepFit, sample=first, sought=sought, kept=solved.kept, point_weights=solved.weights, combinations={},
+            profile=band,
+        )  # fmt: skip
 
     # The search in scaled units, over the compliances (j0, j2, f, j2/tau).
     scaled = varpro.scale(data, sample.weights, structure, sought.table)
@@ -329,29 +327,9 @@ def _fit(
     units = scaled.compliance * np.array([1.0, 1.0 / scaled.time, 1.0])
     rows = np.column_stack([values, sd, ends]) * units[:, None]
     return found.fit(
-        CreepFit, options=options, kept=kept, point_weights=solved.weights,
+        CreepFit, sample=first, sought=sought, kept=kept, point_weights=solved.weights,
         combinations={name: tuple(row.tolist()) for name, row in zip(("J0", "slope0", "J(T)"), rows, strict=True)},
         profile=functools.partial(creep_limits, scaled, best, found.assessment),
-    )  # fmt: skip
-
-
-def _fit_law(data: CreepData, sought: Sought, sample: Sample, options: dict) -> CreepFit:
-    """Fit a fractional law, or a material of one's own."""
-    kind = OwnCreepCurve if isinstance(sought.structure, OwnLaw) else ScaledCreepCurve
-    curve = kind.of(data, sample.weights)
-    sought = curve.bounded(sought)
-    law, space = sought.structure, curve.space(sought)
-    assert isinstance(law, Law)
-    problem = FitProblem(data, sought, space, sample, curve.duration, options["level"])
-    solved = least_squares(
-        problem, lambda weights: kind.of(data, weights).objective(space), curve.starts(law)
-    )
-    landscape = space.landscape(solved.theta, solved.whole[1].residual, relative=True)
-    found = conclude(problem, solved._replace(notes=law.notes, landscape=landscape))
-    band = functools.partial(linear_band, law, found.common.estimate, options["level"])
-    return found.fit(
-        CreepFit, options=options, kept=solved.kept, point_weights=solved.weights, combinations={},
-        profile=band,
     )  # fmt: skip
 
 
@@ -384,25 +362,25 @@ def restrictions(
 
 
 def compare_creep(
-    data: CreepData, each: list[tuple[Any, Structure, dict[str, dict]]], options: dict[str, Any]
-) -> Comparison:
-    """Fit models to one creep curve with the points and the weights of the one with the most parameters.
+    data: CreepData, each: list[tuple[Any, Structure, dict[str, dict]]], *, weights: str | None = None,
+    sigma: Any = None, nu: float = 0.3, level: float = 0.95,
+) -> Comparison:  # fmt: skip
+    """Fit models to one creep curve; each: as of ``restrictions``, the other arguments: those of ``fit_creep``."""
+    return _compared(data, creep_sample(data, weights, sigma), _sought(each, nu), level)
 
-    each: as of ``restrictions``; options: the other keywords of ``fit_creep``.
-    """
-    richest = max(range(len(each)), key=lambda i: len(each[i][1].where))
-    model, _, own = each[richest]
-    first = fit_creep(data, model, **options | own)
-    data, weights = _points(data, first.kept), first.point_weights[first.kept]
-    others = [
-        _fit(data, structure, **first.options | own, given=weights)
-        for i, (_, structure, own) in enumerate(each)
-        if i != richest
-    ]
+
+def _sought(each: list[tuple[Any, Structure, dict[str, dict]]], nu: float) -> list[Sought]:
+    """Return the materials that ``restrictions`` allow, with Poisson's ratio."""
+    return [Sought.of(structure, own["fixed"], own["bounds"], nu) for _, structure, own in each]
+
+
+def _compared(data: CreepData, sample: Sample, each: list[Sought], level: float) -> Comparison:
+    """Fit materials to one creep curve with the points and the weights of the one with the most parameters."""
+    richest = max(each, key=lambda sought: len(sought.structure.where))
+    first = _fit(data, sample, richest, level)
+    kept = first.kept
+    points = {name: getattr(data, name) for name in ("t", "J", "strain", "sigma")}
+    data = dataclasses.replace(data, **{k: v if v is None else v[kept] for k, v in points.items()})
+    sample, weights = sample.only(kept), first.point_weights[kept]
+    others = [_fit(data, sample, sought, level, weights) for sought in each if sought is not richest]
     return Comparison(tuple(sorted([first, *others], key=lambda fit: fit.bic)))
-
-
-def _points(data: CreepData, kept: np.ndarray) -> CreepData:
-    """Return the data at the selected points, (n,) bool."""
-    some = {name: getattr(data, name) for name in ("t", "J", "strain", "sigma")}
-    return dataclasses.replace(data, **{k: v if v is None else v[kept] for k, v in some.items()})

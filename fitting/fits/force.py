@@ -13,14 +13,28 @@ import scipy.optimize
 from jax import Array
 
 import jaxcontact as jc
-from fitting.data.contact import DEGREES, Drag, baseline, find_drag, sample_noise, signs, smooth
-from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
+from fitting.data.contact import (
+    DEGREES,
+    KINDS,
+    LEAST_CURVE,
+    NO_CONTACT,
+    PICO,
+    ForceCurve,
+    ForceUnits,
+    baseline,
+    by_sensitivity,
+    calibration_in_words,
+    directions,
+    smooth,
+    without_drag,
+)
+from fitting.data.indentation import IndentationData, depth_notes, probe_of
 from fitting.data.weights import choose_weights
 from fitting.fits.adhesion import AdhesiveFit
 from fitting.fits.contact_model import ContactModel, choose_contact_model
 from fitting.fits.force_history import ViscoelasticForceFit, fit_history
 from fitting.inference import noise, verdict
-from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
+from fitting.inference.conclusion import FitProblem, conclude, least_squares, widened
 from fitting.inference.result import Fit, plain
 from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models import thin_layer
@@ -29,57 +43,7 @@ from fitting.models.structure import CLASSICAL, Sought
 from fitting.models.thin_layer import RIGID, Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
-from fitting.views import sheet
-
-# Viscous drag on the cantilever in the fit of a force curve: its correction, its error, and a note where it is left
-# in.
-#
-# While the tip moves at a constant speed the drag is part of the baseline. In contact a soft lever slows the tip
-# down, so that the drag decreases as the force increases. The coefficient and its error come from the baselines of
-# approach and retraction (``fitting/data/contact.py``).
-
-
-SEEN_DRAG, DRAG_PART = (
-    4.0,
-    0.01,
-)  # least drag in standard deviations, and as a part of the largest force, for a note
-
-
-def without_drag(
-    data: IndentationData, drag: float | str | None
-) -> tuple[IndentationData, Drag | None, tuple[str, ...]]:
-    """Return a curve without drag, the drag that was subtracted, None without a correction, and notes; ValueError on bad
-    input, and where the baselines show none."""
-    if drag is None:
-        try:
-            found = find_drag(data)
-        except ValueError:
-            return data, None, ()
-        shift = found.coefficient * found.velocity
-        part = shift / float(np.ptp(data.load))
-        if found.coefficient < SEEN_DRAG * found.sd or part < DRAG_PART:
-            return data, None, ()
-        note = (
-            f"the baseline of the approach is {2e12 * shift:.3g} pN above that of the retraction, as by a drag of"
-            f" {found.coefficient:.3g} N s/m on the lever in liquid, {100 * part:.2g} % of the largest force on either side:"
-            ' drag="fit" subtracts it, which matters where the tip slows down in contact'
-        )
-        return data, None, (note,)
-    known = isinstance(drag, int | float | np.number) and 0.0 <= drag < np.inf
-    if drag != "fit" and not known:
-        raise ValueError(f'drag: expected a coefficient >= 0 N s/m, "fit" or None, got {drag!r}')
-    if isinstance(drag, str):
-        found = find_drag(data)
-        if found.coefficient < -SEEN_DRAG * found.sd:
-            raise ValueError(
-                f"drag: expected a baseline of the approach above that of the retraction, got it"
-                f" {-2e12 * found.coefficient * found.velocity:.3g} pN below: a drift, which is no drag"
-            )
-        found = found._replace(coefficient=max(found.coefficient, 0.0))
-    else:
-        found = Drag(float(drag), 0.0, 0.0)
-    return data.without_drag(found.coefficient), found, ()
-
+from fitting.views import sheet, text
 
 # Force curve of an elastic sample: baseline, contact point and indentation, scaled for the search.
 #
@@ -95,26 +59,17 @@ PARTS = ("contact_point", "baseline", "tilt")  # coordinates after the two compl
 LOG_J, FLUIDITY, POINT, BASELINE, TILT = range(5)  # places of the coordinates; the fluidity is held at 0
 
 
-class ForceUnits(NamedTuple):
-    """Units of a scaled curve: load [N], depth [m], time [s] and compliance [1/Pa]."""
-
-    load: float
-    depth: float
-    time: float
-    compliance: float
-
-
 class ScaledApproach(NamedTuple):
-    """Scaled samples (n,) of an approach: t, depth, load and weights; power of the depth; layer in scaled depths;
-    extra: compliance of the indenter over 1 - nu, scaled; rise: derivative of the layer's series with respect to log G on
-    an elastic base, 0 on a rigid one; at: log J at which the series holds."""
+    """Scaled samples (n,) of an approach: t, depth, load and weights; power of the depth; layer in scaled depths, None on
+    a half-space; extra: compliance of the indenter over 1 - nu, scaled; rise: derivative of the layer's series with respect
+    to log G on an elastic base, 0 on a rigid one; at: log J at which the series holds."""
 
     t: Array
     depth: Array
     load: Array
     weights: Array
     power: Array | float
-    layer: ThinLayer
+    layer: ThinLayer | None
     extra: Array | float
     rise: Array | float = 0.0
     at: Array | float = 0.0
@@ -124,8 +79,10 @@ def indentation_force(theta: Array, depth: Array, curve: ScaledApproach) -> Arra
     """Return the scaled force without the baseline at scaled depths from contact on, of any shape."""
     inside = depth > 0.0
     safe = jnp.where(inside, depth, 1.0)
-    layer = curve.layer._replace(series=curve.layer.series + curve.rise * (curve.at - theta[LOG_J]))
-    force = safe**curve.power * layer.factor(safe) / (jnp.exp(theta[LOG_J]) + curve.extra)
+    force = safe**curve.power / (jnp.exp(theta[LOG_J]) + curve.extra)
+    if curve.layer is not None:
+        layer = curve.layer._replace(series=curve.layer.series + curve.rise * (curve.at - theta[LOG_J]))
+        force = force * layer.factor(safe)
     return jnp.where(inside, force, 0.0)
 
 
@@ -145,78 +102,11 @@ def unit_forces(points: Array, curve: ScaledApproach) -> Array:
 # Preparation of a force curve, and the search for modulus, contact point and baseline.
 
 
-PICO = 1e12
 MOST = 1000  # largest number of points, or means of neighbours
+COARSE = 200  # that of the curve in which the contact is sought first
 EDGE = 30.0  # bound of the logarithm of the scaled compliance
 TRIALS = 80  # trial contact points
-BASE = 3.0  # longest baseline, in largest depths
-LEAST = 10  # fewest points
-QUIET = (
-    3.0  # running median of the load over the standard deviation of its noise below which there is no contact
-)
 NUISANCES = dict(zip((*PARTS, "drag"), ("m", "N", "N/s", "N s/m"), strict=True))
-
-
-class ApproachCurve(NamedTuple):
-    """The approach of a force curve: t [s], load [N] and depth [m], (n,), positive inwards, from the first point on.
-
-    each: number of samples in a point; zero [m]: inward depth of the first point; inward: its sign in the file; notes.
-    """
-
-    t: np.ndarray
-    load: np.ndarray
-    depth: np.ndarray
-    each: int
-    zero: float
-    inward: int
-    notes: tuple[str, ...]
-
-    @classmethod
-    def of(cls, data: IndentationData) -> "ApproachCurve":
-        """Return the approach of a curve; ValueError for fewer than 10 points."""
-        some = data.segments == "approach"
-        marked = some.sum() >= LEAST
-        if not marked:  # up to the largest depth
-            some = np.ones(data.t.size, dtype=bool)
-        t, load, depth = data.t[some], data.load[some], data.depth[some]
-        force = load - baseline(load)
-        inward, pushed = signs(force, depth)
-        if marked:  # on a stiff sample the largest depth may be where the tip snaps in
-            pushed = -1 if force[-1] < 0 else 1
-        zero, depth, load = inward * depth[0], inward * (depth - depth[0]), pushed * load
-        stop = int(np.argmax(depth)) + 1
-        if stop < LEAST:
-            rise, scatter = float(np.max(np.abs(smooth(force)))), sample_noise(load)
-            if some.sum() >= LEAST and rise <= QUIET * scatter:  # the directions above follow from noise
-                raise ValueError(
-                    f"data: expected a force that rises with depth, got one within {rise:.2g} N of its baseline, where its"
-                    f" noise is {scatter:.2g} N: no contact in the curve"
-                )
-            raise ValueError(
-                f"data: expected an approach of at least {LEAST} points with a force that rises with depth, got {stop} of"
-                f" {some.size} points up to the largest depth"
-            )
-        notes = [] if stop == some.size else [f"approach: {stop} of {some.size} points"]
-        notes += [
-            f"{name} with the other sign" for name, sign in (("depth", inward), ("load", pushed)) if sign < 0
-        ]
-        return cls(t[:stop] - t[0], load[:stop], depth[:stop], 1, float(zero), inward, tuple(notes))
-
-    def since(self, first: int) -> "ApproachCurve":
-        """Return the curve from a point on."""
-        depth, t = self.depth[first:], self.t[first:]
-        return self._replace(
-            t=t - t[0], load=self.load[first:], depth=depth - depth[0], zero=self.zero + depth[0]
-        )
-
-    def thinned(self, most: int = MOST) -> "ApproachCurve":
-        """Return means of neighbouring points, at most ``most``."""
-        each = -(-self.t.size // most)
-        count = self.t.size // each
-        mean = lambda y: y[y.size - count * each :].reshape(count, each).mean(1)
-        t, load, depth = (mean(y) for y in (self.t, self.load, self.depth))
-        moved = self._replace(t=t - t[0], load=load, depth=depth - depth[0], each=each * self.each)
-        return moved._replace(zero=self.zero + float(depth[0]))
 
 
 class ForceModel(NamedTuple):
@@ -226,7 +116,7 @@ class ForceModel(NamedTuple):
     None for a rigid one; unbonded: whether it slides on its base; sample: load over depth [m].
     """
 
-    approach: ApproachCurve
+    approach: ForceCurve
     indenter: Any
     sought: Sought
     thickness: float | None
@@ -239,7 +129,7 @@ class ForceModel(NamedTuple):
 
     @classmethod
     def of(
-        cls, approach: ApproachCurve, indenter: Any, sought: Sought, thickness: float | None,
+        cls, approach: ForceCurve, indenter: Any, sought: Sought, thickness: float | None,
         substrate: jc.Elastic | None, unbonded: bool, guess: float, weights: str | None, sigma: Any,
     ) -> "ForceModel":  # fmt: skip
         """Return the scaled problem of an approach; ValueError where nothing changes in it.
@@ -247,22 +137,17 @@ class ForceModel(NamedTuple):
         guess: shear modulus [Pa] of the layer at which the factor of an elastic base is linearised.
         """
         probe, share, nu = probe_of(indenter), sought.volume.one_minus_nu, sought.volume.value
-        load, depth, T = float(np.ptp(approach.load)), float(approach.depth[-1]), float(approach.t[-1])
-        if not (load > 0 and depth > 0 and T > 0):
-            raise ValueError(
-                f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
-            )
-        above = approach.load - float(np.median(approach.load[: max(approach.load.size // 10, 5)]))
-        compliance = probe.size * depth**probe.power / (share * load)
+        units = ForceUnits.of(approach, float(approach.depth[-1]), probe, share)
+        units.check()
+        load, depth, T, compliance = units
+        above = approach.load - baseline(approach.load)
 
-        # the factor of a layer over scaled depths, 1 on a half-space, and its change with the modulus on an elastic
-        # base
-        layer, rise, at = ThinLayer(np.zeros(2), 0.0, 1.0), 0.0, 0.0
+        # the factor of a layer over scaled depths, and its change with the modulus on an elastic base
+        layer, rise, at = None, 0.0, 0.0
         if thickness is not None:
             base = RIGID if substrate is None else Base(guess / float(substrate.G), float(substrate.nu))
             base = base._replace(bonded=not unbonded)
-            layer = ThinLayer.of(indenter, thickness, nu, base)
-            layer = layer._replace(scale=layer.scale * depth**layer.power)
+            layer = ThinLayer.of(indenter, thickness, nu, base).over(depth)
             if base.ratio:
                 rise = thin_layer.table(nu, base, True)[thin_layer.kind_of(indenter)][1]
                 at = -np.log(guess * compliance)
@@ -292,7 +177,6 @@ class ForceModel(NamedTuple):
             unit=np.array([compliance, compliance / T, depth, load, load / T]), logarithmic=np.arange(5) == 0,
             material=np.arange(5) < 2, nuisances=PARTS, open=open_sides,
         )  # fmt: skip
-        units = ForceUnits(load, depth, T, compliance)
         return cls(approach, indenter, sought, thickness, substrate, unbonded, curve, units, space, sample)
 
     def modulus(self, theta: np.ndarray) -> float:
@@ -338,10 +222,7 @@ class ForceModel(NamedTuple):
         ]
         best = sorted((i for i in lowest if np.isfinite(rss[i])), key=lambda i: rss[i])[:3]
         if not best:
-            raise ValueError(
-                "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
-                " indent"
-            )
+            raise ValueError(NO_CONTACT)
         # the best one lies at or beyond the end of the layer's law
         if not inside.all() and best[0] <= np.argmax(inside) + 1:
             raise ValueError(
@@ -351,147 +232,18 @@ class ForceModel(NamedTuple):
         return [np.clip(found[i], *self.space.bounds) for i in best]
 
 
-# Errors of the calibration of a cantilever in the interval of a modulus.
-#
-# The force is k s V, with the spring constant k, the sensitivity s and the measured voltage V, and the depth is the
-# height minus the deflection s V. The modulus is proportional to k; its change with s is found by fits to curves with
-# s increased and decreased. Both errors are independent of the noise of the curve, so that in the logarithm of the
-# modulus half an interval w becomes
-#
-#     (w^2 + z^2 (e_k^2 + (dlnG/dln s)^2 e_s^2))^(1/2)
-#
-# with the relative standard deviations e and the quantile z of the level.
-
-
-STEP = 0.02  # relative change of the sensitivity in the difference quotient
-KINDS = ("spring_constant", "sensitivity")
-
-
-def widened(fit: Fit, problem: FitProblem, total: float, cause: str) -> Fit:
-    """Return a fit with a further standard deviation of log G, independent of the noise."""
-    if not total:
-        return fit
-    G, (low, high), z = fit.values["G"], fit.intervals["G"], noise.two_sided(problem.level)
-    grow = lambda ratio: (
-        math.exp(math.hypot(math.log(ratio), z * total)) if 0.0 < ratio < math.inf else math.inf
-    )
-    intervals = {"G": (G / grow(G / low) if low > 0.0 else 0.0, G * grow(high / G))}
-    note = f"the interval of the modulus includes the standard deviation of the {cause}, {100 * total:.3g} % of the modulus"
-    estimate = fit.estimate
-    covariance = estimate.covariance + np.diag((total * estimate.best) ** 2)  # of 1/G
-    return dataclasses.replace(
-        fit, **with_intervals(problem, intervals, fit.refused), estimate=estimate._replace(covariance=covariance),
-        sd_log={"G": math.hypot(fit.sd_log["G"], total)}, notes=(*fit.notes, note),
-    )  # fmt: skip
-
-
-# Judgement of a force curve: its indentation and baseline, and systematic deviations from the model by their size.
-# The modulus is fitted again to the shallower half of the indentation (``inference/verdict.py``).
+# Judgement of a force curve: systematic deviations from the model by their size. The modulus is fitted again to the
+# shallower half of the indentation (``inference/verdict.py``).
 
 
 CHANGE = 0.4  # of ln G between half the depth and the whole, beyond which a fit is rejected: exp(0.4) - 1 = 49 % of G
 TREND = 0.05  # likewise, trend of the residuals over the largest force
-SEEN = 5.0  # least indentation force in standard deviations of the baseline
-SHORT = 0.02  # least baseline, as a fraction of the depth of the curve
-FEW = 8  # fewest points in contact
 HALF = 0.5  # of the largest depth
 ROWS = 5  # of the table of the modulus over the depth
 SHIFTS = -0.5, -0.2, 0.0, 0.2, 0.5  # starts of its contact point, over the largest depth
 LOST = (
     0.1  # part of the work of the approach that a retraction does not give back, above which a note says so
 )
-SPIKE, SPIKE_SEEN = 0.1, 8.0  # least isolated spike, over the largest force and in robust standard deviations
-JUMP_SEEN = 6.0  # least jump, in robust standard deviations of the steps: a single point does not make one
-LAST, RISING = 0.2, 0.25  # the end of the indentation, and its least rise over that of the model
-RISE_SEEN = 5.0  # standard errors by which it is below
-
-
-def spikes(deviations: np.ndarray, pushed: float) -> np.ndarray:
-    """Return the places of isolated points that deviate by more than a tenth of the largest force and eight robust standard
-    deviations, both neighbours by less than half as much: faults of the instrument, which no noise of a sample makes."""
-    size = np.abs(deviations)
-    sigma = float(np.sort(size)[size.size // 2]) / 0.6745
-    beside = np.maximum(np.append(0.0, size[:-1]), np.append(size[1:], 0.0))
-    return np.flatnonzero(
-        (size > max(SPIKE * pushed, SPIKE_SEEN * sigma)) & (beside <= verdict.ISOLATED * size)
-    )
-
-
-BESIDE = 3  # points on either side of a jump
-
-
-def jump(deviations: np.ndarray, pushed: float) -> float:
-    """Return the largest jump of the deviations between two points, 0 without one: a change by more than a tenth of the
-    largest force and six robust standard deviations of such changes, of which more than half remains in the means of the
-    ``BESIDE`` points on either side. The noise of a sample is not as abrupt, and correlated noise hides it from other tests.
-    """
-    steps = np.diff(deviations)
-    sigma = float(np.sort(np.abs(steps))[steps.size // 2]) / 0.6745
-    means = np.convolve(deviations, np.full(BESIDE, 1.0 / BESIDE), "valid")
-    remains = np.zeros(steps.size)
-    remains[BESIDE - 1 : steps.size + 1 - BESIDE] = means[BESIDE:] - means[:-BESIDE]
-    size = np.where(remains * np.sign(steps) > verdict.ISOLATED * np.abs(steps), np.abs(steps), 0.0)
-    highest = float(np.max(size, initial=0.0))
-    return highest if highest > max(SPIKE * pushed, JUMP_SEEN * sigma) else 0.0
-
-
-def rising(depth: np.ndarray, deviations: np.ndarray, model: np.ndarray, point: float) -> float:
-    """Return the rise of the force over that of the model in the last part of the indentation, 1 where it is no flat end.
-
-    depth, deviations (model - load) and force of the model without baseline, (n,); point: depth of contact. Over the last
-    fifth of the depth in contact, at least the last ``BESIDE`` + 1 points, both rises are slopes of least squares. An end is
-    flat where the force rises by less than a quarter of the model and the difference exceeds five standard errors, with the
-    noise of the differences of neighbours. A photodiode or an amplifier at its limit has such an end, and no elastic sample:
-    Hertz's force rises there by a quarter of the whole. In short curves other tests take it for correlated noise.
-    """
-    n = depth.size
-    some = (depth >= depth[-1] - LAST * (depth[-1] - point)) | (np.arange(n) > n - BESIDE - 2)
-    x = np.where(some, depth - depth[some].mean(), 0.0)
-    square, lag, rise = float(x @ x), float(x @ deviations), float(x @ model)
-    steps = np.sort(np.abs(np.diff(deviations)))
-    sigma = float(steps[steps.size // 2]) / 0.6745 / math.sqrt(2.0)
-    flat = rise > 0.0 and rise - lag < RISING * rise and lag > RISE_SEEN * sigma * math.sqrt(square)
-    return 1.0 - lag / rise if flat else 1.0
-
-
-def unusable(
-    before: int, n: int, spiky: int, highest: float, jumped: float, risen: float, pushed: float, scatter: float,
-    unit: float,
-) -> str:  # fmt: skip
-    """Return why a curve determines no modulus, "" if it does.
-
-    before: of its n points those before the contact; spiky: isolated spikes, the largest of them ``highest``; risen: of
-    ``rising``; jumped, pushed, scatter: largest jump, largest force, and standard deviation of the baseline, over ``unit``
-    [N].
-    """
-    if before < max(5, SHORT * n):
-        return (
-            f"the contact is among the first points ({before} before it): the curve has no baseline, so that the contact"
-            " point is not determined"
-        )
-    if n - before < FEW:
-        return f"no indentation: {n - before} points after the contact point"
-    if spiky:
-        return (
-            f"spikes: {spiky} isolated points deviate from the curve by up to {100 * highest / max(pushed, 1e-300):.3g} % of"
-            " the largest force: leave them out, or measure again"
-        )
-    if jumped:
-        return (
-            f"a jump by {100 * jumped / max(pushed, 1e-300):.3g} % of the largest force between two points: a contact that"
-            " slips or breaks through, or a fault of the instrument; fit the part before it"
-        )
-    if pushed < SEEN * scatter:
-        return (
-            f"no indentation: the force rises by {pushed * unit * PICO:.3g} pN, the noise of the baseline is"
-            f" {scatter * unit * PICO:.3g} pN"
-        )
-    if risen < 1.0:
-        return (
-            f"a flat end: over the last fifth of the indentation the force rises by {100 * max(risen, 0.0):.2g} % of what"
-            " the model does, as of a detector at its limit; fit the part before it"
-        )
-    return ""
 
 
 def trend_words(trend: float, softer: float, rejected: bool, unit: float, thin: bool) -> str:
@@ -536,13 +288,12 @@ def deviation(problem: FitProblem, force: ForceModel, solved: Solved) -> Deviati
     before = int(outside.sum())
     scatter = float(np.std(deviations[outside])) if before else 0.0
     pushed = float(indentation_force(theta, curve.depth[-1] - theta[POINT], curve))
-    points = spikes(deviations, pushed)
-    highest = float(np.max(np.abs(deviations[points]), initial=0.0))
+    n = depth.size
     pressed = np.asarray(curve.load) + deviations - theta[BASELINE] - theta[TILT] * np.asarray(curve.t)
-    risen = rising(depth, deviations, pressed, float(theta[POINT]))
-    why = unusable(
-        before, outside.size, points.size, highest, jump(deviations, pushed), risen, pushed, scatter, unit
-    )
+    spiky, highest = verdict.spikes(deviations, pushed, n)
+    jumped = verdict.jump(deviations, pushed, n)
+    risen = verdict.rising(depth, deviations, pressed, theta[POINT], n)
+    why = verdict.unusable(before, n, spiky, highest, jumped, risen, pushed, scatter, unit)
     if why:
         return Deviation(nothing, (why,))
 
@@ -561,19 +312,19 @@ def deviation(problem: FitProblem, force: ForceModel, solved: Solved) -> Deviati
     return judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
 
 
-def hysteresis_note(data: IndentationData, approach: ApproachCurve, point: float) -> tuple[str, ...]:
+def hysteresis_note(data: IndentationData, approach: ForceCurve, point: float) -> tuple[str, ...]:
     """Return a note where the retraction of a curve does not give back the work of its approach, which an elastic sample
     does; point: contact point, as the depths of ``approach`` [m]."""
     back = data.segments == "retract"
-    if back.sum() < LEAST or data.numbered:
+    if back.sum() < LEAST_CURVE or data.numbered:
         return ()
     depth = approach.inward * data.depth[back] - approach.zero - point
-    _, pushed = signs(data.load[~back] - baseline(data.load[~back]), data.depth[~back])
+    _, pushed = directions(data)
     load, first = smooth(pushed * data.load[back]), data.segments == "approach"
     outside = depth < -0.1 * (approach.depth[-1] - point)
-    level = np.median(load[outside]) if outside.sum() >= LEAST else baseline(pushed * data.load[first])
+    level = np.median(load[outside]) if outside.sum() >= LEAST_CURVE else baseline(pushed * data.load[first])
     there = approach.depth > point
-    if there.sum() < FEW or depth[0] < depth[-1]:
+    if there.sum() < verdict.FEW or depth[0] < depth[-1]:
         return ()
     away = approach.load[~there]
     pressed = np.maximum(approach.load[there] - (np.median(away) if away.size else approach.load[0]), 0.0)
@@ -591,7 +342,6 @@ TURNS, SETTLED = (
     8,
     1e-5,
 )  # searches at most on an elastic base, and the relative change of G at which they end
-STRAIN = 0.2  # depth over thickness beyond which linear elasticity is doubtful
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -707,7 +457,7 @@ class ForceFit(Fit):
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with Young's modulus, the nuisance parameters and the given quantities."""
         E = dict(zip(("value", "low", "high"), map(plain, self.youngs_modulus), strict=True))
-        key = lambda name: f"{name}_{self._unit(name).replace('/', '_per_').replace(' ', '_')}"
+        key = lambda name: text.key(name, self._unit(name))
         chosen = {} if self.contact_model is None else {"contact_model": self.contact_model.to_dict()}
         return super().to_dict() | chosen | {
             "youngs_modulus_Pa": E, "poisson_ratio": self.nu, "thickness_m": plain(self.thickness),
@@ -747,19 +497,10 @@ class ForceFit(Fit):
         """Return the unit of a nuisance parameter; the tilt of a curve without times is per sample."""
         return "N per sample" if name == "tilt" and self.data.numbered else NUISANCES[name]
 
-    def _base(self) -> str:
-        return (
-            "a rigid base"
-            if self.substrate is None
-            else f"a base of {float(self.substrate.G):.4g} Pa in shear"
-        )
-
     def _conditions(self) -> list[str]:
-        body = (
-            "a half-space"
-            if self.thickness is None
-            else f"a layer of {self.thickness:.4g} m {'loose on' if self.unbonded else 'bonded to'} {self._base()}"
-        )
+        soft = self.substrate is not None
+        base = f"a base of {float(self.substrate.G):.4g} Pa in shear" if soft else "a rigid base"
+        body = text.layer(self.thickness, self.unbonded, base)
         return [
             *(self.contact_model.lines() if self.contact_model else []),
             f"  the modulus is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m",
@@ -876,8 +617,7 @@ def fit_force(
         elastic = functools.partial(fit_force, data, drag=drag, **shared)
         return choose_contact_model(data, elastic=elastic, **shared)
     weights = "estimated" if weights is None and sigma is None else weights
-    check_options(indenter, nu, thickness, substrate, errors, spring_constant)
-    thin_layer.check_unbonded(unbonded, thickness)
+    check_options(indenter, nu, thickness, substrate, unbonded, errors, spring_constant)
     if unbonded and polynomials:
         raise ValueError(
             "polynomials: expected False with unbonded, got True: they are those of a bonded sample"
@@ -903,18 +643,14 @@ def fit_force(
     sample, errors = (indenter, sought, thickness, substrate, bool(unbonded)), errors or {}
     bare, dragged, notes = without_drag(data, drag)
 
-    def taken(curve: IndentationData) -> ApproachCurve:
-        """Return the approach with at most ``BASE`` largest depths of baseline before the contact, with a note."""
-        approach = ApproachCurve.of(curve)
-        coarse = ForceModel.of(approach.thinned(200), *sample, 0.0, "absolute", None)
+    def taken(curve: IndentationData) -> ForceCurve:
+        """Return the approach about the contact that the first comparison of starts finds."""
+        approach = ForceCurve.approach(curve)
+        coarse = ForceModel.of(approach.thinned(COARSE), *sample, 0.0, "absolute", None)
         point = coarse.starts()[0][POINT] * coarse.units.depth
-        first = int(np.argmax(approach.depth >= point - BASE * (approach.depth[-1] - point)))
-        if first:
-            note = f"baseline: {first} points further than {BASE:g} largest depths from the contact left out"
-            approach = approach.since(first)._replace(notes=(*approach.notes, note))
-        return approach.thinned()
+        return approach.near_contact(point).thinned(MOST)
 
-    def searched(curve: ApproachCurve) -> tuple[ForceModel, FitProblem, Solved]:
+    def searched(curve: ForceCurve) -> tuple[ForceModel, FitProblem, Solved]:
         """Return the solution; on an elastic base the search is repeated until the modulus stays."""
         guess = 0.0
         for _ in range(TURNS + 1):
@@ -926,46 +662,45 @@ def fit_force(
                 break
         return force, problem, solved
 
-    def modulus(curve: ApproachCurve) -> float:
+    def log_modulus(curve: ForceCurve) -> float:
         force, _, solved = searched(curve)
-        return force.modulus(solved.theta)
+        return math.log(force.modulus(solved.theta))
 
     approach = taken(bare)
     force, problem, solved = searched(approach)
     off, theta = deviation(problem, force, solved), solved.theta
     unit, deepest = force.units.load, force.units.depth
 
-    # Notes on the curve, and on the strain of a thin layer.
-    said, depth = list(approach.notes), float((1.0 - theta[POINT]) * deepest)
-    if approach.each > 1:
-        said.append(f"{approach.t.size} points are means of {approach.each} samples each")
-    said += paraboloid_note(indenter, depth, thickness=thickness)
-    if thickness is not None and depth > STRAIN * thickness:
-        said.append(
-            f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"
-        )
-    said += hysteresis_note(bare, approach, float(theta[POINT] * deepest))
-    solved = solved._replace(left=off.left, against=off.against, notes=(*said, *notes, *off.notes))
+    depth = float((1.0 - theta[POINT]) * deepest)
+    said = (
+        *approach.remarks, *depth_notes(indenter, depth, thickness),
+        *hysteresis_note(bare, approach, float(theta[POINT] * deepest)), *notes, *off.notes,
+    )  # fmt: skip
+    solved = solved._replace(left=off.left, against=off.against, notes=said)
     found = conclude(problem, solved)
 
     # Errors of the calibration and of the drag, from fits to curves that are changed by them.
-    slope, b = 0.0, 0.0
+    common, nuisances, slope = found.common, {}, 0.0
     if errors.get("sensitivity"):
-        deflection = approach.load / float(spring_constant or 1.0)
-        ends = []
-        for change in (STEP, -STEP):
-            moved = approach.depth - change * (deflection - deflection[0])
-            ends.append(modulus(approach._replace(load=approach.load * (1.0 + change), depth=moved)))
-        slope = math.log(ends[0] / ends[1]) / math.log((1.0 + STEP) / (1.0 - STEP))
+        slope = by_sensitivity(lambda change: log_modulus(approach.recalibrated(change, spring_constant)))
     total = math.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
-    kinds = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
-    common, nuisances = widened(found.common, problem, total, f"calibration ({kinds})"), {}
+    causes = [(total, calibration_in_words(errors))]
     if dragged is not None:
         b, half = dragged.coefficient, noise.two_sided(level, DEGREES) * dragged.sd
         nuisances["drag"] = b, b - half, b + half
         if dragged.sd > 0.0:
-            ends = [modulus(taken(data.without_drag(max(b + s * dragged.sd, 0.0)))) for s in (1.0, -1.0)]
-            common = widened(common, problem, 0.5 * abs(math.log(ends[0] / ends[1])), "drag")
+            ends = [log_modulus(taken(data.without_drag(max(b + s * dragged.sd, 0.0)))) for s in (1.0, -1.0)]
+            causes.append((0.5 * abs(ends[0] - ends[1]), "drag"))
+    for sd, cause in causes:
+        if sd:
+            estimate = common.estimate
+            covariance = estimate.covariance + np.diag((sd * estimate.best) ** 2)  # of 1/G
+            common = widened(
+                common, problem, {"G": sd},
+                f"the interval of the modulus includes the standard deviation of the {cause}, {100 * sd:.3g} % of the"
+                " modulus",
+            )  # fmt: skip
+            common = dataclasses.replace(common, estimate=estimate._replace(covariance=covariance))
 
     # Nuisance parameters in SI units; the contact point as a measured depth.
     rows = np.column_stack([theta, found.ends])[2:] * force.space.unit[2:, None]
@@ -989,6 +724,7 @@ def check_options(
     nu: float,
     thickness: float | None,
     substrate: Any,
+    unbonded: Any,
     errors: Any,
     spring_constant: float | None,
 ) -> None:
@@ -1013,6 +749,7 @@ def check_options(
             "spring_constant: expected the spring constant of the cantilever [N/m] with an error of the sensitivity,"
             f" got {spring_constant!r}"
         )
+    thin_layer.check_unbonded(unbonded, thickness)
 
 
 def _polynomials(force: ForceModel, solved: Any, E: float) -> dict[str, tuple[float, float]]:

@@ -33,21 +33,33 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from fitting.data.contact import baseline, sample_noise, signs, smooth
-from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
+from fitting.data.contact import (
+    DEGREES,
+    LEAST_CURVE,
+    NO_CONTACT,
+    PICO,
+    ForceCurve,
+    ForceUnits,
+    baseline,
+    by_sensitivity,
+    calibration_in_words,
+    sample_noise,
+    smooth,
+)
+from fitting.data.indentation import IndentationData, depth_notes, probe_of
 from fitting.data.weights import choose_weights
-from fitting.fits.laws import LAWS, Law, creep_structure, orders, within
+from fitting.fits.laws import law_rows
 from fitting.inference import noise, verdict
-from fitting.inference.conclusion import FitProblem, conclude, least_squares, with_intervals
+from fitting.inference.conclusion import FitProblem, conclude, least_squares, widened
 from fitting.inference.result import Fit, plain
 from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models.parameters import Parameters, spectrum
-from fitting.models.structure import Sought
+from fitting.models.structure import LAWS, Law, Sought, creep_structure, over_span
 from fitting.models.thin_layer import Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
 from fitting.search.press import indenter_creep
-from fitting.views import sheet
+from fitting.views import sheet, text
 from jaxcontact._support.exponential import phi1
 from jaxcontact.bodies.materials import Spectrum, relaxation_modes
 
@@ -70,8 +82,9 @@ def modulus_of(
     """Return weights and rates (k,) of the scaled relaxation modulus at the coordinates (m,) of a material.
 
     unit (3,): logarithms of the compliance [1/Pa] and of the duration [s], and the gap between samples over the duration;
-    extra: compliance of the tip at once; own: its creep, None of one that does not creep. A Kelvin-Voigt element has the modulus G + eta/gap exp(-t/gap), with an instantaneous
-    compliance, because the force on it alone would contain the rate of the measured depth.
+    extra: compliance of the tip at once; own: its creep, None of one that does not creep. A Kelvin-Voigt element has the
+    modulus G + eta/gap exp(-t/gap), with an instantaneous compliance, because the force on it alone would contain the
+    rate of the measured depth.
 
     A springpot has G(t) = V t^-alpha/Gamma(1 - alpha) = V sin(pi alpha)/pi int exp(alpha x) exp(-t exp(x)) dx, by the
     trapezoidal rule. The slower terms, a geometric series, become one mode of their mean rate, and the faster ones a
@@ -82,9 +95,7 @@ def modulus_of(
         c = spectrum(jnp.append(theta, jnp.zeros(3)), None)
         if model == "KelvinVoigt":
             J, r = c.amplitudes, c.rates
-            c = Spectrum(
-                (J * r * gap / (1.0 + r * gap))[0], J / (1.0 + r * gap), r / (1.0 + r * gap), 0.0
-            )
+            c = Spectrum((J * r * gap / (1.0 + r * gap))[0], J / (1.0 + r * gap), r / (1.0 + r * gap), 0.0)
         amplitudes, rates, flow = c.amplitudes, c.rates, c.fluidity
         if own is not None:  # the compliances of sample and tip add
             amplitudes = jnp.concatenate([amplitudes, own.amplitudes])
@@ -201,16 +212,11 @@ def unit_forces(thetas: Array, curve: History, model: str, decades: int) -> Arra
     return jax.lax.map(lambda theta: indentation_force(theta, curve, model, decades, COARSE), thetas)
 
 
-# 3. The curve: signs, zeros, and means of neighbouring points.
+# 3. The curve, without what pulls, and the turning points of its motion.
 
 MOST = 500  # largest number of points, or means of neighbours
-LEAST = 10  # fewest points of an approach
-BASE = 3.0  # longest baseline before and after the contact, in largest depths
 ROUGH_POINTS = 120  # points on which starts are compared
 TRIALS = 40  # trial contact points
-QUIET = (
-    3.0  # running median of the load over the standard deviation of its noise below which there is no contact
-)
 PULLS = 5.0, 0.02  # least tension, in standard deviations of the noise and of the largest force
 ADHESIVE = 0.1  # tension over the largest force, above which the contact of a retraction is not fitted
 AFTER = 3  # further points that are left out after the last one that pulls
@@ -218,129 +224,50 @@ TURN, SHARP = 3, 0.2  # points of a line at a turn of the motion, and least rela
 NUISANCES = {"contact_point": "m", "baseline": "N", "drift": "N/s", "slope": "N/m"}
 
 
-class Curve(NamedTuple):
-    """A force curve: t [s], load [N] and depth [m] (n,), positive inwards, from the first point on; kept (n,) bool: points
-    that are fitted, while all of them are history; marks (n,) of its parts, integers; parts: name of each.
+def without_tension(curve: ForceCurve) -> ForceCurve:
+    """Return the curve without the points of a retraction that pulls, or without all of its contact where it pulls with
+    more than ``ADHESIVE`` of the largest force, since the model has no adhesion."""
+    part = np.array(curve.parts)[curve.marks]
+    back = np.flatnonzero(part == "retract")
+    if back.size < LEAST_CURVE:
+        return curve
+    load, approach = smooth(curve.load[back]), curve.load[part == "approach"]
+    rise, scatter = float(np.max(smooth(approach - baseline(approach)))), sample_noise(approach)
+    first = baseline(curve.load[curve.marks == curve.marks[0]])
+    zero = min(first, float(np.median(curve.load[back[-max(back.size // 10, 5) :]])))
+    tension, least = zero - float(load.min()), max(PULLS[0] * scatter, PULLS[1] * rise)
+    if tension <= least:
+        return curve
+    pulls = np.flatnonzero(load < zero - 0.5 * least)
+    whole = tension > ADHESIVE * rise
+    kept = curve.kept.copy()
+    kept[back[0 if whole else pulls[0] : pulls[-1] + 1 + AFTER]] = False
+    note = (
+        f"the retraction pulls with up to {tension * PICO:.3g} pN, {100 * tension / rise:.2g} % of the largest force,"
+        f" and this model has no adhesion: {'its contact' if whole else 'the part that pulls'} left out"
+        f" ({int(np.sum(~kept))} of {back.size} points)"
+    )
+    return curve._replace(kept=kept, notes=(*curve.notes, note))
 
-    zero [m]: inward depth of the first point; inward: its sign in the file; each: number of samples in a point; notes.
-    """
 
-    t: np.ndarray
-    load: np.ndarray
-    depth: np.ndarray
-    kept: np.ndarray
-    marks: np.ndarray
-    parts: tuple[str, ...]
-    zero: float
-    inward: int
-    each: int
-    notes: tuple[str, ...]
-
-    @classmethod
-    def of(cls, data: IndentationData) -> "Curve":
-        """Return all segments of a curve; ValueError without times, an approach, or contact."""
-        if data.numbered:
-            raise ValueError(
-                "data: expected a curve with times for a viscoelastic model, got numbered points"
-            )
-        segments = data.segments
-        first = segments == "approach"
-        if first.sum() < LEAST:
-            raise ValueError(f"data: expected an approach of at least {LEAST} points, got {int(first.sum())}")
-        force = data.load[first] - baseline(data.load[first])
-        inward, pushed = signs(force, data.depth[first])
-        load, depth = pushed * data.load, inward * data.depth
-        rise, scatter = float(np.max(smooth(pushed * force))), sample_noise(data.load[first])
-        if rise <= QUIET * scatter:
-            raise ValueError(
-                f"data: expected a force that rises with depth, got one within {rise:.2g} N of its baseline, where its"
-                f" noise is {scatter:.2g} N: no contact in the curve"
-            )
-        marks = np.cumsum(np.append(False, segments[1:] != segments[:-1]))
-        parts = tuple(str(segments[marks == mark][0]) for mark in range(marks[-1] + 1))
-        notes = [
-            f"{name} with the other sign" for name, sign in (("depth", inward), ("load", pushed)) if sign < 0
-        ]
-        zero, kept = float(depth[0]), np.ones(load.size, dtype=bool)
-        found = cls(data.t - data.t[0], load, depth - zero, kept, marks, parts, zero, inward, 1, tuple(notes))
-        return found._without_tension(rise, scatter)
-
-    def _without_tension(self, rise: float, scatter: float) -> "Curve":
-        """Return the curve without the points of a retraction that pulls, or without all of its contact where it pulls with
-        more than ``ADHESIVE`` of the largest force, since the model has no adhesion."""
-        back = np.flatnonzero(np.array(self.parts)[self.marks] == "retract")
-        if back.size < LEAST:
-            return self
-        load = smooth(self.load[back])
-        first = baseline(self.load[self.marks == self.marks[0]])
-        zero = min(first, float(np.median(self.load[back[-max(back.size // 10, 5) :]])))
-        tension, least = zero - float(load.min()), max(PULLS[0] * scatter, PULLS[1] * rise)
-        if tension <= least:
-            return self
-        pulls = np.flatnonzero(load < zero - 0.5 * least)
-        whole = tension > ADHESIVE * rise
-        kept = self.kept.copy()
-        kept[back[0 if whole else pulls[0] : pulls[-1] + 1 + AFTER]] = False
-        note = (
-            f"the retraction pulls with up to {tension * PICO:.3g} pN, {100 * tension / rise:.2g} % of the largest force,"
-            f" and this model has no adhesion: {'its contact' if whole else 'the part that pulls'} left out"
-            f" ({int(np.sum(~kept))} of {back.size} points)"
-        )
-        return self._replace(kept=kept, notes=(*self.notes, note))
-
-    def near_contact(self, point: float) -> "Curve":
-        """Return the curve without the baselines further than ``BASE`` largest depths from a contact point [m]."""
-        reach = point - BASE * (float(np.max(self.depth)) - point)
-        inside = np.flatnonzero(self.depth >= reach)
-        some = slice(inside[0], inside[-1] + 1)
-        left = self.t.size - (some.stop - some.start)
-        if not left:
-            return self
-        note = f"baseline: {left} points further than {BASE:g} largest depths from the contact left out"
-        t, depth = self.t[some], self.depth[some]
-        return self._replace(
-            t=t - t[0], load=self.load[some], depth=depth - depth[0], kept=self.kept[some], marks=self.marks[some],
-            zero=self.zero + float(depth[0]), notes=(*self.notes, note),
-        )  # fmt: skip
-
-    def thinned(self, most: int = MOST) -> "Curve":
-        """Return means of neighbouring points of each part, at most about ``most``."""
-        each = -(-self.t.size // most)
-        if each == 1:
-            return self
-        rows: list[tuple[np.ndarray, ...]] = []
-        for mark in np.unique(self.marks):
-            own = np.flatnonzero(self.marks == mark)
-            count = own.size // each
-            # the remainder is left out where it matters least, at the beginning and at the end
-            own = own[own.size - count * each :] if not rows else own[: count * each]
-            shaped = own.reshape(count, each)
-            means = (y[shaped].mean(1) for y in (self.t, self.load, self.depth))
-            rows.append((*means, self.kept[shaped].all(1), np.full(count, mark)))
-        t, load, depth, kept, marks = (np.concatenate(one) for one in zip(*rows, strict=True))
-        return self._replace(
-            t=t - t[0], load=load, depth=depth - depth[0], kept=kept, marks=marks, zero=self.zero + float(depth[0]),
-            each=each * self.each,
-        )  # fmt: skip
-
-    def corners(self) -> np.ndarray:
-        """Return times [s] and depths [m] (2, k) at which the motion turns between two samples: where the lines through the
-        points on both sides intersect there."""
-        jumps = np.flatnonzero(self.marks[1:] != self.marks[:-1])
-        places = np.unique(np.append(jumps, int(np.argmax(self.depth)))[:, None] + np.arange(-TURN, TURN))
-        found = []
-        for i in places[(places >= 1) & (places < self.t.size - 2)]:
-            sides = slice(max(i - TURN + 1, 0), i + 1), slice(i + 1, min(i + TURN + 1, self.t.size))
-            t, origin = self.t - self.t[i], self.depth[i]
-            if np.ptp(t[sides[0]]) <= 0.0 or np.ptp(t[sides[1]]) <= 0.0:
-                continue
-            (a, b), (c, d) = (np.polyfit(t[some], self.depth[some] - origin, 1) for some in sides)
-            if abs(a - c) <= SHARP * max(abs(a), abs(c)):
-                continue
-            time = (d - b) / (a - c)
-            if 0.0 < time < t[i + 1]:
-                found.append((time + self.t[i], a * time + b + origin))
-        return np.array(found).reshape(-1, 2).T
+def corners(curve: ForceCurve) -> np.ndarray:
+    """Return times [s] and depths [m] (2, k) at which the motion turns between two samples: where the lines through the
+    points on both sides intersect there."""
+    jumps = np.flatnonzero(curve.marks[1:] != curve.marks[:-1])
+    places = np.unique(np.append(jumps, int(np.argmax(curve.depth)))[:, None] + np.arange(-TURN, TURN))
+    found = []
+    for i in places[(places >= 1) & (places < curve.t.size - 2)]:
+        sides = slice(max(i - TURN + 1, 0), i + 1), slice(i + 1, min(i + TURN + 1, curve.t.size))
+        t, origin = curve.t - curve.t[i], curve.depth[i]
+        if np.ptp(t[sides[0]]) <= 0.0 or np.ptp(t[sides[1]]) <= 0.0:
+            continue
+        (a, b), (c, d) = (np.polyfit(t[some], curve.depth[some] - origin, 1) for some in sides)
+        if abs(a - c) <= SHARP * max(abs(a), abs(c)):
+            continue
+        time = (d - b) / (a - c)
+        if 0.0 < time < t[i + 1]:
+            found.append((time + curve.t[i], a * time + b + origin))
+    return np.array(found).reshape(-1, 2).T
 
 
 # 4. The search for the parameters of the material, the contact point and the baseline.
@@ -366,20 +293,20 @@ def structure_of(model: Any) -> Any:
     return structure
 
 
-class Problem(NamedTuple):
+class HistoryModel(NamedTuple):
     """A scaled force curve with its search space.
 
     curve: in SI; history: scaled; measured (m,): scaled load of the points that are fitted; model and decades: of
-    ``modulus_of``; units (load [N], depth [m], duration [s], compliance [1/Pa]); sought; space; sample: load over time.
+    ``modulus_of``; sought; space; sample: load over time.
     """
 
-    curve: Curve
+    curve: ForceCurve
     indenter: Any
     history: History
     measured: np.ndarray
     model: str
     decades: int
-    units: tuple[float, float, float, float]
+    units: ForceUnits
     sought: Sought
     space: Parameters
     sample: Sample
@@ -387,27 +314,23 @@ class Problem(NamedTuple):
     @classmethod
     def of(
         cls,
-        curve: Curve,
+        curve: ForceCurve,
         indenter: Any,
         sought: Sought,
         thickness: float | None,
         unbonded: bool,
         weights: str | None,
         sigma: Any,
-    ) -> "Problem":
+    ) -> "HistoryModel":
         """Return the scaled problem of a curve; ValueError where nothing changes in it."""
         probe, nu = probe_of(indenter), sought.volume.value
-        load, depth, T = float(np.ptp(curve.load)), float(np.max(curve.depth)), float(curve.t[-1])
-        if not (load > 0.0 and depth > 0.0 and T > 0.0):
-            raise ValueError(
-                f"data: expected load, depth and time to change, got ranges {load:g} N, {depth:g} m, {T:g} s"
-            )
+        units = ForceUnits.of(curve, float(np.max(curve.depth)), probe, sought.volume.one_minus_nu)
+        units.check()
+        load, depth, T, compliance = units
         above = (curve.load - baseline(curve.load[curve.marks == curve.marks[0]]))[curve.kept]
-        compliance = probe.size * depth**probe.power / (sought.volume.one_minus_nu * load)
         layer = None
         if thickness is not None:
-            layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
-            layer = layer._replace(scale=layer.scale * depth**layer.power)
+            layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded)).over(depth)
         creep, per_unit = indenter_creep(indenter), sought.volume.one_minus_nu * compliance
         extra, own = float(creep.instantaneous) / per_unit, None
         if creep.rates.size or creep.fluidity is not None:
@@ -415,8 +338,8 @@ class Problem(NamedTuple):
             own = Spectrum(jnp.zeros(()), creep.amplitudes / per_unit, creep.rates * T, jnp.asarray(flow))
 
         # times of samples and turning points; the gap is the usual one of the samples
-        corners = curve.corners()
-        times = np.concatenate([curve.t, corners[0]])
+        turns = corners(curve)
+        times = np.concatenate([curve.t, turns[0]])
         order = np.argsort(times, kind="stable")
         pick = np.argsort(order, kind="stable")[: curve.t.size][curve.kept]
         gaps = np.diff(curve.t)
@@ -424,7 +347,7 @@ class Problem(NamedTuple):
         decades = math.ceil(-math.log10(gap))
         grid = (
             nonlinear.repeated(times[order] / T),
-            nonlinear.repeated(np.concatenate([curve.depth, corners[1]])[order] / depth),
+            nonlinear.repeated(np.concatenate([curve.depth, turns[1]])[order] / depth),
         )
         history = History(
             *grid, nonlinear.repeated(pick), probe.power, 1.0 / (probe.power - 1.0) if probe.power > 1.0 else 1.0,
@@ -435,7 +358,7 @@ class Problem(NamedTuple):
         weight, label = choose_weights(t, above, weights, sigma)
         sample = Sample.of(("load", "N", t, above), weight, label, curve.marks[curve.kept], own_trends=True)
         back = "retract" in np.array(curve.parts)[sample.blocks]
-        sought, space = _space(sought, (load, depth, T, compliance), gap, bool(back))
+        sought, space = _space(sought, units, gap, bool(back))
         model = sought.structure.model.__name__
         return cls(
             curve,
@@ -444,7 +367,7 @@ class Problem(NamedTuple):
             above / load,
             model,
             decades,
-            (load, depth, T, compliance),
+            units,
             sought,
             space,
             sample,
@@ -452,7 +375,7 @@ class Problem(NamedTuple):
 
     def objective(self, weights: np.ndarray) -> Objective:
         """Return the least-squares objective for weights (m,) [1/N]."""
-        own, measured = nonlinear.without_weight(weights * self.units[0]), nonlinear.repeated(self.measured)
+        own, measured = nonlinear.without_weight(weights * self.units.load), nonlinear.repeated(self.measured)
         return Objective.of(
             force_with_baseline, self.history, measured, own, self.space, points=slice(weights.size),
             static=(self.model, self.decades),
@@ -468,7 +391,7 @@ class Problem(NamedTuple):
         history = self.history
         given = jnp.asarray(theta[:-4]), history.unit, history.extra, history.own, self.model, self.decades
         weights, rates = (np.asarray(part) for part in modulus_of(*given))
-        return weights / self.units[3], rates / self.units[2]
+        return weights / self.units.compliance, rates / self.units.time
 
     def starts(self) -> list[np.ndarray]:
         """Return the best coordinates of trial materials and contact points, whose scale and baseline are linear."""
@@ -476,14 +399,14 @@ class Problem(NamedTuple):
         some = np.unique(np.linspace(0, n - 1, min(n, ROUGH_POINTS)).round().astype(int))
         some = np.unique(np.append(some, int(np.argmax(self.curve.depth))))
         few = self.history._replace(
-            t=nonlinear.repeated(self.curve.t[some] / self.units[2]),
-            depth=nonlinear.repeated(self.curve.depth[some] / self.units[1]),
+            t=nonlinear.repeated(self.curve.t[some] / self.units.time),
+            depth=nonlinear.repeated(self.curve.depth[some] / self.units.depth),
             pick=nonlinear.repeated(np.flatnonzero(kept[some])),
         )
         some = some[kept[some]]
-        t, depth = self.curve.t[some] / self.units[2], self.curve.depth[some] / self.units[1]
+        t, depth = self.curve.t[some] / self.units.time, self.curve.depth[some] / self.units.depth
         places = np.cumsum(kept)[some] - 1
-        y, w = self.measured[places], self.sample.weights[places] * self.units[0]
+        y, w = self.measured[places], self.sample.weights[places] * self.units.load
         trials = np.linspace(0.0, 1.0, TRIALS, endpoint=False)
         found: list[tuple[float, np.ndarray]] = []
         for material in self._materials():
@@ -506,10 +429,7 @@ class Problem(NamedTuple):
             if math.isfinite(least):
                 found.append((least, best))
         if not found:
-            raise ValueError(
-                "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
-                " indent"
-            )
+            raise ValueError(NO_CONTACT)
         found.sort(key=lambda one: one[0])
         return [np.clip(theta, *self.space.bounds) for _, theta in found[:STARTS]]
 
@@ -517,7 +437,7 @@ class Problem(NamedTuple):
         """Return coordinates of materials of about the unit of compliance, over ratios and times."""
         pushed = smooth(self.measured) > 0.1 * self.measured.max()
         contact = max(
-            float(np.ptp(self.sample.t[pushed])) / self.units[2], 10.0 * float(self.history.unit[2])
+            float(np.ptp(self.sample.t[pushed])) / self.units.time, 10.0 * float(self.history.unit[2])
         )
         logs, (size, lapse, _) = np.log, self.history.unit
         if self.model in LAWS:
@@ -551,9 +471,7 @@ class Problem(NamedTuple):
         return np.where(logs, material - change, material / stiffness)
 
 
-def _space(
-    sought: Sought, units: tuple[float, float, float, float], gap: float, back: bool
-) -> tuple[Sought, Parameters]:
+def _space(sought: Sought, units: ForceUnits, gap: float, back: bool) -> tuple[Sought, Parameters]:
     """Return the sought material, and the coordinates with their bounds.
 
     gap: between samples over the duration; back: whether there is a retraction, without which a drift in time and a slope
@@ -572,16 +490,10 @@ def _space(
         rows = np.concatenate([np.maximum(np.stack(own.bounds, -1), -EDGE), others])
         logs = own.logarithmic
     else:
-        structure = dataclasses.replace(structure, span=(gap * T, T))
-        sought = sought._replace(structure=structure, table=orders(sought.table))
-        size, lapse = -math.log(compliance), math.log(T)
-        whole = {
-            "G": (size - EDGE, size + EDGE),
-            "V": (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0)),
-            "alpha": ALPHA,
-        }
-        law = [within(whole[name], name, limits) for name, limits in sought.table.items()]
-        rows, unit = np.concatenate([np.array(law), others]), np.ones(structure.size)
+        sought = over_span(sought, (gap * T, T))
+        structure, lapse = sought.structure, math.log(T)
+        law = law_rows(sought.table, -math.log(compliance), EDGE, (lapse, lapse), ALPHA)
+        rows, unit = np.concatenate([np.array(list(law.values())), others]), np.ones(structure.size)
         logs = np.array([name != "alpha" for name in structure.where])
         open_sides = np.concatenate([np.ones((structure.size, 2), dtype=bool), np.zeros((4, 2), dtype=bool)])
     count = structure.size + 4
@@ -598,20 +510,19 @@ CHANGE, TREND = (
     0.4,
     0.05,
 )  # change of the log modulus, and trend over the largest force, beyond which a fit is rejected
-SEEN, SHORT, FEW, HALF = 5.0, 0.02, 8, 0.5  # as in ``fits/force.py``
-PICO = 1e12
+HALF = 0.5  # of the largest depth
 
 
-def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
+def deviation(problem: FitProblem, force: HistoryModel, solved: Solved) -> Deviation:
     """Return the systematic deviation of a solved force curve."""
-    theta, unit = solved.theta, force.units[0]
+    theta, unit = solved.theta, force.units.load
     kept, marks, t = force.curve.kept, force.sample.blocks, force.sample.t
-    depth = force.curve.depth[kept] / force.units[1] - theta[-4]
+    depth = force.curve.depth[kept] / force.units.depth - theta[-4]
     deviations, nothing = solved.residual / solved.weights / unit, np.zeros(theta.size)
     first = marks == marks[0]
     pushed = model_force(force, theta) / unit
     out, inside = first & (depth < 0.0), pushed > 0.0
-    if out.sum() < max(5, SHORT * first.sum()):
+    if out.sum() < max(5, verdict.SHORT * first.sum()):
         return Deviation(
             nothing,
             (
@@ -619,10 +530,10 @@ def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
                 " the contact point is not determined",
             ),
         )
-    if inside.sum() < FEW:
+    if inside.sum() < verdict.FEW:
         return Deviation(nothing, (f"no indentation: {int(inside.sum())} points in contact",))
     scatter = float(np.std(deviations[out]))
-    if pushed.max() < SEEN * scatter:
+    if pushed.max() < verdict.SEEN * scatter:
         return Deviation(
             nothing,
             (
@@ -636,7 +547,7 @@ def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
     def refits() -> list[np.ndarray | None]:
         """Return the fit to the parts of the curve up to half the largest depth; the history remains the whole one."""
         some = depth <= HALF * depth.max()
-        if np.sum(some & inside) < FEW:
+        if np.sum(some & inside) < verdict.FEW:
             return [None]
         return [nonlinear.minimise(force.objective(np.where(some, solved.weights, 0.0)), theta).theta]
 
@@ -661,25 +572,22 @@ def deviation(problem: FitProblem, force: Problem, solved: Solved) -> Deviation:
     return judged_by_size(problem, solved, size, refits, moduli, (TREND, CHANGE), words)
 
 
-def model_force(force: Problem, theta: np.ndarray) -> np.ndarray:
+def model_force(force: HistoryModel, theta: np.ndarray) -> np.ndarray:
     """Return the force (m,) [N] of the model without the baseline."""
     found = _force(jnp.asarray(theta), force.history, force.model, force.decades)
-    return np.asarray(found)[: force.measured.size] * force.units[0]
+    return np.asarray(found)[: force.measured.size] * force.units.load
 
 
 _force = functools.partial(jax.jit, static_argnames=("model", "decades"))(indentation_force)
 
 
-def force_of_baseline(force: Problem, theta: np.ndarray) -> np.ndarray:
+def force_of_baseline(force: HistoryModel, theta: np.ndarray) -> np.ndarray:
     """Return the baseline (m,) [N]."""
-    t, depth = force.sample.t / force.units[2], force.curve.depth[force.curve.kept] / force.units[1]
-    return (theta[-3] + theta[-2] * t + theta[-1] * depth) * force.units[0]
+    t, depth = force.sample.t / force.units.time, force.curve.depth[force.curve.kept] / force.units.depth
+    return (theta[-3] + theta[-2] * t + theta[-1] * depth) * force.units.load
 
 
 # 6. The fit.
-
-STEP = 0.02  # relative change of the sensitivity in the difference quotient
-STRAIN = 0.2  # depth over thickness beyond which linear elasticity is doubtful
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -748,7 +656,7 @@ class ViscoelasticForceFit(Fit):
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the nuisance parameters and the given quantities."""
-        key = lambda name: f"{name}_{NUISANCES.get(name, 'N s/m').replace('/', '_per_').replace(' ', '_')}"
+        key = lambda name: text.key(name, NUISANCES.get(name, "N s/m"))
         return super().to_dict() | {
             "poisson_ratio": self.nu, "thickness_m": plain(self.thickness), **probe_of(self.indenter).key,
             "nuisances": {key(name): [plain(v) for v in row] for name, row in self.nuisances.items()},
@@ -774,11 +682,7 @@ class ViscoelasticForceFit(Fit):
         ]
 
     def _conditions(self) -> list[str]:
-        body = (
-            "a half-space"
-            if self.thickness is None
-            else f"a layer of {self.thickness:.4g} m {'loose on' if self.unbonded else 'bonded to'} a rigid base"
-        )
+        body = text.layer(self.thickness, self.unbonded)
         return [
             f"  the material is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m,"
             f" contact for {self.contact_time:.3g} s"
@@ -802,17 +706,17 @@ def fit_history(
             f"indenter: expected a rigid one with {sought.structure.model.__name__}, got one with a material"
         )
 
-    def prepared(curve: Curve) -> Problem:
-        return Problem.of(curve, indenter, sought, thickness, unbonded, weights, sigma)
+    def prepared(curve: ForceCurve) -> HistoryModel:
+        return HistoryModel.of(curve, indenter, sought, thickness, unbonded, weights, sigma)
 
     # The curve about its contact, which the first comparison of starts finds.
-    whole = Curve.of(data)
+    whole = without_tension(ForceCurve.whole(data))
     coarse = prepared(whole.thinned(2 * ROUGH_POINTS))
-    point = float(coarse.starts()[0][-4]) * coarse.units[1]
-    curve = whole.near_contact(point - (coarse.curve.zero - whole.zero)).thinned()
+    point = float(coarse.starts()[0][-4]) * coarse.units.depth
+    curve = whole.near_contact(point - (coarse.curve.zero - whole.zero)).thinned(MOST)
     force = prepared(curve)
 
-    def searched(force: Problem, starts: list[np.ndarray]) -> tuple[FitProblem, Solved]:
+    def searched(force: HistoryModel, starts: list[np.ndarray]) -> tuple[FitProblem, Solved]:
         problem = FitProblem(data, force.sought, force.space, force.sample, float(force.curve.t[-1]), level)
         return problem, least_squares(problem, force.objective, starts)
 
@@ -824,9 +728,7 @@ def fit_history(
     below, inside = curve.depth[curve.kept] - theta[-4] * deepest, fitted > 0.0
 
     # Notes: on the curve, the model, and the strain.
-    said = list(curve.notes)
-    if curve.each > 1:
-        said.append(f"{t.size} points are means of {curve.each} samples each")
+    said = list(curve.remarks)
     parts = [curve.parts[mark] for mark in dict.fromkeys(marks.tolist())]
     said.append(f"Ting's solution over {', '.join(parts)}")
     if "retract" not in parts:
@@ -837,12 +739,7 @@ def fit_history(
             f" {float(force.history.unit[2]) * duration:.3g} s: without an instantaneous compliance it would resist a jump"
             " of depth without limit; StandardLinearSolid fits this compliance"
         )
-    depth = float(below.max())
-    said += paraboloid_note(indenter, depth, thickness=thickness)
-    if thickness is not None and depth > STRAIN * thickness:
-        said.append(
-            f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"
-        )
+    said += depth_notes(indenter, float(below.max()), thickness)
     if "retract" in parts and fitted[-1] > 0.1 * unit:
         said.append(
             "the curve ends in contact: its baseline after contact is not seen, and drift and creep are less apart"
@@ -855,7 +752,7 @@ def fit_history(
     size, values = force.sought.structure.size, found.common.values
     spread = np.zeros(len(values))
 
-    def parameters(changed: Curve) -> np.ndarray:
+    def log_parameters(changed: ForceCurve) -> np.ndarray:
         again = prepared(changed)
         _, moved = searched(again, [np.clip(theta, *again.space.bounds)])
         own = again.space.opened(moved.theta) * again.space.unit[:size]
@@ -864,40 +761,31 @@ def fit_history(
     causes = []
     if errors:
         by_spring = np.array([float(name != "alpha") for name in values]) * errors.get("spring_constant", 0.0)
-        by_sensitivity = np.zeros(len(values))
+        slopes: Any = 0.0
         if errors.get("sensitivity"):
-            deflection = curve.load / float(spring_constant or 1.0)
-            ends = [
-                parameters(
-                    curve._replace(
-                        load=curve.load * (1.0 + change),
-                        depth=curve.depth - change * (deflection - deflection[0]),
-                    )
-                )
-                for change in (STEP, -STEP)
-            ]
-            by_sensitivity = (
-                (ends[0] - ends[1]) / math.log((1.0 + STEP) / (1.0 - STEP)) * errors["sensitivity"]
+            slopes = by_sensitivity(
+                lambda change: log_parameters(curve.recalibrated(change, spring_constant))
             )
-        spread = np.hypot(by_spring, by_sensitivity)
-        kinds = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
-        causes.append(f"calibration ({kinds})")
+        spread = np.hypot(by_spring, slopes * errors.get("sensitivity", 0.0))
+        causes.append(calibration_in_words(errors))
     nuisances: dict[str, tuple[float, float, float]] = {}
     if dragged is not None:
-        half = noise.two_sided(level, 17) * dragged.sd
+        half = noise.two_sided(level, DEGREES) * dragged.sd
         nuisances["drag"] = dragged.coefficient, dragged.coefficient - half, dragged.coefficient + half
         if dragged.sd > 0.0:
+            changed = [redrawn(max(dragged.coefficient + s * dragged.sd, 0.0)) for s in (1.0, -1.0)]
             ends = [
-                parameters(
-                    Curve.of(redrawn(max(dragged.coefficient + s * dragged.sd, 0.0)))
-                    .near_contact(point)
-                    .thinned()
-                )
-                for s in (1.0, -1.0)
+                log_parameters(without_tension(ForceCurve.whole(one)).near_contact(point).thinned(MOST))
+                for one in changed
             ]
             spread = np.hypot(spread, 0.5 * np.abs(ends[0] - ends[1]))
             causes.append("drag")
-    common = widened(found.common, problem, spread, " and ".join(causes))
+    common = found.common
+    if np.any(spread > 0.0):
+        further = dict(zip(values, spread.tolist(), strict=True))
+        percent = ", ".join(f"{name} {100 * sd:.3g} %" for name, sd in further.items())
+        note = f"the intervals include the standard deviations of the {' and '.join(causes)}: {percent}"
+        common = widened(common, problem, further, note)
 
     rows = np.column_stack([theta, found.ends])[-4:] * force.space.unit[-4:, None]
     rows[0] = curve.inward * (rows[0] + curve.zero)
@@ -912,28 +800,3 @@ def fit_history(
         depth=below, force=force.measured * unit - force_of_baseline(force, theta), model_force=fitted,
         modes=force.modes(theta), contact_time=float(np.ptp(t[inside])) if np.any(inside) else 0.0,
     )  # fmt: skip
-
-
-def widened(fit: Fit, problem: FitProblem, spread: np.ndarray, cause: str) -> Fit:
-    """Return a fit with further standard deviations (p,) of the logarithms of its parameters, which are
-    independent of the noise."""
-    if not np.any(spread > 0.0):
-        return fit
-    z, intervals = noise.two_sided(problem.level), {}
-    for (name, value), sd in zip(fit.values.items(), spread.tolist(), strict=True):
-        low, high = fit.intervals[name]
-        down = math.exp(math.hypot(math.log(value / low), z * sd)) if 0.0 < low <= value else math.inf
-        up = (
-            math.exp(math.hypot(math.log(high / value), z * sd))
-            if value <= high < math.inf and value > 0.0
-            else math.inf
-        )
-        intervals[name] = (value / down, value * up)
-    percent = ", ".join(
-        f"{name} {100 * sd:.3g} %" for name, sd in zip(fit.values, spread.tolist(), strict=True)
-    )
-    note = f"the intervals include the standard deviations of the {cause}: {percent}"
-    sd_log = {name: math.hypot(fit.sd_log[name], sd) for name, sd in zip(fit.values, spread, strict=True)}
-    return dataclasses.replace(
-        fit, **with_intervals(problem, intervals, fit.refused), sd_log=sd_log, notes=(*fit.notes, note)
-    )

@@ -32,7 +32,7 @@ import multiprocessing
 import os
 import re
 import zipfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -44,15 +44,26 @@ from jax import Array, lax
 from tqdm import tqdm
 
 import jaxcontact as jc
-from fitting.data.contact import SEGMENTS, UNTIMED, baseline, signs
-from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
+from fitting.data.contact import (
+    LEAST_CURVE,
+    NO_CONTACT,
+    SEGMENTS,
+    UNTIMED,
+    ForceCurve,
+    ForceUnits,
+    baseline,
+    by_sensitivity,
+    calibration_in_words,
+    signs,
+)
+from fitting.data.indentation import IndentationData, depth_notes, probe_of
 from fitting.fits import force
-from fitting.fits.force import ApproachCurve, fit_force
+from fitting.fits.force import fit_force
 from fitting.fits.indentation import fit_indentation
 from fitting.inference import noise, verdict
 from fitting.inference.noise_of_many import is_doubted, noise_of_one, orthonormal
 from fitting.inference.sample import EXACT, FLAT, NEGLIGIBLE, ROUNDING, SAME
-from fitting.models.thin_layer import LARGEST, Base, ThinLayer, check_unbonded
+from fitting.models.thin_layer import LARGEST, Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.views import output, sheet, text
 from jaxcontact._compile.programs import Program
@@ -105,47 +116,6 @@ def law(depth: Array, layer: Any, power: float) -> Array:
         one, two = series[j] + 2.0 * x * one - two, one
     factor = series[0] + x * one - two
     return jnp.where(inside, jnp.where(chi <= largest * (1.0 + 1e-9), plain * factor, jnp.nan), 0.0)
-
-
-def spikes_of(deviations: Array, pushed: Array, n: Array) -> tuple[Array, Array]:
-    """Return the number of isolated spikes and the largest of them over the force, as ``force.spikes``."""
-    size = jnp.abs(deviations)
-    sigma = jnp.sort(jnp.where(jnp.arange(size.size) < n, size, jnp.inf))[n // 2] / 0.6745
-    beside = jnp.maximum(jnp.pad(size[:-1], (1, 0)), jnp.pad(size[1:], (0, 1)))
-    high = (
-        (size > force.SPIKE * pushed)
-        & (size > force.SPIKE_SEEN * sigma)
-        & (beside <= verdict.ISOLATED * size)
-    )
-    return jnp.sum(high), jnp.max(jnp.where(high, size, 0.0)) / jnp.maximum(pushed, 1e-300)
-
-
-def jump_of(deviations: Array, pushed: Array, n: Array) -> Array:
-    """Return the largest jump over the force, as ``force.jump``."""
-    steps, beside, at = jnp.diff(deviations), force.BESIDE, jnp.arange(deviations.size - 1)
-    size = jnp.abs(steps)
-    sigma = jnp.sort(jnp.where(at < n - 1, size, jnp.inf))[(n - 1) // 2] / 0.6745
-    means = jnp.convolve(deviations, jnp.full(beside, 1.0 / beside), "valid")
-    remains = jnp.pad(means[beside:] - means[:-beside], beside - 1)
-    inside = (at >= beside - 1) & (at < n - beside)
-    jumps = inside & (remains * jnp.sign(steps) > verdict.ISOLATED * size)
-    highest = jnp.max(jnp.where(jumps, size, 0.0))
-    seen = highest > jnp.maximum(force.SPIKE * pushed, force.JUMP_SEEN * sigma)
-    return jnp.where(seen, highest, 0.0) / jnp.maximum(pushed, 1e-300)
-
-
-def rising_of(depth: Array, deviations: Array, model: Array, point: Array, n: Array) -> Array:
-    """Return the rise of the force over that of the model at the end of the indentation, as ``force.rising``."""
-    at = jnp.arange(depth.size)
-    deep = depth >= depth[n - 1] - force.LAST * (depth[n - 1] - point)
-    some = (at < n) & (deep | (at > n - force.BESIDE - 2))
-    x = jnp.where(some, depth - jnp.sum(jnp.where(some, depth, 0.0)) / jnp.sum(some), 0.0)
-    square, lag, rise = x @ x, x @ deviations, x @ model
-    steps = jnp.sort(jnp.where(at[1:] < n, jnp.abs(jnp.diff(deviations)), jnp.inf))
-    sigma = steps[(n - 1) // 2] / 0.6745 / math.sqrt(2.0)
-    flat = (rise > 0.0) & (rise - lag < force.RISING * rise)
-    flat = flat & (lag > force.RISE_SEEN * sigma * jnp.sqrt(square))
-    return jnp.where(flat, 1.0 - lag / jnp.where(rise > 0.0, rise, 1.0), 1.0)
 
 
 def line(curve: Scaled, weights: Array) -> tuple[Array, Array, Array]:
@@ -319,7 +289,9 @@ def fit_one(
     mean = jnp.sum(jnp.where(outside, deviations, 0.0)) / jnp.maximum(before, 1)
     scatter = jnp.sqrt(jnp.sum(jnp.where(outside, (deviations - mean) ** 2, 0.0)) / jnp.maximum(before, 1))
     pushed = one.c * law(depth[n - 1] - p, layer, power)
-    count, highest = spikes_of(deviations, pushed, n)
+    spiky, highest = verdict.spikes(deviations, pushed, n, jnp)
+    jumped = verdict.jump(deviations, pushed, n, jnp)
+    risen = verdict.rising(depth, deviations, one.c * one.f, p, n, jnp)
     doubted = (
         is_doubted(r, slopes, found, n, far) & (total > NEGLIGIBLE * jnp.sum((weights * load) ** 2)) & real
     )
@@ -336,11 +308,7 @@ def fit_one(
         power,
     )
     softer = stiff(shallow.c) - logs[0]
-    wide = jnp.clip((verdict.WINDOW * n).astype(int), 3, n)
-    sums = jnp.concatenate([jnp.zeros(1), jnp.cumsum(deviations)])
-    starts = jnp.arange(N)
-    means = (sums[jnp.minimum(starts + wide, N)] - sums[starts]) / wide
-    trend = jnp.max(jnp.where(starts + wide <= n, jnp.abs(means), 0.0))
+    trend = verdict.trend(deviations, n, jnp)
     # too little of the data explained
     middle = jnp.sum(jnp.where(on, load, 0.0)) / n
     r2 = 1.0 - jnp.sum(deviations**2) / jnp.maximum(jnp.sum(jnp.where(on, (load - middle) ** 2, 0.0)), 1e-300)
@@ -350,9 +318,8 @@ def fit_one(
     return {
         "log_G": logs, "p": p, "contact": jnp.concatenate([p[None], ends]), "baseline": one.b, "tilt": one.k,
         "amplitude": one.c, "r2": r2, "floor": found.ratio, "lag1": found.lag1, "before": before,
-        "scatter": scatter, "pushed": pushed, "spikes": count, "highest": highest,
-        "jumped": jump_of(deviations, pushed, n), "risen": rising_of(depth, deviations, one.c * one.f, p, n),
-        "doubted": doubted, "few": few,
+        "scatter": scatter, "pushed": pushed, "spikes": spiky, "highest": highest,
+        "jumped": jumped, "risen": risen, "doubted": doubted, "few": few,
         "softer": softer, "shift": half - p, "trend": trend, "varied": found.varied, "found": contact,
         "poor": real & ((r2 <= 0.0) | (total >= about * (1.0 - FLAT))), "faint": real & (spread > signal),
         "excess": spread / jnp.maximum(signal, 1e-300), "finite": jnp.all(jnp.isfinite(logs)),
@@ -365,15 +332,10 @@ def fit_one(
 BATCH = 64  # curves of one call of the program
 DEGREE, FINE = 32, 1e-9  # of the series of the factor of a thin sample, and its error
 CALIBRATED = 16  # curves whose intervals are calibrated by simulation
-COARSE = 200  # means of neighbours among which the contact is sought first
 VERDICTS = ("accepted", "rejected", "failed")
 COLOURS = dict(zip(VERDICTS, (sheet.VIOLET, sheet.BLUE, "0.6"), strict=True))
 SIZE = 5.0  # width of a map [inches]
 NUMBERS = re.compile(r"\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
-NO_CONTACT = (
-    "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
-    " indent"
-)
 
 
 @functools.cache
@@ -411,98 +373,96 @@ def coarse_program(power: float) -> Program:
     return Program(found)
 
 
-def series_of(indenter: Any, thickness: float | None, unbonded: bool, nu: float, depth: float) -> Any:
-    """Return the Chebyshev coefficients of the factor of a thin sample up to a depth [m], and chi there; None for a
-    half-space."""
-    if thickness is None:
-        return None
-    layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
-    largest = min(float(layer.scale) * depth ** float(layer.power), LARGEST)
-    x = np.cos(np.pi * (np.arange(64) + 0.5) / 64.0)
-    chi = 0.5 * largest * (x + 1.0)
-    s = 2.0 * np.log1p(chi) / math.log1p(LARGEST) - 1.0
-    factor = np.exp(np.polynomial.chebyshev.chebval(s, np.asarray(layer.series)))
-    series = np.polynomial.chebyshev.chebfit(x, factor, DEGREE)
-    last = np.flatnonzero(np.abs(series) > FINE * np.abs(series).max())[-1]
-    return jnp.asarray(series[: max(int(last), 1) + 1]), jnp.asarray(largest)
-
-
 class Rows(NamedTuple):
-    """Scaled curves (m, N) with their units: load [N], depth [m], time [s] and compliance [1/Pa], (m, 4)."""
+    """Scaled curves t, depth, load (m, N), of n (m,) points each, with what the program needs beside them.
+
+    units (m, 4): load [N], depth [m], time [s] and compliance [1/Pa]; power: of the depth in the law of the indenter;
+    layer: Chebyshev coefficients of the factor of a thin sample up to the largest depth, and chi there, None on a
+    half-space; chi (m,): at the largest depth of each curve; extra (m,): scaled compliance of the indenter.
+    """
 
     t: np.ndarray
     depth: np.ndarray
     load: np.ndarray
     n: np.ndarray
     units: np.ndarray
+    power: float
+    layer: Any
+    chi: np.ndarray
+    extra: np.ndarray
 
     @classmethod
-    def of(cls, curves: Sequence[ApproachCurve], probe: Any, share: float, width: int) -> "Rows":
-        """Return approaches in scaled units, padded to a width with their last points."""
-        arrays, units = np.zeros((3, len(curves), width)), np.zeros((len(curves), 4))
+    def of(
+        cls, curves: Sequence[ForceCurve], indenter: Any, nu: float, thickness: float | None, unbonded: bool
+    ) -> "Rows":
+        """Return approaches in scaled units, padded to a common length with their last points."""
+        probe, share, m = probe_of(indenter), 1.0 - nu, len(curves)
+        n = np.array([one.t.size for one in curves])
+        arrays, units = np.zeros((3, m, nonlinear.length(int(n.max())))), np.zeros((m, 4))
         for i, one in enumerate(curves):
-            load, depth, T, n = float(np.ptp(one.load)), float(one.depth[-1]), float(one.t[-1]), one.t.size
-            above = one.load - float(np.median(one.load[: max(n // 10, 5)]))
-            units[i] = load, depth, T, probe.size * depth**probe.power / (share * load)
-            for k, values in enumerate((one.t / T, one.depth / depth, above / load)):
-                arrays[k, i, :n], arrays[k, i, n:] = values, values[-1]
-        return cls(arrays[0], arrays[1], arrays[2], np.array([one.t.size for one in curves]), units)
+            own = ForceUnits.of(one, float(one.depth[-1]), probe, share)
+            units[i] = own
+            above = one.load - baseline(one.load)
+            for k, values in enumerate((one.t / own.time, one.depth / own.depth, above / own.load)):
+                arrays[k, i, : n[i]], arrays[k, i, n[i] :] = values, values[-1]
+        extra, depth = float(indenter.compliance()) / share / units[:, 3], units[:, 1]
+        if thickness is None:
+            return cls(*arrays, n, units, probe.power, None, np.zeros(m), extra)
 
-    def batches(self, size: int) -> Iterator[slice]:
-        """Yield the slices of batches."""
-        for first in range(0, self.n.size, size):
-            yield slice(first, min(first + size, self.n.size))
+        # the factor of a thin sample, in a series of its own that is as short as the depths of this map allow
+        layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
+        chi = float(layer.scale) * depth ** float(layer.power)
+        largest = min(float(chi.max()), LARGEST)
+        x = np.cos(np.pi * (np.arange(64) + 0.5) / 64.0)
+        s = 2.0 * np.log1p(0.5 * largest * (x + 1.0)) / math.log1p(LARGEST) - 1.0
+        factor = np.exp(np.polynomial.chebyshev.chebval(s, np.asarray(layer.series)))
+        series = np.polynomial.chebyshev.chebfit(x, factor, DEGREE)
+        last = np.flatnonzero(np.abs(series) > FINE * np.abs(series).max())[-1]
+        series = jnp.asarray(series[: max(int(last), 1) + 1]), jnp.asarray(largest)
+        return cls(*arrays, n, units, probe.power, series, chi, extra)
 
-    def padded(self, some: slice, size: int, chi: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the arrays of a batch, filled up with its first curve."""
-        places = np.arange(some.start, some.start + size)
-        places = np.where(places < some.stop, places, some.start)
-        return self.t[places], self.depth[places], self.load[places], self.n[places], chi[places]
+    def batches(self) -> list[tuple[int, np.ndarray]]:
+        """Return the number of curves in each batch, and their places, filled up with the first one."""
+        found = []
+        for first in range(0, self.n.size, BATCH):
+            places, stop = np.arange(first, first + BATCH), min(first + BATCH, self.n.size)
+            found.append((stop - first, np.where(places < stop, places, first)))
+        return found
 
-
-def changing(curve: ApproachCurve) -> bool:
-    """Return whether load, depth and time of a curve change."""
-    return bool(np.ptp(curve.load) > 0.0 and curve.depth[-1] > 0.0 and curve.t[-1] > 0.0)
+    def at(self, places: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the arrays of the curves at some places."""
+        return self.t[places], self.depth[places], self.load[places], self.n[places], self.chi[places]
 
 
 def searched(
-    curves: Sequence[ApproachCurve], indenter: Any, nu: float, thickness: float | None, unbonded: bool, level: float,
+    curves: Sequence[ForceCurve], indenter: Any, nu: float, thickness: float | None, unbonded: bool, level: float,
     threads: int | None = None, done: Callable[[int, dict[str, np.ndarray]], None] | None = None,
 ) -> tuple[dict[str, np.ndarray], Rows]:  # fmt: skip
     """Return the results of ``fit_one`` for approaches, {name: (m, ...)}, and their scaled rows.
 
     threads: number of batches at a time; done(first, results): called after each batch.
     """
-    probe, share = probe_of(indenter), 1.0 - nu
-    longest = max(one.t.size for one in curves)
-    width = nonlinear.length(longest)
-    rows = Rows.of(curves, probe, share, width)
-    layer = series_of(indenter, thickness, unbonded, nu, float(rows.units[:, 1].max()))
-    chi = chi_of(indenter, thickness, rows.units[:, 1])
-    extra = float(indenter.compliance()) / share / rows.units[:, 3]
+    rows = Rows.of(curves, indenter, nu, thickness, unbonded)
     quantiles = {int(n): quantiles_of(int(n), level) for n in np.unique(rows.n)}
     constants = {
         name: np.array([quantiles[int(n)][name] for n in rows.n])
         for name in ("level", "single", "slip", "outlier")
     }
-    run = program(probe.power)
-    size = BATCH
+    run = program(rows.power)
 
-    def batch(some: slice) -> dict[str, np.ndarray]:
-        places = np.arange(some.start, some.start + size)
-        places = np.where(places < some.stop, places, some.start)
+    def batch(count: int, places: np.ndarray) -> dict[str, np.ndarray]:
         own = {name: values[places] for name, values in constants.items()}
-        found = run(rows.padded(some, size, chi), layer, extra[places], own)
-        return {name: np.asarray(values)[: some.stop - some.start] for name, values in found.items()}
+        found = run(rows.at(places), rows.layer, rows.extra[places], own)
+        return {name: np.asarray(values)[:count] for name, values in found.items()}
 
     pieces: list[dict[str, np.ndarray]] = []
     with ThreadPoolExecutor(threads or cores()) as pool:
-        waiting = [pool.submit(batch, some) for some in rows.batches(size)]
+        waiting = [pool.submit(batch, *some) for some in rows.batches()]
         try:
-            for some, one in zip(rows.batches(size), waiting, strict=True):
+            for k, one in enumerate(waiting):
                 pieces.append(one.result())
                 if done is not None:
-                    done(some.start, pieces[-1])
+                    done(k * BATCH, pieces[-1])
         except BaseException:  # Ctrl-C: what waits is not begun
             for one in waiting:
                 one.cancel()
@@ -525,14 +485,6 @@ def quantiles_of(n: int, level: float) -> dict[str, float]:
     }  # fmt: skip
 
 
-def chi_of(indenter: Any, thickness: float | None, depth: np.ndarray) -> np.ndarray:
-    """Return chi of a thin sample at depths (m,) [m]; 0 on a half-space."""
-    if thickness is None:
-        return np.zeros(depth.size)
-    layer = ThinLayer.of(indenter, thickness, 0.5)
-    return float(layer.scale) * depth ** float(layer.power)
-
-
 def theory_of(
     c: Array, p: Array, b: Array, k: Array, t: Array, depth: Array, layer: Any, *, power: float
 ) -> tuple[Array, Array]:
@@ -543,15 +495,7 @@ def theory_of(
     return model(x), rows.at[0].multiply(c)
 
 
-def calibrated(
-    found: dict[str, np.ndarray],
-    rows: Rows,
-    good: np.ndarray,
-    indenter: Any,
-    layer: Any,
-    chi: np.ndarray,
-    level: float,
-) -> np.ndarray:
+def calibrated(found: dict[str, np.ndarray], rows: Rows, good: np.ndarray, level: float) -> np.ndarray:
     """Return the factors (2,) on the half widths of modulus and contact point: medians over some of the accepted curves.
 
     The factor of a curve is that of ``noise.Calibration``, which simulates its noise; those of the curves of a map differ by
@@ -562,13 +506,14 @@ def calibrated(
         return np.ones(2)
     order = places[np.argsort(found["floor"][places], kind="stable")]
     some = order[np.unique(np.linspace(0, order.size - 1, min(order.size, CALIBRATED)).round().astype(int))]
-    power, factors = probe_of(indenter).power, []
+    factors = []
     for i in some:
         n = int(rows.n[i])
-        own = None if layer is None else (*layer, chi[i])
+        own = None if rows.layer is None else (*rows.layer, rows.chi[i])
         given = [jnp.asarray(found[name][i]) for name in ("amplitude", "p", "baseline", "tilt")]
         fitted, slopes = (
-            np.asarray(v)[..., :n] for v in _theory_of(*given, rows.t[i], rows.depth[i], own, power=power)
+            np.asarray(v)[..., :n]
+            for v in _theory_of(*given, rows.t[i], rows.depth[i], own, power=rows.power)
         )
         size = np.abs(fitted)
         weights = 1.0 / np.hypot(found["floor"][i], fitted)
@@ -596,7 +541,7 @@ _theory_of = Program(theory_of, static_argnames=("power",))
 class Prepared(NamedTuple):
     """The approaches of a map that can be fitted, their places among its curves, and {place: reason} of the others."""
 
-    approaches: list[ApproachCurve]
+    approaches: list[ForceCurve]
     places: np.ndarray
     failed: dict[int, str]
 
@@ -627,8 +572,8 @@ def data_of(depth: Any, load: Any, t: Any) -> list[Any]:
             raise ValueError(f"t: expected {d.size} times of curve {k}, got {s.size}")
         on = np.isfinite(d) & np.isfinite(F) & np.isfinite(s)
         d, F, s = d[on], F[on], s[on]
-        if d.size < force.LEAST:
-            found.append(f"expected at least {force.LEAST} points, got {d.size}")
+        if d.size < LEAST_CURVE:
+            found.append(f"expected at least {LEAST_CURVE} points, got {d.size}")
             continue
         inward, _ = signs(F - baseline(F), d)
         marks = np.full(d.size, SEGMENTS[2], dtype="<U8")
@@ -652,48 +597,308 @@ def data_of(depth: Any, load: Any, t: Any) -> list[Any]:
 def prepared(
     curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, unbonded: bool
 ) -> Prepared:
-    """Return the approaches, with at most ``BASE`` largest depths of baseline before the contact, and ``MOST`` points."""
+    """Return the approaches about the contact, as ``fit_force`` takes them."""
     whole, places, failed = [], [], {}
     for k, data in enumerate(curves):
         if isinstance(data, str):
             failed[k] = data
             continue
         try:
-            one = ApproachCurve.of(data)
+            one = ForceCurve.approach(data)
         except (ValueError, RuntimeError) as error:
             failed[k] = str(error)
             continue
-        if one.t.size >= force.LEAST and changing(one):
+        if one.t.size >= LEAST_CURVE and np.ptp(one.load) > 0.0 and one.depth[-1] > 0.0 and one.t[-1] > 0.0:
             whole.append(one)
             places.append(k)
         else:
             failed[k] = (
-                f"data: expected load, depth and time to change over at least {force.LEAST} points, got ranges"
+                f"data: expected load, depth and time to change over at least {LEAST_CURVE} points, got ranges"
                 f" {np.ptp(one.load):g} N, {one.depth[-1]:g} m, {one.t[-1]:g} s over {one.t.size} points"
             )
     if not whole:
         return Prepared([], np.zeros(0, dtype=int), failed)
     # the contact points among the trial points, on a few means of neighbours
-    few = [one.thinned(COARSE) for one in whole]
-    probe = probe_of(indenter)
-    rows = Rows.of(few, probe, 1.0 - nu, nonlinear.length(max(one.t.size for one in few)))
-    layer = series_of(indenter, thickness, unbonded, nu, float(rows.units[:, 1].max()))
-    chi, run, points = chi_of(indenter, thickness, rows.units[:, 1]), coarse_program(probe.power), []
-    for some in rows.batches(BATCH):
-        points.append(np.asarray(run(rows.padded(some, BATCH, chi), layer))[: some.stop - some.start])
+    few = [one.thinned(force.COARSE) for one in whole]
+    rows = Rows.of(few, indenter, nu, thickness, unbonded)
+    run = coarse_program(rows.power)
+    points = [np.asarray(run(rows.at(places), rows.layer))[:count] for count, places in rows.batches()]
     approaches, kept = [], []
     for one, k, thin, share in zip(whole, places, few, np.concatenate(points), strict=True):
         if share < 0.0:
             failed[k] = NO_CONTACT
             continue
-        point = share * float(thin.depth[-1])
-        first = int(np.argmax(one.depth >= point - force.BASE * (one.depth[-1] - point)))
-        if first:
-            note = f"baseline: {first} points further than {force.BASE:g} largest depths from the contact left out"
-            one = one.since(first)._replace(notes=(*one.notes, note))
-        approaches.append(one.thinned())
+        approaches.append(one.near_contact(share * float(thin.depth[-1])).thinned(force.MOST))
         kept.append(k)
     return Prepared(approaches, np.array(kept, dtype=int), failed)
+
+
+# The fits of a map, together or one by one, and where their results are kept.
+
+
+class Store:
+    """Results of curves in a folder, one file for each finished batch, found by the content of a curve and the options."""
+
+    def __init__(self, folder: Any, options: Any) -> None:
+        self.folder = None if folder is None else Path(folder)
+        self.options = f"{jc.__version__} {options!r}".encode()
+        self.known: dict[bytes, tuple[dict[str, np.ndarray], int]] = {}
+        if self.folder is not None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            for path in sorted(self.folder.glob("*.npz")):
+                with (
+                    contextlib.suppress(OSError, ValueError, KeyError, zipfile.BadZipFile),
+                    np.load(path) as file,
+                ):
+                    arrays = {name: file[name] for name in file.files}
+                    keys = arrays.pop("keys")
+                    self.known |= {row.tobytes(): (arrays, k) for k, row in enumerate(keys)}
+
+    def key(self, *arrays: np.ndarray) -> bytes:
+        """Return the key of a curve from its arrays, of numbers or of text."""
+        digest = hashlib.sha1(self.options, usedforsecurity=False)
+        for one in arrays:
+            digest.update(
+                repr(one.tolist()).encode() if one.dtype.kind == "U" else one.astype(float).tobytes()
+            )
+        return digest.digest()
+
+    def add(self, keys: Sequence[bytes], arrays: dict[str, np.ndarray]) -> None:
+        """Keep the results of a batch."""
+        self.known |= {one: (arrays, k) for k, one in enumerate(keys)}
+        if self.folder is not None and keys:
+            rows = np.frombuffer(b"".join(keys), dtype=np.uint8).reshape(len(keys), -1)
+            path = self.folder / f"{keys[0].hex()}.npz"
+            output.write(path, lambda partial: _save(partial, {"keys": rows, **arrays}))
+
+    def gathered(self, keys: Sequence[bytes]) -> dict[str, np.ndarray]:
+        """Return the results of curves, {name: (m, ...)}."""
+        parts = [self.known[one] for one in keys]
+        return {name: np.stack([arrays[name][k] for arrays, k in parts]) for name in parts[0][0]}
+
+
+def _save(path: Path, arrays: dict[str, np.ndarray]) -> None:
+    with path.open("wb") as file:
+        np.savez(file, **arrays)  # type: ignore[arg-type]
+
+
+def empty(m: int) -> dict[str, Any]:
+    """Return the arrays of m failed curves."""
+    of = lambda *shape: np.full((m, *shape), np.nan)
+    return {
+        "G": of(3), "work": of(3), "contact": of(3), "r2": of(), "noise": of(), "depth": of(), "baseline": of(),
+        "tilt": of(), "verdict": np.full(m, VERDICTS[2], dtype="<U8"), "reason": [""] * m, "notes": [()] * m,
+    }  # fmt: skip
+
+
+def all_together(
+    curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, unbonded: bool, errors: dict[str, float],
+    spring_constant: float | None, level: float, kept: Store, threads: int | None, progress: bool,
+) -> tuple[dict[str, Any], np.ndarray]:  # fmt: skip
+    """Return the arrays of a map that the compiled program fits, and the factors of the calibration."""
+    ready, out = prepared(curves, indenter, nu, thickness, unbonded), empty(len(curves))
+    for k, why in ready.failed.items():
+        out["reason"][k] = why
+    if not ready.approaches:
+        return out, np.ones(2)
+    keys = [kept.key(one.t, one.load, one.depth) for one in ready.approaches]
+    missing = [i for i, one in enumerate(keys) if one not in kept.known]
+    with tqdm(
+        total=len(missing), unit="curve", desc="fitting", disable=None if progress else True, leave=False
+    ) as bar:
+
+        def done(first: int, found: dict[str, np.ndarray]) -> None:
+            count = len(found["r2"])
+            kept.add([keys[i] for i in missing[first : first + count]], found)
+            bar.update(count)
+
+        if missing:
+            searched(
+                [ready.approaches[i] for i in missing],
+                indenter,
+                nu,
+                thickness,
+                unbonded,
+                level,
+                threads,
+                done,
+            )
+    found = kept.gathered(keys)
+    rows = Rows.of(ready.approaches, indenter, nu, thickness, unbonded)
+    fill(out, found, rows, ready, thickness, indenter, [getattr(one, "notes", ()) for one in curves])
+    # half widths with the factors of the calibration, then the change with half the depth, which noise does not include
+    good = out["verdict"][ready.places] == VERDICTS[0]
+    factors = calibrated(found, rows, good, level)
+    found_left = found["doubted"] & ~found["few"] & (out["stage"][ready.places] == "")
+    logs, contact = found["log_G"], found["contact"]
+    sides = np.array([-1.0, 1.0])
+    left = [np.where(found_left, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "shift")]
+    logs = np.column_stack([logs[:, 0], logs[:, :1] + factors[0] * (logs[:, 1:] - logs[:, :1]) + left[0]])
+    contact = np.column_stack(
+        [
+            contact[:, 0],
+            np.clip(contact[:, :1] + factors[1] * (contact[:, 1:] - contact[:, :1]) + left[1], 0.0, 1.0),
+        ]
+    )
+    # errors of the calibration of the cantilever (``data/contact.py``, ``conclusion.widened``)
+    slope = np.zeros(len(keys))
+    if errors.get("sensitivity"):
+
+        def log_moduli(change: float) -> np.ndarray:
+            moved = [one.recalibrated(change, spring_constant) for one in ready.approaches]
+            other, scaled = searched(moved, indenter, nu, thickness, unbonded, level, threads)
+            return other["log_G"][:, 0] - np.log(scaled.units[:, 3])
+
+        slope = by_sensitivity(log_moduli)
+    total = np.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
+    half = np.hypot(logs[:, 1:] - logs[:, :1], noise.two_sided(level) * total[:, None])
+    logs[:, 1:] = logs[:, :1] + sides * half
+    if errors:
+        note = f"the interval of the modulus includes the standard deviation of the {calibration_in_words(errors)}"
+        for k in ready.places:
+            out["notes"][k] = (*out["notes"][k], note)
+    with np.errstate(over="ignore"):
+        out["G"][ready.places] = np.exp(logs) / rows.units[:, 3:]
+    zero = np.array([one.zero for one in ready.approaches])
+    inward = np.array([one.inward for one in ready.approaches])
+    depths = inward[:, None] * (contact * rows.units[:, 1:2] + zero[:, None])
+    out["contact"][ready.places] = np.where(inward[:, None] < 0, depths[:, [0, 2, 1]], depths)
+    return out, factors
+
+
+def fill(
+    out: dict[str, Any],
+    found: dict[str, np.ndarray],
+    rows: Rows,
+    ready: Prepared,
+    thickness: float | None,
+    indenter: Any,
+    notes: Sequence[tuple[str, ...]],
+) -> None:
+    """Enter verdicts with reasons and notes, in the words of ``fit_force``, and what needs no interval."""
+    load, depth, T, _ = rows.units.T
+    places = ready.places
+    out["r2"][places], out["noise"][places] = found["r2"], found["scatter"] * load
+    out["depth"][places] = (1.0 - found["contact"][:, 0]) * depth
+    out["baseline"][places], out["tilt"][places] = found["baseline"] * load, found["tilt"] * load / T
+    out["stage"] = np.full(len(out["r2"]), "", dtype="<U8")
+    for i, (k, one) in enumerate(zip(places, ready.approaches, strict=True)):
+        if not found["found"][i]:
+            out["reason"][k], out["stage"][k] = NO_CONTACT, "failed"
+            continue
+        said, why = [*notes[k], *one.remarks, *depth_notes(indenter, float(out["depth"][k]), thickness)], []
+        of = lambda name: found[name][i].item()  # noqa: B023
+        bad = verdict.unusable(
+            of("before"), int(rows.n[i]), of("spikes"), of("highest"), of("jumped"), of("risen"), of("pushed"),
+            of("scatter"), float(load[i]),
+        )  # fmt: skip
+        if bad:
+            why, out["stage"][k] = [bad], "unusable"
+        elif of("doubted") and of("few"):
+            why = [verdict.TOO_FEW]
+        elif of("doubted"):
+            refused = of("trend") > force.TREND or abs(of("softer")) > force.CHANGE
+            words = force.trend_words(
+                of("trend"), of("softer"), refused, float(load[i]), thickness is not None
+            )
+            (why if refused else said).append(words)
+        if of("poor"):
+            why.append(verdict.no_better(of("r2")))
+        if of("faint"):
+            why.append(verdict.scattered(of("excess")))
+        if of("varied"):
+            said.append("the noise changes along the depth; the intervals allow for it")
+        out["verdict"][k] = VERDICTS[1] if why or not of("finite") else VERDICTS[0]
+        out["reason"][k], out["notes"][k] = "; ".join(why), tuple(said)
+
+
+def each_alone(
+    curves: Sequence[Any], given: dict[str, Any], kept: Store, processes: int | None, progress: bool
+) -> dict[str, Any]:
+    """Return the arrays of a map whose curves are fitted one by one, by ``fit_force`` or ``fit_indentation``."""
+    out, keys = empty(len(curves)), {}
+    for k, one in enumerate(curves):
+        if isinstance(one, str):
+            out["reason"][k] = one
+        else:
+            # with the segments, of which a fit takes one or two, and the notes, which are stored with it
+            keys[k] = kept.key(one.t, one.load, one.depth, one.segments, np.array(one.notes, dtype=str))
+    missing = [k for k in keys if keys[k] not in kept.known]
+    count = min(processes or cores(), max(len(missing), 1))
+    with tqdm(
+        total=len(missing), unit="curve", desc="fitting", disable=None if progress else True, leave=False
+    ) as bar:
+        run = functools.partial(fitted_alone, **given)
+        with contextlib.ExitStack() as stack:
+            if count > 1:
+                context = multiprocessing.get_context("spawn")
+                pool = stack.enter_context(ProcessPoolExecutor(count, mp_context=context))
+                results = pool.map(run, [curves[k] for k in missing])
+            else:
+                results = map(run, [curves[k] for k in missing])
+            for first in range(0, len(missing), BATCH):
+                some = missing[first : first + BATCH]
+                parts = []
+                for _ in some:
+                    parts.append(next(iter(results)))
+                    bar.update()
+                kept.add(
+                    [keys[k] for k in some],
+                    {name: np.array([one[name] for one in parts]) for name in parts[0]},
+                )
+    for k, key in keys.items():
+        arrays, i = kept.known[key]
+        numbers = arrays["numbers"][i]
+        for name, value in zip(("G", "work", "contact"), numbers[:9].reshape(3, 3), strict=True):
+            out[name][k] = value
+        for name, value in zip(("r2", "noise", "depth", "baseline", "tilt"), numbers[9:], strict=True):
+            out[name][k] = value
+        out["verdict"][k], out["reason"][k], notes = (
+            str(arrays[name][i]) for name in ("verdict", "reason", "notes")
+        )
+        out["notes"][k] = tuple(notes.split("\n")) if notes else ()
+    return out
+
+
+def fitted_alone(data: IndentationData, **given: Any) -> dict[str, Any]:
+    """Return the fit of one curve as numbers and text."""
+    adhesion, numbers = given.pop("adhesion"), np.full(14, np.nan)
+    try:
+        if adhesion is None:
+            fit: Any = fit_force(data, **given)
+            scatter = (
+                float(np.std((fit.force - fit.model_force)[fit.depth < 0.0]))
+                if np.any(fit.depth < 0.0)
+                else math.nan
+            )
+            rest = [fit.depth.max(), fit.nuisances["baseline"][0], fit.nuisances["tilt"][0]]
+            point, work = fit.nuisances["contact_point"], [math.nan] * 3
+        else:
+            names = (
+                "indenter",
+                "nu",
+                "thickness",
+                "substrate",
+                "unbonded",
+                "weights",
+                "sigma",
+                "bounds",
+                "level",
+            )
+            own = {name: given[name] for name in names if given[name] is not None}
+            fit = fit_indentation(
+                data, jc.Elastic, control="depth", adhesion="JKR", contact_point="fit", **own
+            )
+            scatter = float(np.std(fit.curve[3] - fit.fitted))
+            point = fit.nuisances["contact_point"]
+            work = [fit.values["work"], *fit.intervals["work"]]
+            rest = [float(data.depth.max()) - point[0], math.nan, math.nan]
+    except (ValueError, RuntimeError) as error:
+        return {"numbers": numbers, "verdict": VERDICTS[2], "reason": str(error), "notes": ""}
+    numbers[:] = [fit.values["G"], *fit.intervals["G"], *work, *point, fit.r2, scatter, *rest]
+    return {
+        "numbers": numbers, "verdict": fit.verdict, "reason": "; ".join(fit.refused), "notes": "\n".join(fit.notes),
+    }  # fmt: skip
 
 
 # The result, and the public function.
@@ -1003,8 +1208,7 @@ def fit_map(
         [ True  True  True  True] [[ 300.  500.]
          [ 800. 1200.]]
     """
-    force.check_options(indenter, nu, thickness, substrate, errors, spring_constant)
-    check_unbonded(unbonded, thickness)
+    force.check_options(indenter, nu, thickness, substrate, unbonded, errors, spring_constant)
     if adhesion is not None and str(adhesion).upper() != "JKR":
         raise ValueError(f'adhesion: expected "JKR" or None, got {adhesion!r}')
     if not 0.0 < level < 1.0:
@@ -1084,296 +1288,3 @@ def scan_of(x: np.ndarray, y: np.ndarray) -> tuple[int, int] | None:
         np.abs(np.diff(Y[:, 0])) > 0.0
     )
     return (x.size // columns, columns) if straight and rising and np.unique(Y[:, 0]).size == len(Y) else None
-
-
-class Store:
-    """Results of curves in a folder, one file for each finished batch, found by the content of a curve and the options."""
-
-    def __init__(self, folder: Any, options: Any) -> None:
-        self.folder = None if folder is None else Path(folder)
-        self.options = f"{jc.__version__} {options!r}".encode()
-        self.known: dict[bytes, tuple[dict[str, np.ndarray], int]] = {}
-        if self.folder is not None:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            for path in sorted(self.folder.glob("*.npz")):
-                with (
-                    contextlib.suppress(OSError, ValueError, KeyError, zipfile.BadZipFile),
-                    np.load(path) as file,
-                ):
-                    arrays = {name: file[name] for name in file.files}
-                    keys = arrays.pop("keys")
-                    self.known |= {row.tobytes(): (arrays, k) for k, row in enumerate(keys)}
-
-    def key(self, *arrays: np.ndarray) -> bytes:
-        """Return the key of a curve from its arrays, of numbers or of text."""
-        digest = hashlib.sha1(self.options, usedforsecurity=False)
-        for one in arrays:
-            digest.update(
-                repr(one.tolist()).encode() if one.dtype.kind == "U" else one.astype(float).tobytes()
-            )
-        return digest.digest()
-
-    def add(self, keys: Sequence[bytes], arrays: dict[str, np.ndarray]) -> None:
-        """Keep the results of a batch."""
-        self.known |= {one: (arrays, k) for k, one in enumerate(keys)}
-        if self.folder is not None and keys:
-            rows = np.frombuffer(b"".join(keys), dtype=np.uint8).reshape(len(keys), -1)
-            path = self.folder / f"{keys[0].hex()}.npz"
-            output.write(path, lambda partial: _save(partial, {"keys": rows, **arrays}))
-
-    def gathered(self, keys: Sequence[bytes]) -> dict[str, np.ndarray]:
-        """Return the results of curves, {name: (m, ...)}."""
-        parts = [self.known[one] for one in keys]
-        return {name: np.stack([arrays[name][k] for arrays, k in parts]) for name in parts[0][0]}
-
-
-def _save(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    with path.open("wb") as file:
-        np.savez(file, **arrays)  # type: ignore[arg-type]
-
-
-def empty(m: int) -> dict[str, Any]:
-    """Return the arrays of m failed curves."""
-    of = lambda *shape: np.full((m, *shape), np.nan)
-    return {
-        "G": of(3), "work": of(3), "contact": of(3), "r2": of(), "noise": of(), "depth": of(), "baseline": of(),
-        "tilt": of(), "verdict": np.full(m, VERDICTS[2], dtype="<U8"), "reason": [""] * m, "notes": [()] * m,
-    }  # fmt: skip
-
-
-def all_together(
-    curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, unbonded: bool, errors: dict[str, float],
-    spring_constant: float | None, level: float, kept: Store, threads: int | None, progress: bool,
-) -> tuple[dict[str, Any], np.ndarray]:  # fmt: skip
-    """Return the arrays of a map that the compiled program fits, and the factors of the calibration."""
-    ready, out = prepared(curves, indenter, nu, thickness, unbonded), empty(len(curves))
-    for k, why in ready.failed.items():
-        out["reason"][k] = why
-    if not ready.approaches:
-        return out, np.ones(2)
-    keys = [kept.key(one.t, one.load, one.depth) for one in ready.approaches]
-    missing = [i for i, one in enumerate(keys) if one not in kept.known]
-    with tqdm(
-        total=len(missing), unit="curve", desc="fitting", disable=None if progress else True, leave=False
-    ) as bar:
-
-        def done(first: int, found: dict[str, np.ndarray]) -> None:
-            count = len(found["r2"])
-            kept.add([keys[i] for i in missing[first : first + count]], found)
-            bar.update(count)
-
-        if missing:
-            searched(
-                [ready.approaches[i] for i in missing],
-                indenter,
-                nu,
-                thickness,
-                unbonded,
-                level,
-                threads,
-                done,
-            )
-    found = kept.gathered(keys)
-    width = nonlinear.length(max(one.t.size for one in ready.approaches))
-    rows = Rows.of(ready.approaches, probe_of(indenter), 1.0 - nu, width)
-    fill(out, found, rows, ready, thickness, indenter, [getattr(one, "notes", ()) for one in curves])
-    # half widths with the factors of the calibration, then the change with half the depth, which noise does not include
-    layer = series_of(indenter, thickness, unbonded, nu, float(rows.units[:, 1].max()))
-    good = out["verdict"][ready.places] == VERDICTS[0]
-    chi = chi_of(indenter, thickness, rows.units[:, 1])
-    factors = calibrated(found, rows, good, indenter, layer, chi, level)
-    found_left = found["doubted"] & ~found["few"] & (out["stage"][ready.places] == "")
-    logs, contact = found["log_G"], found["contact"]
-    sides = np.array([-1.0, 1.0])
-    left = [np.where(found_left, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "shift")]
-    logs = np.column_stack([logs[:, 0], logs[:, :1] + factors[0] * (logs[:, 1:] - logs[:, :1]) + left[0]])
-    contact = np.column_stack(
-        [
-            contact[:, 0],
-            np.clip(contact[:, :1] + factors[1] * (contact[:, 1:] - contact[:, :1]) + left[1], 0.0, 1.0),
-        ]
-    )
-    # errors of the calibration of the cantilever (``force.widened``)
-    slope = np.zeros(len(keys))
-    if errors.get("sensitivity"):
-        ends = []
-        for change in (force.STEP, -force.STEP):
-            moved = []
-            for one in ready.approaches:
-                bent = one.load / float(spring_constant or 1.0)
-                moved.append(
-                    one._replace(load=one.load * (1.0 + change), depth=one.depth - change * (bent - bent[0]))
-                )
-            other, scaled = searched(moved, indenter, nu, thickness, unbonded, level, threads)
-            ends.append(other["log_G"][:, 0] - np.log(scaled.units[:, 3]))
-        slope = (ends[0] - ends[1]) / math.log((1.0 + force.STEP) / (1.0 - force.STEP))
-    total = np.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
-    half = np.hypot(logs[:, 1:] - logs[:, :1], noise.two_sided(level) * total[:, None])
-    logs[:, 1:] = logs[:, :1] + sides * half
-    if errors:
-        kinds = ", ".join(f"{name.replace('_', ' ')} {100 * value:.3g} %" for name, value in errors.items())
-        note = f"the interval of the modulus includes the standard deviation of the calibration ({kinds})"
-        for k in ready.places:
-            out["notes"][k] = (*out["notes"][k], note)
-    with np.errstate(over="ignore"):
-        out["G"][ready.places] = np.exp(logs) / rows.units[:, 3:]
-    zero = np.array([one.zero for one in ready.approaches])
-    inward = np.array([one.inward for one in ready.approaches])
-    depths = inward[:, None] * (contact * rows.units[:, 1:2] + zero[:, None])
-    out["contact"][ready.places] = np.where(inward[:, None] < 0, depths[:, [0, 2, 1]], depths)
-    return out, factors
-
-
-def fill(
-    out: dict[str, Any],
-    found: dict[str, np.ndarray],
-    rows: Rows,
-    ready: Prepared,
-    thickness: float | None,
-    indenter: Any,
-    notes: Sequence[tuple[str, ...]],
-) -> None:
-    """Enter verdicts with reasons and notes, in the words of ``fit_force``, and what needs no interval."""
-    load, depth, T, _ = rows.units.T
-    places = ready.places
-    out["r2"][places], out["noise"][places] = found["r2"], found["scatter"] * load
-    out["depth"][places] = (1.0 - found["contact"][:, 0]) * depth
-    out["baseline"][places], out["tilt"][places] = found["baseline"] * load, found["tilt"] * load / T
-    out["stage"] = np.full(len(out["r2"]), "", dtype="<U8")
-    for i, (k, one) in enumerate(zip(places, ready.approaches, strict=True)):
-        if not found["found"][i]:
-            out["reason"][k], out["stage"][k] = NO_CONTACT, "failed"
-            continue
-        said, why = [*notes[k], *one.notes], []
-        if one.each > 1:
-            said.append(f"{one.t.size} points are means of {one.each} samples each")
-        deep = float(out["depth"][k])
-        said += paraboloid_note(indenter, deep, thickness=thickness)
-        if thickness is not None and deep > force.STRAIN * thickness:
-            said.append(
-                f"the depth is {deep / thickness:.2g} of the thickness: beyond {force.STRAIN:g} linear elasticity is"
-                " doubtful"
-            )
-        of = lambda name: found[name][i].item()  # noqa: B023
-        pushed, high = of("pushed"), of("highest")
-        bad = force.unusable(
-            of("before"),
-            int(rows.n[i]),
-            of("spikes"),
-            high * pushed,
-            of("jumped") * pushed,
-            of("risen"),
-            pushed,
-            of("scatter"),
-            float(load[i]),
-        )
-        if bad:
-            why, out["stage"][k] = [bad], "unusable"
-        elif of("doubted") and of("few"):
-            why = ["too few points in contact to judge the trend of the residuals"]
-        elif of("doubted"):
-            refused = of("trend") > force.TREND or abs(of("softer")) > force.CHANGE
-            words = force.trend_words(
-                of("trend"), of("softer"), refused, float(load[i]), thickness is not None
-            )
-            (why if refused else said).append(words)
-        if of("poor"):
-            why.append(f"the model describes the data no better than a constant: R2 = {of('r2'):.3g}")
-        if of("faint"):
-            why.append(
-                "the scatter of the points exceeds the signal: its standard deviation is"
-                f" {100 * of('excess'):.3g} % of the fitted values"
-            )
-        if of("varied"):
-            said.append("the noise changes along the depth; the intervals allow for it")
-        out["verdict"][k] = VERDICTS[1] if why or not of("finite") else VERDICTS[0]
-        out["reason"][k], out["notes"][k] = "; ".join(why), tuple(said)
-
-
-def each_alone(
-    curves: Sequence[Any], given: dict[str, Any], kept: Store, processes: int | None, progress: bool
-) -> dict[str, Any]:
-    """Return the arrays of a map whose curves are fitted one by one, by ``fit_force`` or ``fit_indentation``."""
-    out, keys = empty(len(curves)), {}
-    for k, one in enumerate(curves):
-        if isinstance(one, str):
-            out["reason"][k] = one
-        else:
-            # with the segments, of which a fit takes one or two, and the notes, which are stored with it
-            keys[k] = kept.key(one.t, one.load, one.depth, one.segments, np.array(one.notes, dtype=str))
-    missing = [k for k in keys if keys[k] not in kept.known]
-    count = min(processes or cores(), max(len(missing), 1))
-    with tqdm(
-        total=len(missing), unit="curve", desc="fitting", disable=None if progress else True, leave=False
-    ) as bar:
-        run = functools.partial(fitted_alone, **given)
-        with contextlib.ExitStack() as stack:
-            if count > 1:
-                context = multiprocessing.get_context("spawn")
-                pool = stack.enter_context(ProcessPoolExecutor(count, mp_context=context))
-                results = pool.map(run, [curves[k] for k in missing])
-            else:
-                results = map(run, [curves[k] for k in missing])
-            for first in range(0, len(missing), BATCH):
-                some = missing[first : first + BATCH]
-                parts = []
-                for _ in some:
-                    parts.append(next(iter(results)))
-                    bar.update()
-                kept.add(
-                    [keys[k] for k in some],
-                    {name: np.array([one[name] for one in parts]) for name in parts[0]},
-                )
-    for k, key in keys.items():
-        arrays, i = kept.known[key]
-        numbers = arrays["numbers"][i]
-        for name, value in zip(("G", "work", "contact"), numbers[:9].reshape(3, 3), strict=True):
-            out[name][k] = value
-        for name, value in zip(("r2", "noise", "depth", "baseline", "tilt"), numbers[9:], strict=True):
-            out[name][k] = value
-        out["verdict"][k], out["reason"][k], notes = (
-            str(arrays[name][i]) for name in ("verdict", "reason", "notes")
-        )
-        out["notes"][k] = tuple(notes.split("\n")) if notes else ()
-    return out
-
-
-def fitted_alone(data: IndentationData, **given: Any) -> dict[str, Any]:
-    """Return the fit of one curve as numbers and text."""
-    adhesion, numbers = given.pop("adhesion"), np.full(14, np.nan)
-    try:
-        if adhesion is None:
-            fit: Any = fit_force(data, **given)
-            scatter = (
-                float(np.std((fit.force - fit.model_force)[fit.depth < 0.0]))
-                if np.any(fit.depth < 0.0)
-                else math.nan
-            )
-            rest = [fit.depth.max(), fit.nuisances["baseline"][0], fit.nuisances["tilt"][0]]
-            point, work = fit.nuisances["contact_point"], [math.nan] * 3
-        else:
-            names = (
-                "indenter",
-                "nu",
-                "thickness",
-                "substrate",
-                "unbonded",
-                "weights",
-                "sigma",
-                "bounds",
-                "level",
-            )
-            own = {name: given[name] for name in names if given[name] is not None}
-            fit = fit_indentation(
-                data, jc.Elastic, control="depth", adhesion="JKR", contact_point="fit", **own
-            )
-            scatter = float(np.std(fit.curve[3] - fit.fitted))
-            point = fit.nuisances["contact_point"]
-            work = [fit.values["work"], *fit.intervals["work"]]
-            rest = [float(data.depth.max()) - point[0], math.nan, math.nan]
-    except (ValueError, RuntimeError) as error:
-        return {"numbers": numbers, "verdict": VERDICTS[2], "reason": str(error), "notes": ""}
-    numbers[:] = [fit.values["G"], *fit.intervals["G"], *work, *point, fit.r2, scatter, *rest]
-    return {
-        "numbers": numbers, "verdict": fit.verdict, "reason": "; ".join(fit.refused), "notes": "\n".join(fit.notes),
-    }  # fmt: skip

@@ -108,8 +108,7 @@ def search_half_space(press: IndentationProblem) -> Found:
     objective = _objective(press, whole, knots, values, kind)
     coarse = _objective(press, few, knots, values, kind) if few.size < n else objective
     low = nonlinear.minimise_from(coarse, starts)
-    best = low if coarse is objective else nonlinear.minimise(objective, low.theta)
-    best = best._replace(starts=low.starts, agreed=low.agreed, others=low.others)
+    best = low if coarse is objective else nonlinear.minimise(objective, low.theta).after(low)
 
     # Notes: the strain of a layer is large, or the contact shrinks.
     notes = list(press.notes)
@@ -211,8 +210,7 @@ def _half_space_moves(
 
     def layer(value: Any) -> ThinLayer:
         base = Base(bonded=not press.pressing.unbonded)
-        factor = ThinLayer.of(press.pressing.indenter, **(held | {name: value}), base=base)
-        return factor._replace(scale=factor.scale * units.depth**factor.power)
+        return ThinLayer.of(press.pressing.indenter, **(held | {name: value}), base=base).over(units.depth)
 
     change = jax.jvp(layer, (held[name],), (1.0,))[1]
     slope = np.asarray(halfspace.layer_slope(best.theta, curve, change, kind))
@@ -448,10 +446,9 @@ class IndentationFit(Fit):
 
     def to_dict(self) -> dict[str, Any]:
         """Return ``Fit.to_dict`` with the nuisance parameters and the quantities on which the moduli are conditional."""
-        key = lambda name: f"{name}_{NUISANCES[name].replace('/', '_per_')}"
         return super().to_dict() | {
             "control": self.control,
-            "nuisances": {key(name): plain(row) for name, row in self.nuisances.items()},
+            "nuisances": {text.key(name, NUISANCES[name]): plain(row) for name, row in self.nuisances.items()},
             **probe_of(self.indenter).key, "poisson_ratio": self.nu,
             "bulk_modulus_Pa": self.bulk_modulus,
             "film_thickness_m": plain(self.film.thickness), **({"unbonded": True} if self.film.unbonded else {}),
@@ -486,7 +483,7 @@ class IndentationFit(Fit):
                 spent,
             ]
         if film.thickness is not None and film.grid is None:
-            body = f"a layer of {film.thickness:.4g} m {'loose on' if film.unbonded else 'bonded to'} a rigid base"
+            body = text.layer(film.thickness, film.unbonded)
             return [f"  the moduli are conditional on {volume} and {body}", spent]
         if film.thickness is None:
             return [f"  the moduli are conditional on {volume} and a half-space", spent]
@@ -677,10 +674,9 @@ def _reweighed(press: IndentationProblem, best: Best, objective: Objective) -> n
     sample, on = _sample(press), press.kept
     if not sample.adjustable:
         return press.weights
-    some = {name: getattr(sample, name)[on] for name in ("t", "measured", "weights", "blocks")}
     solved = solution(objective, best, sample.weights, on).some(on)
     weights = np.zeros(on.size)
-    weights[on] = sample._replace(**some).reweighed(solved, press.space.free.size) * _response_unit(press)
+    weights[on] = sample.only(on).reweighed(solved, press.space.free.size) * _response_unit(press)
     return weights
 
 

@@ -20,7 +20,8 @@ import dataclasses
 import functools
 import itertools
 import math
-from typing import Any, Self
+from collections.abc import Callable
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -28,92 +29,88 @@ from jax import Array
 
 import jaxcontact as jc
 from fitting.data.curves import CreepData
+from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
+from fitting.inference.sample import Sample, Solved
 from fitting.models import history
 from fitting.models.parameters import Parameters
 from fitting.models.structure import (
+    HELD,
+    ORDERS,
     Compressibility,
-    ParameterList,
+    Law,
+    OwnLaw,
     Sought,
     Structure,
-    by_name,
     limits,
-    resolve,
+    over_span,
 )
 from fitting.search import nonlinear, varpro
 from fitting.search.nonlinear import Objective, minimise
-from jaxcontact.bodies.materials import Material
 
-LAWS = {law.__name__: law for law in (jc.Springpot, jc.FractionalKelvinVoigt, jc.FractionalMaxwell)}
 EXACT = 1e-8  # relative error of the Prony approximation used in the fit
-CUT = 1e-5  # relative error of the Prony approximation that is returned
 EDGE = 16.0  # e-folds beyond the range of the data at which log G and log V are bounded
-ORDERS = (0.02, 0.98)  # bounds of alpha of a Prony approximation
 MOST = 4_000_000  # largest number of samples times knots for the sum of powers
-OFF = 60  # number of times at which two laws are compared
 FAST = 40.0  # rate of the unresolved modes, times the shortest gap of the data
 STARTS = tuple(itertools.product((0.1, 0.3, 0.5, 0.7, 0.9), (0.1, 0.5, 0.9)))  # alpha, spring's share
 
-UNITS = {"G": "Pa", "V": "Pa s^alpha", "alpha": ""}
 
+class LawSearch(abc.ABC):
+    """The search for a law on scaled data: one class for each kind of data, of fractional laws and of own materials."""
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class Law(ParameterList):
-    """A fractional material as the list of its parameters; it is approximated by a Prony series over the times ``span``
-    [s]."""
+    @abc.abstractmethod
+    def bounded(self, sought: Sought) -> Sought:
+        """Return the sought law with what the data or the law itself restrict."""
 
-    span: tuple[float, float] = (1.0, 1.0)
+    @abc.abstractmethod
+    def space(self, sought: Sought) -> Parameters:
+        """Return the coordinates of the search with their bounds."""
 
-    def compliances(self, values: Array) -> Any:
-        """Return the law itself, which provides ``creep``."""
-        return self.model(**self.parameters(values))
+    @abc.abstractmethod
+    def starts(self, law: Law, weights: np.ndarray) -> list[np.ndarray]:
+        """Return the coordinates (m,) from which the search begins; weights (n,) [1/unit of the data]: the first ones."""
 
-    def material(self, values: dict[str, Any], volume: Any) -> jc.Prony:
-        """Return the Prony approximation of the law, for the solver."""
-        law = self.model(**values, **volume.keyword)
-        if self.model is not jc.FractionalKelvinVoigt or values["alpha"] <= ORDERS[1]:
-            return law.prony(*self.span, CUT)
-        element = jc.Prony(
-            J0=0.0,
-            J=np.array([1.0 / law.G]),
-            tau=np.array([(law.V / law.G) ** (1.0 / law.alpha)]),
-            **volume.keyword,
+    @abc.abstractmethod
+    def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
+        """Return the least-squares objective over the coordinates (m,) for weights (n,) [1/unit of the data]."""
+
+    def concluded(
+        self, data: Any, sought: Sought, sample: Sample, duration: float, level: float,
+        remarks: Callable[[Solved], tuple[str, ...]] = lambda solved: (),
+    ) -> tuple[Solved, Conclusion]:  # fmt: skip
+        """Return the optimum and the fit with all common fields; remarks: function of the optimum that returns notes."""
+        sought = self.bounded(sought)
+        law, space = sought.structure, self.space(sought)
+        assert isinstance(law, Law)
+        problem = FitProblem(data, sought, space, sample, duration, level)
+        solved = least_squares(
+            problem, functools.partial(self.objective, space), self.starts(law, sample.weights)
         )
-        lower = dataclasses.replace(law, alpha=ORDERS[1]).prony(*self.span, CUT)
-        return min((element, lower), key=lambda material: self._off(law, material))
-
-    def _off(self, law: Any, material: jc.Prony) -> float:
-        """Return the largest relative difference of J(t) within the span."""
-        t = np.geomspace(*self.span, OFF)
-        return float(np.max(np.abs(np.asarray(material.creep(t)) / np.asarray(law.creep(t)) - 1.0)))
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Note on the range of validity of the returned material."""
-        low, high = self.span
-        return (
-            f"material: the law approximated by a Prony series, J(t) to {CUT:g} from {low:.4g} to {high:.4g} s",
-        )
+        landscape = space.landscape(solved.theta, solved.whole.objective.residual, relative=True)
+        notes = (*law.notes, *remarks(solved))
+        return solved, conclude(problem, solved._replace(notes=notes, landscape=landscape))
 
 
-def creep_structure(model: Any, data: Any = None) -> Structure:
-    """Return the structure of a classical or fractional material, given as a class or by name, or, for measured data, of an
-    instance of any material (``own_structure``)."""
-    if data is not None and isinstance(model, Material):
-        return own_structure(model, data)
-    law = by_name(model, LAWS.values()) if isinstance(model, str) else model
-    if law not in LAWS.values():
-        return resolve(model, also=tuple(LAWS))
-    assert isinstance(law, type)
-    own = [field.name for field in dataclasses.fields(law)]
-    return Law.of(law, {name: UNITS[name] for name in own if name in UNITS})
+def law_rows(
+    table: dict[str, tuple[float, float]], size: float, edge: float, times: tuple[float, float],
+    alpha: tuple[float, float],
+) -> dict[str, tuple[float, float]]:  # fmt: skip
+    """Return the ranges of log G, log V and alpha, restricted to the bounds of the parameters.
 
-
-def orders(table: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
-    """Return the parameter bounds with those of alpha limited to 1; ValueError where the interval becomes empty."""
-    low, high = table["alpha"]
-    if (low < high and low >= 1.0) or (low == high and not ORDERS[0] <= low <= 1.0):
-        raise ValueError(f"alpha: expected between 0 and 1, and {ORDERS[0]} to 1 if fixed, got {low:g}")
-    return table | {"alpha": (low, min(high, 1.0))}
+    size: logarithm of a modulus of the data, about which G lies within ``edge`` e-folds, and V/time^alpha at each of the
+    times, given by their logarithms.
+    """
+    first, last = times
+    whole = {
+        "G": (size - edge, size + edge),
+        "V": (size - edge + min(first, 0.0), size + edge + max(last, 0.0)),
+    }
+    rows = {}
+    for name, bounds in table.items():
+        with np.errstate(divide="ignore"):
+            low, high = bounds if name == "alpha" else map(float, np.log(bounds))
+        least, most = alpha if name == "alpha" else whole[name]
+        rows[name] = (low, high) if low == high else (max(least, low), min(most, high))
+    return rows
 
 
 def law_parameters(law: Structure, rows: dict[str, tuple[float, float]]) -> Parameters:
@@ -136,74 +133,55 @@ def _undetermined(names: tuple[str, ...], theta: np.ndarray, ends: np.ndarray) -
     return np.array([[{"V": reached, "G": found, "alpha": False}[name]] for name in names])
 
 
-class _OverSpan(abc.ABC):
-    """The search for a fractional law over the times that its data resolve, the same for a creep curve and for a modulus."""
-
-    @property
-    @abc.abstractmethod
-    def span(self) -> tuple[float, float]:
-        """Shortest and longest time [s] of the data."""
-
-    def bounded(self, sought: Sought) -> Sought:
-        """Return the sought law with bounds of alpha, its material approximated over the times of the data."""
-        assert isinstance(sought.structure, Law)
-        law = dataclasses.replace(sought.structure, span=self.span)
-        return sought._replace(structure=law, table=orders(sought.table))
-
-
 @dataclasses.dataclass(frozen=True, eq=False)
-class ScaledCreepCurve(_OverSpan):
+class ScaledCreepCurve(LawSearch):
     """A padded creep curve scaled by its duration, largest response and largest stress.
 
-    decades: decades between the shortest gap and the end of the curve; n: number of points.
+    size: the largest response; decades: decades between the shortest gap and the end of the curve; n: number of points.
     """
 
     stressed: Any
     y: np.ndarray
-    weight: np.ndarray
+    size: float
     compliance: float
     duration: float
     decades: int
     n: int
 
     @classmethod
-    def of(cls, data: CreepData, weight: np.ndarray) -> "ScaledCreepCurve":
-        """Return the scaled curve of the data with weights (n,)."""
+    def of(cls, data: CreepData) -> "ScaledCreepCurve":
+        """Return the scaled curve of the data."""
         size, duration = float(np.max(np.abs(data.response))), float(data.t[-1])
         stressed, stress = varpro.stress_history(data)
         times = np.append(0.0, data.t) if data.J is not None else np.sort(np.append(data.t, data.stress[0]))
         gaps = np.diff(times)
         decades = math.ceil(math.log10(duration / float(np.min(gaps[gaps > 0]))))
-        y, weight = nonlinear.repeated(data.response / size), nonlinear.without_weight(weight * size)
-        return cls(stressed, y, weight, size / stress, duration, max(decades, 1), data.t.size)
+        y = nonlinear.repeated(data.response / size)
+        return cls(stressed, y, size, size / stress, duration, max(decades, 1), data.t.size)
 
     @property
     def span(self) -> tuple[float, float]:
         """Shortest and longest times [s] that the data resolve."""
         return self.duration * 10.0**-self.decades, self.duration
 
+    def bounded(self, sought: Sought) -> Sought:
+        """Return the sought law, whose material is approximated over the times of the data."""
+        return over_span(sought, self.span)
+
     def space(self, sought: Sought) -> Parameters:
         """Return the search space with its bounds."""
-        size, lapse = -math.log(self.compliance), math.log(self.duration)
-        V = (size - EDGE + min(lapse, 0.0), size + EDGE + max(lapse, 0.0))
-        highest = self.highest(sought.structure.model)
-        whole = {"G": (size - EDGE, size + EDGE), "V": V, "alpha": (ORDERS[0], highest)}
-        rows = {name: within(whole[name], name, bounds) for name, bounds in sought.table.items()}
+        lapse = math.log(self.duration)
+        highest = 1.0 if has_own_strain(sought.structure.model, self.stressed) else ORDERS[1]
+        rows = law_rows(sought.table, -math.log(self.compliance), EDGE, (lapse, lapse), (ORDERS[0], highest))
         return law_parameters(sought.structure, rows)
 
-    def objective(self, space: Parameters) -> Objective:
-        """Return the least-squares objective over the coordinates (m,)."""
+    def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
+        """Return the least-squares objective over the coordinates (m,), for weights (n,) [1/unit of the response]."""
         inputs = self.stressed, self.compliance, math.log(self.duration)
-        static = space.structure.model, self.decades
-        return Objective.of(
-            _response, inputs, self.y, self.weight, space, points=slice(self.n), static=static
-        )
+        own, static = nonlinear.without_weight(weights * self.size), (space.structure.model, self.decades)
+        return Objective.of(_response, inputs, self.y, own, space, points=slice(self.n), static=static)
 
-    def highest(self, model: type) -> float:
-        """Return the upper bound of alpha in the search."""
-        return 1.0 if has_own_strain(model, self.stressed) else ORDERS[1]
-
-    def starts(self, law: Law) -> list[np.ndarray]:
+    def starts(self, law: Law, weights: np.ndarray) -> list[np.ndarray]:
         """Return starting coordinates from pairs of alpha and the fraction of the largest response that is due to the
         spring."""
         pairs = STARTS if "G" in law.where else STARTS[:: len({share for _, share in STARTS})]
@@ -220,13 +198,6 @@ class ScaledCreepCurve(_OverSpan):
             G = size + math.log(share)
         V = size - math.log(part) + alpha * math.log(self.duration) - math.lgamma(1.0 + alpha)
         return np.array([{"G": G, "V": V, "alpha": alpha}[name] for name in law.where])
-
-
-def within(whole: tuple[float, float], name: str, bounds: tuple[float, float]) -> tuple[float, float]:
-    """Return the range of a coordinate restricted to the bounds of its parameter."""
-    with np.errstate(divide="ignore"):
-        low, high = bounds if name == "alpha" else map(float, np.log(bounds))
-    return (low, high) if low == high else (max(whole[0], low), min(whole[1], high))
 
 
 def _response(theta: Array, inputs: tuple[Any, Array, Array], model: type, decades: int) -> Array:
@@ -280,7 +251,7 @@ MODULUS_STARTS = tuple(itertools.product((0.2, 0.5, 0.8), (0.0, 0.5, 1.0)))  # a
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Relaxed(_OverSpan):
+class Relaxed(LawSearch):
     """A modulus over times [s] or angular frequencies [rad/s] x (n,), G' followed by G'' of an oscillation.
 
     y (n,): the modulus over its largest value ``unit`` [Pa].
@@ -299,14 +270,16 @@ class Relaxed(_OverSpan):
 
     def space(self, sought: Sought) -> Parameters:
         """Return the search space of log G, log V and alpha, in SI units."""
-        size, (first, last) = np.log(self.unit), np.log(self.span)
-        reach = (size - MODULUS_EDGE + min(first, 0.0), size + MODULUS_EDGE + max(last, 0.0))
-        whole = {"G": (size - MODULUS_EDGE, size + MODULUS_EDGE), "V": reach, "alpha": (ORDERS[0], 1.0)}
-        whole["alpha"] = (ORDERS[0], ORDERS[1] if self.relaxed else 1.0)
-        rows = {name: within(whole[name], name, bounds) for name, bounds in sought.table.items()}
+        first, last = np.log(self.span)
+        alpha = ORDERS[0], ORDERS[1] if self.relaxed else 1.0
+        rows = law_rows(sought.table, np.log(self.unit), MODULUS_EDGE, (first, last), alpha)
         return law_parameters(sought.structure, rows)
 
-    def starts(self, law: Law) -> list[np.ndarray]:
+    def bounded(self, sought: Sought) -> Sought:
+        """Return the sought law, whose material is approximated over the times of the data."""
+        return over_span(sought, self.span)
+
+    def starts(self, law: Law, weights: np.ndarray) -> list[np.ndarray]:
         """Return starting coordinates from pairs of alpha and the place of the transition on the logarithmic time axis."""
         first, last = np.log(self.span)
         pairs = MODULUS_STARTS if "G" in law.where else MODULUS_STARTS[::3]
@@ -321,14 +294,13 @@ class Relaxed(_OverSpan):
         return np.array([at[name] for name in law.where])
 
     def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
-        """Return the least-squares objective for weights (n,) of y."""
+        """Return the least-squares objective for weights (n,) [1/Pa]."""
         inputs, static = (self.x, np.log(self.unit)), (space.structure.model, self.relaxed)
-        return Objective.of(_moduli, inputs, self.y, weights, space, static=static)
+        return Objective.of(_moduli, inputs, self.y, weights * self.unit, space, static=static)
 
 
-def modulus(model: type, values: dict, x: Array, relaxed: bool) -> Array:
-    """Return G(t) (1, n) at times x [s], or G' and G'' (2, n) at angular frequencies x [rad/s]."""
-    law = model(**values)
+def moduli(law: Any, x: Array, relaxed: bool) -> Array:
+    """Return G(t) (1, n) of a law at times x [s], or G' and G'' (2, n) at angular frequencies x [rad/s]."""
     if relaxed:
         return law.relaxation(x)[None]
     found = law.complex_modulus(x)
@@ -341,15 +313,13 @@ def _moduli(theta: Array, inputs: tuple[Array, Array], model: type, relaxed: boo
     (*spring, log_V, alpha), (x, log_unit) = theta, inputs
     values = {"V": jnp.exp(log_V - log_unit), "alpha": alpha}
     values |= {"G": jnp.exp(spring[0] - log_unit)} if spring else {}
-    once = x if relaxed else x[: x.size // 2]
-    return modulus(model, values, once, relaxed).ravel()
+    return moduli(model(**values), x if relaxed else x[: x.size // 2], relaxed).ravel()
 
 
-# Materials of the user's own, fitted to a creep curve or a modulus in the logarithms of their parameters.
+# Materials of the user's own (``structure.OwnLaw``), fitted to a creep curve or a modulus in the logarithms of their
+# parameters.
 #
-# The material is a subclass of ``jaxcontact.abc.Material``. An instance is given in place of a model: its numbers are the
-# start of the search, and what is not fitted (nu or a bulk modulus) is kept. All its other fields are numbers > 0. The
-# strain under a stress history that is linear between its knots is exact for the material's retardation spectrum
+# The strain under a stress history that is linear between its knots is exact for the material's retardation spectrum
 # (``fitting/models/history.py``); moduli are its ``relaxation`` and ``complex_modulus``.
 #
 # A search begins at the given numbers, and at the ``BEST`` of ``TRIED`` places within ``DECADES`` of them; the lowest of
@@ -359,75 +329,9 @@ def _moduli(theta: Array, inputs: tuple[Array, Array], model: type, relaxed: boo
 TRIED, BEST = 400, 8  # places at which the residuals are computed, and of these the starts of searches
 EQUAL = 1e-6  # relative difference of the sums of squares of two minima that count as equal
 DECADES = 3.0  # factor of a parameter at such a place over the given one, either way
-HELD = ("nu", "bulk_modulus")
-# the names that materials of jaxcontact have (``Material.shifted``), by their first letters, with units
-OWN_UNITS = {"fluidity": "1/(Pa s)", "eta": "Pa s", "tau": "s", "G": "Pa", "J": "1/Pa"}
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
-class OwnLaw(Law):
-    """A material of one's own as the list of its parameters; start: the material at which the search begins."""
-
-    start: Any = None
-
-    @classmethod
-    def of_material(cls, start: Material) -> Self:
-        """Return the structure of a material; ValueError unless its parameters are numbers > 0."""
-        fields = [field for field in dataclasses.fields(start) if not field.metadata.get("static")]  # type: ignore[arg-type]
-        names = [field.name for field in fields if field.name not in HELD]
-        for name in names:
-            value = getattr(start, name)
-            if np.ndim(value) != 0 or not (np.isreal(value) and 0.0 < float(value) < math.inf):
-                raise ValueError(
-                    f"model: expected numbers > 0 as the start of the search, got {name} = {value!r}"
-                )
-        if not names:
-            raise ValueError(
-                f"model: expected a material with parameters, got {type(start).__name__} without any"
-            )
-        dimensions = {
-            name: next((unit for known, unit in OWN_UNITS.items() if name.startswith(known)), "")
-            for name in names
-        }
-        where = {name: place for place, name in enumerate(names)}
-        return cls(type(start), where, 0, None, dimensions=dimensions, start=start)
-
-    def compliances(self, values: Array) -> Any:
-        """Return the material, which provides ``creep``."""
-        return self.material(self.parameters(values), None)
-
-    def material(self, values: dict[str, Any], volume: Any) -> Any:
-        """Return the material with these parameters and its own Poisson's ratio or bulk modulus."""
-        return dataclasses.replace(self.start, **values)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """None: the material is no approximation."""
-        return ()
-
-    @property
-    def first(self) -> np.ndarray:
-        """Logarithms (m,) of the start."""
-        return np.log([float(getattr(self.start, name)) for name in self.where])
-
-
-def own_structure(model: Material, data: Any) -> OwnLaw:
-    """Return the structure of an instance of a material.
-
-    ValueError where measured values were converted to shear with another Poisson's ratio than the material's, which would
-    then not describe what was measured.
-    """
-    tensile = getattr(data, "nu", None)
-    elastic = model.bulk_modulus is not None or model.nu is None
-    if tensile is not None and (elastic or float(model.nu) != float(tensile)):
-        own = "a bulk modulus" if elastic else f"nu = {float(model.nu):g}"
-        raise ValueError(
-            f"model: expected a material of nu = {tensile:g}, that of the data in tension, got {own}"
-        )
-    return OwnLaw.of_material(model)
-
-
-class _OwnCoordinates:
+class _OwnCoordinates(LawSearch):
     """The coordinates, bounds and starts of a material of one's own, the same for a creep curve and for a modulus."""
 
     def bounded(self, sought: Sought) -> Sought:
@@ -447,9 +351,10 @@ class _OwnCoordinates:
             rows.append((low, high) if low == high else (max(low, start - EDGE), min(high, start + EDGE)))
         return Parameters.of(sought.structure, rows, logarithmic=True)
 
-    def starts(self, law: Any) -> list[np.ndarray]:
+    def starts(self, law: Law, weights: np.ndarray) -> list[np.ndarray]:
         """Return the coordinates (m,) of the lowest minimum with the first weights, where the search begins."""
-        objective = self.objective(self.space(Sought(law, limits(law, None, None), None)))  # type: ignore[attr-defined]
+        assert isinstance(law, OwnLaw)
+        objective = self.objective(self.space(Sought(law, limits(law, None, None), None)), weights)
         apart = math.log(10.0) * DECADES
         places = law.first + apart * np.random.default_rng(0).uniform(-1.0, 1.0, (TRIED, law.first.size))
         sizes = np.array([float(np.sum(objective.at(place) ** 2)) for place in places])
@@ -463,14 +368,12 @@ class _OwnCoordinates:
 class OwnCreepCurve(_OwnCoordinates, ScaledCreepCurve):
     """A padded creep curve, scaled, for a material of one's own."""
 
-    def objective(self, space: Parameters) -> Objective:
-        """Return the least-squares objective over the coordinates (m,)."""
+    def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
+        """Return the least-squares objective over the coordinates (m,), for weights (n,) [1/unit of the response]."""
         assert isinstance(space.structure, OwnLaw)
         inputs = self.stressed, self.compliance, self.duration, space.structure.start
-        names = tuple(space.structure.where)
-        return Objective.of(
-            _own_response, inputs, self.y, self.weight, space, points=slice(self.n), static=(names,)
-        )
+        own, static = nonlinear.without_weight(weights * self.size), (tuple(space.structure.where),)
+        return Objective.of(_own_response, inputs, self.y, own, space, points=slice(self.n), static=static)
 
 
 def _own_response(theta: Array, inputs: tuple[Any, Array, Array, Any], names: tuple[str, ...]) -> Array:
@@ -487,13 +390,16 @@ def _own_response(theta: Array, inputs: tuple[Any, Array, Array, Any], names: tu
 class OwnModulus(_OwnCoordinates, Relaxed):
     """A modulus over times or angular frequencies, scaled, for a material of one's own."""
 
-    def objective(self, space: Parameters, weights: np.ndarray | None = None) -> Objective:
-        """Return the least-squares objective for weights (n,) of y, by default its reciprocals."""
+    def starts(self, law: Law, weights: np.ndarray) -> list[np.ndarray]:
+        """Return the coordinates (m,) of the lowest minimum with relative errors, where the search begins."""
+        return super().starts(law, 1.0 / (self.unit * np.maximum(np.abs(self.y), np.finfo(float).tiny)))
+
+    def objective(self, space: Parameters, weights: np.ndarray) -> Objective:
+        """Return the least-squares objective for weights (n,) [1/Pa]."""
         assert isinstance(space.structure, OwnLaw)
-        weights = 1.0 / np.maximum(np.abs(self.y), np.finfo(float).tiny) if weights is None else weights
-        inputs = self.x, self.unit, space.structure.start
-        names = tuple(space.structure.where)
-        return Objective.of(_own_moduli, inputs, self.y, weights, space, static=(names, self.relaxed))
+        inputs, names = (self.x, self.unit, space.structure.start), tuple(space.structure.where)
+        static = names, self.relaxed
+        return Objective.of(_own_moduli, inputs, self.y, weights * self.unit, space, static=static)
 
 
 def _own_moduli(
@@ -502,7 +408,4 @@ def _own_moduli(
     """Return the scaled moduli (n,), G' followed by G'' of an oscillation."""
     x, unit, start = inputs
     material = dataclasses.replace(start, **dict(zip(names, jnp.exp(theta), strict=True)))
-    if relaxed:
-        return material.relaxation(x) / unit
-    found = material.complex_modulus(x[: x.size // 2]) / unit
-    return jnp.concatenate([found.real, found.imag])
+    return moduli(material, x if relaxed else x[: x.size // 2], relaxed).ravel() / unit

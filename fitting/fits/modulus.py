@@ -25,15 +25,23 @@ import jaxcontact as jc
 from fitting.data.curves import check_kind, evaluation_times
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
-from fitting.fits import laws
-from fitting.fits.laws import LAWS, Law, OwnLaw, OwnModulus, Relaxed, creep_structure, own_structure
+from fitting.fits.laws import OwnModulus, Relaxed, moduli
 from fitting.inference import noise
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.result import Fit
 from fitting.inference.sample import Sample, Solved
 from fitting.models.halfspace import relaxation_modes
 from fitting.models.parameters import NUISANCES, Parameters, spectrum
-from fitting.models.structure import Sought, Structure, structure_of
+from fitting.models.structure import (
+    LAWS,
+    Law,
+    OwnLaw,
+    Sought,
+    Structure,
+    creep_structure,
+    own_structure,
+    structure_of,
+)
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
 from fitting.views import sheet
@@ -98,13 +106,9 @@ class ModulusFit(Fit):
 
     def _parts(self, values: Array, at: Array) -> Array:
         """Return G (1, k), or G' and G'' (2, k), of the list of values of the structure."""
-        c, structure = self.structure.compliances(values), self.structure
-        if isinstance(structure, OwnLaw):
-            material = structure.compliances(values)
-            found = material.relaxation(at) if self.relaxed else material.complex_modulus(at)
-            return found[None] if self.relaxed else jnp.stack([found.real, found.imag])
-        if isinstance(structure, Law):
-            return laws.modulus(structure.model, structure.parameters(values), at, self.relaxed)
+        c = self.structure.compliances(values)
+        if isinstance(self.structure, Law):
+            return moduli(c, at, self.relaxed)
         if self.relaxed:
             return _relaxed_modulus(c, at)[None]
         found = _complex_modulus(c, at)
@@ -325,17 +329,9 @@ def _fit_law(data: Any, sample: Sample, duration: float, sought: Sought, level: 
         raise ValueError(
             f"t: expected times > 0 for a fractional law, got {data.t[0]:g}; leave such points out"
         )
-    scaled = (OwnModulus if own else Relaxed)(relaxed, np.asarray(sample.t), sample.measured / unit, unit)
-    sought = scaled.bounded(sought)
-    space, law = scaled.space(sought), sought.structure
-    assert isinstance(law, Law)
-    problem = FitProblem(data, sought, space, sample, duration, level)
-    solved = least_squares(problem, lambda w: scaled.objective(space, w * unit), scaled.starts(law))
-    best, objective = solved.whole
-    landscape = space.landscape(best.theta, objective.residual, relative=True)
-    notes = (*law.notes, *alike(data, solved))
-    found = conclude(problem, solved._replace(notes=notes, landscape=landscape))
-    return found.fit(ModulusFit, starts=(best.starts, best.agreed))
+    search = (OwnModulus if own else Relaxed)(relaxed, np.asarray(sample.t), sample.measured / unit, unit)
+    solved, found = search.concluded(data, sought, sample, duration, level, functools.partial(alike, data))
+    return found.fit(ModulusFit, starts=(solved.whole.best.starts, solved.whole.best.agreed))
 
 
 def alike(data: RelaxationData | OscillationData, solved: Solved) -> tuple[str, ...]:

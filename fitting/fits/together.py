@@ -198,8 +198,7 @@ def search(space: Parameters, tests: Tests, starts: Sequence[np.ndarray]) -> tup
         if all(part.sample.agree(new, old) for part, new, old in rows):
             break
     best, objective = solved.whole
-    best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)
-    return tests, solution(objective, best, solved.weights)
+    return tests, solution(objective, best.after(first), solved.weights)
 
 
 def _turns(space: Parameters, tests: Tests, best: Best) -> tuple[Tests, Solved]:

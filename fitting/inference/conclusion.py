@@ -11,7 +11,7 @@ own that returns a ``Solved``), and hands both to ``conclude``:
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
@@ -96,14 +96,11 @@ def least_squares(
     weights = problem.sample.weights
     first = nonlinear.minimise_from(objective(weights) if few is None else few, starts)
     if few is not None:
-        whole = nonlinear.minimise(objective(weights), first.theta)
-        first = whole._replace(starts=first.starts, agreed=first.agreed, others=first.others)
+        first = nonlinear.minimise(objective(weights), first.theta).after(first)
 
     def again(weights: np.ndarray) -> Solved[Minimum]:
         own = objective(weights)
-        best = nonlinear.minimise(own, first.theta)
-        best = best._replace(starts=first.starts, agreed=first.agreed, others=first.others)
-        return solution(own, best, weights)
+        return solution(own, nonlinear.minimise(own, first.theta).after(first), weights)
 
     found = solution(objective(weights), first, weights)
     return reweighted_until_stable(problem.sample, found, again, problem.p)
@@ -208,8 +205,18 @@ def _moved(
     return moves(name)[own] * slope if moves else np.zeros(slope.size)
 
 
-def with_intervals(problem: FitProblem, intervals: dict[str, Any], refused: Any) -> dict[str, Any]:
-    """Return {field: value} of the fields of a fit that depend on its intervals, for intervals that were changed after
-    ``conclude``."""
-    found = verdict.identified(intervals, problem.sought.table, problem.level, refused)
-    return {"intervals": intervals, "identified": found}
+def widened(fit: Fit, problem: FitProblem, spread: Mapping[str, float], note: str) -> Fit:
+    """Return a fit with further standard deviations of the logarithms of its parameters, which are independent of the
+    noise: half an interval w of a logarithm becomes (w^2 + (z sd)^2)^(1/2), z the quantile of the level."""
+    z, intervals = two_sided(problem.level), {}
+    for name, value in fit.values.items():
+        (low, high), far = fit.intervals[name], z * spread[name]
+        down = math.exp(math.hypot(math.log(value / low), far)) if 0.0 < low <= value else math.inf
+        closed = 0.0 < value <= high < math.inf
+        up = math.exp(math.hypot(math.log(high / value), far)) if closed else math.inf
+        intervals[name] = (value / down, value * up)
+    identified = verdict.identified(intervals, problem.sought.table, problem.level, fit.refused)
+    sd_log = {name: math.hypot(fit.sd_log[name], sd) for name, sd in spread.items()}
+    return dataclasses.replace(
+        fit, intervals=intervals, identified=identified, sd_log=sd_log, notes=(*fit.notes, note)
+    )

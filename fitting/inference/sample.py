@@ -22,7 +22,7 @@ from scipy import special
 
 from fitting.inference import noise
 from fitting.inference.noise import BEYOND_CHANCE, Noise, basis, lag_one
-from fitting.inference.verdict import STATED, Places, contradicted, reasons
+from fitting.inference.verdict import STATED, TOO_FEW, Places, contradicted, no_better, reasons, scattered
 from fitting.models.parameters import Landscape
 from fitting.search.nonlinear import Best, Objective
 
@@ -114,8 +114,13 @@ class Sample(NamedTuple):
     def of_solution(self, solved: "Solved") -> tuple["Sample", "Solved"]:
         """Return the fitted points with the weights of a solution, and the solution restricted to them."""
         on = solved.kept
-        some = {name: getattr(self, name)[on] for name in ("t", "measured", "blocks")}
-        return self._replace(weights=solved.weights[on], **some), solved.some(on)
+        return self._replace(weights=solved.weights).only(on), solved.some(on)
+
+    def only(self, on: np.ndarray) -> "Sample":
+        """Return the sample of the points ``on`` (n,) bool."""
+        return self._replace(
+            t=self.t[on], measured=self.measured[on], weights=self.weights[on], blocks=self.blocks[on]
+        )
 
     def noise(self, solved: "Solved", p: int) -> Noise:
         """Return the noise model of the residuals of a fit of p parameters to all these points.
@@ -438,13 +443,10 @@ def assess(
         constant = p <= 1 and np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
         if not constant and (r2 <= 0.0 or left >= about * (1.0 - FLAT)):
             worst = r2 if r2 <= 0.0 else 1.0 - left / max(about, 1e-300)
-            few.append(f"the model describes the data no better than a constant: R2 = {worst:.3g}")
+            few.append(no_better(worst))
         scatter, signal = math.sqrt(left / max(dof, 1)), math.sqrt(float(np.mean((weights * fitted) ** 2)))
         if scatter > signal:
-            few.append(
-                "the scatter of the points exceeds the signal: its standard deviation is"
-                f" {100 * scatter / max(signal, 1e-300):.3g} % of the fitted values"
-            )
+            few.append(scattered(scatter / max(signal, 1e-300)))
         why = (*few, *why)
 
     # What the noise does otherwise than assumed.
@@ -557,7 +559,7 @@ def judged_by_size(
         return Deviation(nothing)
     found = refits()
     if any(one is None for one in found):
-        return Deviation(nothing, ("too few points in contact to judge the trend of the residuals",))
+        return Deviation(nothing, (TOO_FEW,))
     changes, seen = solved.theta - np.array(found), size()
     left = np.max(np.abs(changes), axis=0)
     moved = (

@@ -27,6 +27,20 @@ CURVED = (
 )
 
 
+TOO_FEW = "too few points in contact to judge the trend of the residuals"
+
+
+def no_better(r2: float) -> str:
+    """Return the reason against a fit that explains nothing."""
+    return f"the model describes the data no better than a constant: R2 = {r2:.3g}"
+
+
+def scattered(share: float) -> str:
+    """Return the reason against a fit whose points scatter by more than the signal; share: of the one over the other."""
+    percent = f"{100 * share:.3g} %"
+    return f"the scatter of the points exceeds the signal: its standard deviation is {percent} of the fitted values"
+
+
 class Places(NamedTuple):
     """The places of points in their data: abscissa t (n,) in ``unit``, blocks (n,) of neighbours, and its symbol."""
 
@@ -301,7 +315,120 @@ def reason_of_common_shape(
 WINDOW = 0.05  # fraction of the points in a running mean of the residuals
 
 
-def trend(deviations: np.ndarray) -> float:
-    """Return the largest running mean of deviations (n,), in size."""
-    width = min(max(int(WINDOW * deviations.size), 3), deviations.size)
-    return float(np.max(np.abs(np.convolve(deviations, np.ones(width) / width, mode="valid"))))
+def trend(deviations: Any, n: Any = None, xp: Any = np) -> Any:
+    """Return the largest running mean of deviations (n,), in size; of a row that is padded beyond n points, traced by jax
+    with ``xp=jnp``, the mean of the n."""
+    size = deviations.size
+    n = size if n is None else n
+    width = xp.clip(xp.asarray(WINDOW * n).astype(int), 3, n)
+    sums = xp.concatenate([xp.zeros(1), xp.cumsum(deviations)])
+    first = xp.arange(size)
+    means = (sums[xp.minimum(first + width, size)] - sums[first]) / width
+    return xp.max(xp.where(first + width <= n, xp.abs(means), 0.0))
+
+
+# Faults of a force curve, from which no modulus follows: no baseline, no indentation, spikes, a jump, a flat end.
+#
+# The functions take one curve, or, traced by jax, the row of a map that is padded beyond its n points (``xp=jnp``).
+
+
+SEEN = 5.0  # least indentation force in standard deviations of the baseline
+SHORT = 0.02  # least baseline, as a fraction of the points of the curve
+FEW = 8  # fewest points in contact
+SPIKE, SPIKE_SEEN = 0.1, 8.0  # least isolated spike, over the largest force and in robust standard deviations
+JUMP_SEEN = 6.0  # least jump, in robust standard deviations of the steps: a single point does not make one
+BESIDE = 3  # points on either side of a jump
+LAST, LEAST_RISE = 0.2, 0.25  # the end of the indentation, and its least rise over that of the model
+RISE_SEEN = 5.0  # standard errors by which it is below
+PICO = 1e12
+
+
+def spikes(deviations: Any, pushed: Any, n: Any, xp: Any = np) -> tuple[Any, Any]:
+    """Return the number of isolated spikes, and the largest of them over the largest force ``pushed``, 0 without one.
+
+    They deviate by more than a tenth of the largest force and eight robust standard deviations, both neighbours by less
+    than half as much: faults of the instrument, which no noise of a sample makes.
+    """
+    size = xp.abs(deviations)
+    sigma = xp.sort(xp.where(xp.arange(size.size) < n, size, xp.inf))[n // 2] / 0.6745
+    beside = xp.maximum(xp.pad(size[:-1], (1, 0)), xp.pad(size[1:], (0, 1)))
+    high = (size > SPIKE * pushed) & (size > SPIKE_SEEN * sigma) & (beside <= ISOLATED * size)
+    return xp.sum(high), xp.max(xp.where(high, size, 0.0)) / xp.maximum(pushed, 1e-300)
+
+
+def jump(deviations: Any, pushed: Any, n: Any, xp: Any = np) -> Any:
+    """Return the largest jump between two points over the largest force ``pushed``, 0 without one.
+
+    It is a change by more than a tenth of the largest force and six robust standard deviations of such changes, of which
+    more than half remains in the means of the ``BESIDE`` points on either side. The noise of a sample is not as abrupt, and
+    correlated noise hides it from other tests.
+    """
+    steps, at = xp.diff(deviations), xp.arange(deviations.size - 1)
+    size = xp.abs(steps)
+    sigma = xp.sort(xp.where(at < n - 1, size, xp.inf))[(n - 1) // 2] / 0.6745
+    means = xp.convolve(deviations, xp.full(BESIDE, 1.0 / BESIDE), "valid")
+    remains = xp.pad(means[BESIDE:] - means[:-BESIDE], BESIDE - 1)
+    inside = (at >= BESIDE - 1) & (at < n - BESIDE)
+    jumps = inside & (remains * xp.sign(steps) > ISOLATED * size)
+    highest = xp.max(xp.where(jumps, size, 0.0))
+    seen = highest > xp.maximum(SPIKE * pushed, JUMP_SEEN * sigma)
+    return xp.where(seen, highest, 0.0) / xp.maximum(pushed, 1e-300)
+
+
+def rising(depth: Any, deviations: Any, model: Any, point: Any, n: Any, xp: Any = np) -> Any:
+    """Return the rise of the force over that of the model in the last part of the indentation, 1 where it is no flat end.
+
+    depth, deviations (model - load) and force of the model without baseline, (n,); point: depth of contact. Over the last
+    fifth of the depth in contact, at least the last ``BESIDE`` + 1 points, both rises are slopes of least squares. An end is
+    flat where the force rises by less than a quarter of the model and the difference exceeds five standard errors, with the
+    noise of the differences of neighbours. A photodiode or an amplifier at its limit has such an end, and no elastic sample:
+    Hertz's force rises there by a quarter of the whole. In short curves other tests take it for correlated noise.
+    """
+    at = xp.arange(depth.size)
+    deep = depth >= depth[n - 1] - LAST * (depth[n - 1] - point)
+    some = (at < n) & (deep | (at > n - BESIDE - 2))
+    x = xp.where(some, depth - xp.sum(xp.where(some, depth, 0.0)) / xp.sum(some), 0.0)
+    square, lag, rise = x @ x, x @ deviations, x @ model
+    steps = xp.sort(xp.where(at[1:] < n, xp.abs(xp.diff(deviations)), xp.inf))
+    sigma = steps[(n - 1) // 2] / 0.6745 / math.sqrt(2.0)
+    flat = (rise > 0.0) & (rise - lag < LEAST_RISE * rise) & (lag > RISE_SEEN * sigma * xp.sqrt(square))
+    return xp.where(flat, 1.0 - lag / xp.where(rise > 0.0, rise, 1.0), 1.0)
+
+
+def unusable(
+    before: int, n: int, spiky: int, highest: float, jumped: float, risen: float, pushed: float, scatter: float,
+    unit: float,
+) -> str:  # fmt: skip
+    """Return why a curve determines no modulus, "" if it does.
+
+    before: of its n points those before the contact; spiky, highest: of ``spikes``; jumped: of ``jump``; risen: of
+    ``rising``; pushed, scatter: largest force, and standard deviation of the baseline, over ``unit`` [N].
+    """
+    if before < max(5, SHORT * n):
+        return (
+            f"the contact is among the first points ({before} before it): the curve has no baseline, so that the contact"
+            " point is not determined"
+        )
+    if n - before < FEW:
+        return f"no indentation: {n - before} points after the contact point"
+    if spiky:
+        return (
+            f"spikes: {spiky} isolated points deviate from the curve by up to {100 * highest:.3g} % of"
+            " the largest force: leave them out, or measure again"
+        )
+    if jumped:
+        return (
+            f"a jump by {100 * jumped:.3g} % of the largest force between two points: a contact that"
+            " slips or breaks through, or a fault of the instrument; fit the part before it"
+        )
+    if pushed < SEEN * scatter:
+        return (
+            f"no indentation: the force rises by {pushed * unit * PICO:.3g} pN, the noise of the baseline is"
+            f" {scatter * unit * PICO:.3g} pN"
+        )
+    if risen < 1.0:
+        return (
+            f"a flat end: over the last fifth of the indentation the force rises by {100 * max(risen, 0.0):.2g} % of what"
+            " the model does, as of a detector at its limit; fit the part before it"
+        )
+    return ""

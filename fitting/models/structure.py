@@ -19,8 +19,9 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
+from fitting.views import text
 from jaxcontact._support.pytree import require_real
-from jaxcontact.bodies.materials import Spectrum
+from jaxcontact.bodies.materials import Material, Spectrum
 
 LEAST = 1e-9  # fraction of the largest compliance that replaces zero, where derivatives are needed
 
@@ -115,9 +116,8 @@ class Structure:
         return "Pa" if name.startswith("G") else "Pa s"
 
     def key(self, name: str) -> str:
-        """Return a parameter's name with its unit, for files: G1_Pa, eta1_Pa_s, J1_1_per_Pa, fluidity_1_per_Pa_s."""
-        unit = self.unit(name).replace("/", "_per_").replace(" ", "_")
-        return f"{name}_{unit}".replace("(", "").replace(")", "").rstrip("_")
+        """Return a parameter's name with its unit, for files."""
+        return text.key(name, self.unit(name))
 
     def compliances(self, values: Array) -> Spectrum:
         """Return the compliances of a list (size,); the rate is arbitrary where the retarded part is zero."""
@@ -208,6 +208,108 @@ class ParameterList(Structure):
         return self.model(**values)
 
 
+# Laws that are no series of springs and dashpots: fractional ones, and materials of the user's own.
+
+LAWS = {law.__name__: law for law in (jc.Springpot, jc.FractionalKelvinVoigt, jc.FractionalMaxwell)}
+LAW_UNITS = {"G": "Pa", "V": "Pa s^alpha", "alpha": ""}
+ORDERS = (0.02, 0.98)  # bounds of alpha of a Prony approximation
+CUT = 1e-5  # relative error of the Prony approximation that is returned
+OFF = 60  # number of times at which two laws are compared
+HELD = ("nu", "bulk_modulus")
+# the names that materials of jaxcontact have (``Material.shifted``), by their first letters, with units
+OWN_UNITS = {"fluidity": "1/(Pa s)", "eta": "Pa s", "tau": "s", "G": "Pa", "J": "1/Pa"}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Law(ParameterList):
+    """A fractional material as the list of its parameters; it is approximated by a Prony series over the times ``span``
+    [s]."""
+
+    span: tuple[float, float] = (1.0, 1.0)
+
+    def compliances(self, values: Array) -> Any:
+        """Return the law itself, which provides ``creep``."""
+        return self.model(**self.parameters(values))
+
+    def material(self, values: dict[str, Any], volume: Any) -> jc.Prony:
+        """Return the Prony approximation of the law, for the solver."""
+        law = self.model(**values, **volume.keyword)
+        if self.model is not jc.FractionalKelvinVoigt or values["alpha"] <= ORDERS[1]:
+            return law.prony(*self.span, CUT)
+        element = jc.Prony(
+            J0=0.0,
+            J=np.array([1.0 / law.G]),
+            tau=np.array([(law.V / law.G) ** (1.0 / law.alpha)]),
+            **volume.keyword,
+        )
+        lower = dataclasses.replace(law, alpha=ORDERS[1]).prony(*self.span, CUT)
+        return min((element, lower), key=lambda material: self._off(law, material))
+
+    def _off(self, law: Any, material: jc.Prony) -> float:
+        """Return the largest relative difference of J(t) within the span."""
+        t = np.geomspace(*self.span, OFF)
+        return float(np.max(np.abs(np.asarray(material.creep(t)) / np.asarray(law.creep(t)) - 1.0)))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Note on the range of validity of the returned material."""
+        low, high = self.span
+        return (
+            f"material: the law approximated by a Prony series, J(t) to {CUT:g} from {low:.4g} to {high:.4g} s",
+        )
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class OwnLaw(Law):
+    """A material of one's own as the list of its parameters; start: the material at which the search begins.
+
+    The material is a subclass of ``jaxcontact.abc.Material``. An instance is given in place of a model: its numbers are the
+    start of the search, and what is not fitted (nu or a bulk modulus) is kept. All its other fields are numbers > 0.
+    """
+
+    start: Any = None
+
+    @classmethod
+    def of_material(cls, start: Material) -> Self:
+        """Return the structure of a material; ValueError unless its parameters are numbers > 0."""
+        fields = [field for field in dataclasses.fields(start) if not field.metadata.get("static")]  # type: ignore[arg-type]
+        names = [field.name for field in fields if field.name not in HELD]
+        for name in names:
+            value = getattr(start, name)
+            if np.ndim(value) != 0 or not (np.isreal(value) and 0.0 < float(value) < math.inf):
+                raise ValueError(
+                    f"model: expected numbers > 0 as the start of the search, got {name} = {value!r}"
+                )
+        if not names:
+            raise ValueError(
+                f"model: expected a material with parameters, got {type(start).__name__} without any"
+            )
+        dimensions = {
+            name: next((unit for known, unit in OWN_UNITS.items() if name.startswith(known)), "")
+            for name in names
+        }
+        where = {name: place for place, name in enumerate(names)}
+        return cls(type(start), where, 0, None, dimensions=dimensions, start=start)
+
+    def compliances(self, values: Array) -> Any:
+        """Return the material, which provides ``creep``."""
+        return self.material(self.parameters(values), None)
+
+    def material(self, values: dict[str, Any], volume: Any) -> Any:
+        """Return the material with these parameters and its own Poisson's ratio or bulk modulus."""
+        return dataclasses.replace(self.start, **values)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """None: the material is no approximation."""
+        return ()
+
+    @property
+    def first(self) -> np.ndarray:
+        """Logarithms (m,) of the start."""
+        return np.log([float(getattr(self.start, name)) for name in self.where])
+
+
 CLASSICAL = {
     jc.Elastic: Structure(jc.Elastic, {"G": 0}, 0),
     jc.Maxwell: Structure(jc.Maxwell, {"G": 0, "eta": 1}, 0),
@@ -246,6 +348,35 @@ def series(tau: Any, instantaneous: bool = True, flow: bool = True) -> Structure
     where = {f"J{i + 1}": i + 1 for i in range(tau.size)}
     where = ({"J0": 0} if instantaneous else {}) | where
     return Structure(jc.Prony, where | ({"fluidity": tau.size + 1} if flow else {}), tau.size, tau)
+
+
+def creep_structure(model: Any, data: Any = None) -> Structure:
+    """Return the structure of a classical or fractional material, given as a class or by name, or, for measured data, of an
+    instance of any material (``own_structure``)."""
+    if data is not None and isinstance(model, Material):
+        return own_structure(model, data)
+    law = by_name(model, LAWS.values()) if isinstance(model, str) else model
+    if law not in LAWS.values():
+        return resolve(model, also=tuple(LAWS))
+    assert isinstance(law, type)
+    own = [field.name for field in dataclasses.fields(law)]
+    return Law.of(law, {name: LAW_UNITS[name] for name in own if name in LAW_UNITS})
+
+
+def own_structure(model: Material, data: Any) -> OwnLaw:
+    """Return the structure of an instance of a material.
+
+    ValueError where measured values were converted to shear with another Poisson's ratio than the material's, which would
+    then not describe what was measured.
+    """
+    tensile = getattr(data, "nu", None)
+    elastic = model.bulk_modulus is not None or model.nu is None
+    if tensile is not None and (elastic or float(model.nu) != float(tensile)):
+        own = "a bulk modulus" if elastic else f"nu = {float(model.nu):g}"
+        raise ValueError(
+            f"model: expected a material of nu = {tensile:g}, that of the data in tension, got {own}"
+        )
+    return OwnLaw.of_material(model)
 
 
 def structure_of(model: type | str, tau: Any) -> Structure:
@@ -307,6 +438,17 @@ class Sought(NamedTuple):
     ) -> Sought:  # fmt: skip
         """Return the sought material from the keywords of a fit; ValueError on bad input."""
         return cls(structure, limits(structure, fixed, bounds), Compressibility.of(nu, bulk_modulus))
+
+
+def over_span(sought: Sought, span: tuple[float, float]) -> Sought:
+    """Return a sought fractional law whose material is approximated over the times ``span`` [s], with the bounds of alpha
+    limited to 1; ValueError where that leaves no interval."""
+    assert isinstance(sought.structure, Law)
+    low, high = sought.table["alpha"]
+    if (low < high and low >= 1.0) or (low == high and not ORDERS[0] <= low <= 1.0):
+        raise ValueError(f"alpha: expected between 0 and 1, and {ORDERS[0]} to 1 if fixed, got {low:g}")
+    law = dataclasses.replace(sought.structure, span=span)
+    return sought._replace(structure=law, table=sought.table | {"alpha": (low, min(high, 1.0))})
 
 
 def _known(structure: Structure, name: str, what: str) -> None:

@@ -188,9 +188,13 @@ class ThinLayer(NamedTuple):
         """Return f at depths >= 0 [m] of any shape; nan where chi exceeds ``LARGEST``."""
         return jnp.where(self.chi(depth) <= LARGEST, jnp.exp(self.log_factor(depth)), jnp.nan)
 
+    def over(self, depth: float) -> "ThinLayer":
+        """Return the factor over depths in units of ``depth``."""
+        return self._replace(scale=self.scale * depth**self.power)
+
     def scaled(self, depth: float) -> "ThinLayer":
         """Return the factor over depths in units of ``depth``, divided by its value there."""
-        own = self._replace(scale=self.scale * depth**self.power)
+        own = self.over(depth)
         return own._replace(series=own.series.at[0].add(-own.log_factor(1.0)))
 
 

@@ -235,6 +235,10 @@ class Best(NamedTuple):
     others: tuple[np.ndarray, ...] = ()
     converged: bool = True
 
+    def after(self, first: Best) -> Best:
+        """Return the minimum as the end of a search from several starts, whose best minimum was ``first``."""
+        return self._replace(starts=first.starts, agreed=first.agreed, others=first.others)
+
 
 def moved(best: Best, free: np.ndarray, slope: np.ndarray) -> np.ndarray:
     """Return d theta/d x = -(J^T J)^-1 J^T dr/dx at the optimum, (m,), from the derivative (n,) of the residuals."""

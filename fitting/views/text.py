@@ -57,6 +57,19 @@ def span(low: float, high: float, unit: str = "") -> str:
     return f"{text} {unit}".rstrip()
 
 
+def key(name: str, unit: str) -> str:
+    """Return a name with its unit, for files: G1_Pa, eta1_Pa_s, J1_1_per_Pa, fluidity_1_per_Pa_s."""
+    words = unit.replace("/", "_per_").replace(" ", "_")
+    return f"{name}_{words}".replace("(", "").replace(")", "").rstrip("_")
+
+
+def layer(thickness: float | None, unbonded: bool, base: str = "a rigid base") -> str:
+    """Return the sample on which a modulus is conditional: a layer of a thickness [m] on a base, or a half-space."""
+    if thickness is None:
+        return "a half-space"
+    return f"a layer of {thickness:.4g} m {'loose on' if unbonded else 'bonded to'} {base}"
+
+
 def separation(fit: Any) -> list[str]:
     """Return lines on the duration relative to the retardation times, and on the weakest direction."""
     lines = []

@@ -7,7 +7,7 @@ import pytest
 
 import fitting
 import jaxcontact as jc
-from fitting.fits.force import ApproachCurve
+from fitting.data.contact import ForceCurve
 from fitting.read import force_curves
 from fitting.read.force_curves import curves_in
 from jaxcontact.__main__ import main
@@ -158,7 +158,7 @@ def test_the_sign_of_the_load_on_a_stiff_sample_is_that_of_the_last_push():
     load = np.concatenate([np.zeros(500), np.linspace(-1e-9, 9e-9, 100)])
     marks = np.full(600, "approach")
     data = fitting.IndentationData(t=np.arange(600.0), load=load, depth=depth, marks=marks)
-    found = ApproachCurve.of(data)
+    found = ForceCurve.approach(data)
     assert found.load[-1] == -1e-9 and not any("load" in note for note in found.notes)
 
 

@@ -51,8 +51,8 @@ def observed(point, control, coupled):
 def test_gradients_through_partial_slip(control, coupled):
     """The sets of stick, slip and separation are held; differences are too small to move a cell.
 
-    The rounding of two solutions in a difference falls with the step: 4e-5, 1e-5, 4e-6 and 1e-6 of the scale at relative steps
-    of 3e-6, 1e-5, 3e-5 and 1e-4.
+    The rounding of two solutions in a difference falls with the step: 4e-5, 1e-5, 4e-6 and 1e-6 of the scale at
+    relative steps of 3e-6, 1e-5, 3e-5 and 1e-4.
     """
     point = jnp.array([1.0, 0.3, 10e-3, 10.0, 0.3, 1.2, 0.3])
     f = jax.jit(lambda point: observed(point, control, coupled))
