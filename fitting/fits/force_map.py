@@ -398,28 +398,30 @@ class Rows(NamedTuple):
         """Return approaches in scaled units, padded to a common length with their last points."""
         probe, share, m = probe_of(indenter), 1.0 - nu, len(curves)
         n = np.array([one.t.size for one in curves])
-        arrays, units = np.zeros((3, m, nonlinear.length(int(n.max())))), np.zeros((m, 4))
+        t, depth, load = np.zeros((3, m, nonlinear.length(int(n.max()))))
+        units = np.zeros((m, 4))
         for i, one in enumerate(curves):
             own = ForceUnits.of(one, float(one.depth[-1]), probe, share)
             units[i] = own
             above = one.load - baseline(one.load)
-            for k, values in enumerate((one.t / own.time, one.depth / own.depth, above / own.load)):
-                arrays[k, i, : n[i]], arrays[k, i, n[i] :] = values, values[-1]
-        extra, depth = float(indenter.compliance()) / share / units[:, 3], units[:, 1]
+            scaled = one.t / own.time, one.depth / own.depth, above / own.load
+            for rows, values in zip((t, depth, load), scaled, strict=True):
+                rows[i, : n[i]], rows[i, n[i] :] = values, values[-1]
+        extra = float(indenter.compliance()) / share / units[:, 3]
         if thickness is None:
-            return cls(*arrays, n, units, probe.power, None, np.zeros(m), extra)
+            return cls(t, depth, load, n, units, probe.power, None, np.zeros(m), extra)
 
         # the factor of a thin sample, in a series of its own that is as short as the depths of this map allow
         layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
-        chi = float(layer.scale) * depth ** float(layer.power)
+        chi = float(layer.scale) * units[:, 1] ** float(layer.power)
         largest = min(float(chi.max()), LARGEST)
         x = np.cos(np.pi * (np.arange(64) + 0.5) / 64.0)
         s = 2.0 * np.log1p(0.5 * largest * (x + 1.0)) / math.log1p(LARGEST) - 1.0
         factor = np.exp(np.polynomial.chebyshev.chebval(s, np.asarray(layer.series)))
         series = np.polynomial.chebyshev.chebfit(x, factor, DEGREE)
         last = np.flatnonzero(np.abs(series) > FINE * np.abs(series).max())[-1]
-        series = jnp.asarray(series[: max(int(last), 1) + 1]), jnp.asarray(largest)
-        return cls(*arrays, n, units, probe.power, series, chi, extra)
+        short = jnp.asarray(series[: max(int(last), 1) + 1]), jnp.asarray(largest)
+        return cls(t, depth, load, n, units, probe.power, short, chi, extra)
 
     def batches(self) -> list[tuple[int, np.ndarray]]:
         """Return the number of curves in each batch, and their places, filled up with the first one."""

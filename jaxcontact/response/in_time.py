@@ -635,7 +635,8 @@ def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
     values = long_waves_kept(body, values)
     groups = [*values[:, :1], *values[:, 1:]]
     found = images_relative_to(sizes, groups, constants, densely=True)
-    start, rest = found.heights[:3, None], found.heights[3:].reshape(3, values.shape[1] - 1, -1)
+    start, rest = found.heights[:3, None], found.heights[3:]
+    rest = rest.reshape(3, values.shape[1] - 1, rest.shape[-1])  # none of an elastic body
     return Images(found.depths, jnp.concatenate([start, rest], 1))
 
 

@@ -166,22 +166,31 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
     over_time = hasattr(result, "times")
     batch = np.shape(result.status)[:-1] if over_time else np.shape(result.status)
     steps = np.shape(result.status)[len(batch) :]
-    jumps, cohesive = (getattr(result, name, None) for name in ("jumps", "cohesive_cells"))
-    adhesion = 0 if jumps is None else jumps, np.inf if cohesive is None else cohesive
-    step_error = getattr(result, "time_step_error", None)
-    times = result.times if over_time else 0.0
-    off = 0.0 if step_error is None else step_error
     strain, on_indenter = result.film_strain, getattr(result, "indenter_film_strain", None)
     if on_indenter is not None:
         strain = np.maximum(np.asarray(strain), np.asarray(on_indenter))
-    series = [result.status, strain, result.contact_area, times, *adhesion, off]
-    series = [np.broadcast_to(np.asarray(a), batch + steps) for a in series]
-    of_run = lambda a: np.broadcast_to(np.asarray(a), batch)
-    cell_area, width = of_run(result.grid.cell_area), of_run(result.grid.width[0])
-    told = {name: of_run(value) for name, value in vars(result.diagnostics).items()}
+
+    # numbers over time, with what stands for those that a result does not have, and numbers of a whole run
+    given = lambda name, otherwise: (
+        otherwise if getattr(result, name, None) is None else getattr(result, name)
+    )
+    series = {
+        "status": result.status,
+        "film_strain": strain,
+        "contact_area": result.contact_area,
+        "times": given("times", 0.0),
+        "jumps": given("jumps", 0),
+        "cohesive_cells": given("cohesive_cells", np.inf),
+        "time_step_error": given("time_step_error", 0.0),
+    }
+    series = {name: np.broadcast_to(np.asarray(a), batch + steps) for name, a in series.items()}
+    single = {"cell_area": result.grid.cell_area, "width": result.grid.width[0]} | vars(result.diagnostics)
+    single = {name: np.broadcast_to(np.asarray(a), batch) for name, a in single.items()}
     for index in np.ndindex(batch):
-        own = Diagnostics(**{name: values[index] for name, values in told.items()})
-        yield index, _Run(*(np.atleast_1d(a[index]) for a in series), cell_area[index], width[index], own)
+        own = {name: np.atleast_1d(a[index]) for name, a in series.items()}
+        told = {name: a[index] for name, a in single.items()}
+        cell_area, width = told.pop("cell_area"), told.pop("width")
+        yield index, _Run(**own, cell_area=cell_area, width=width, told=Diagnostics(**told))
 
 
 def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
