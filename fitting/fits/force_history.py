@@ -70,8 +70,9 @@ def modulus_of(
     """Return weights and rates (k,) of the scaled relaxation modulus at the coordinates (m,) of a material.
 
     unit (3,): logarithms of the compliance [1/Pa] and of the duration [s], and the gap between samples over the duration;
-    extra: compliance of the tip at once; own: its creep, None of one that does not creep. A Kelvin-Voigt element has the modulus G + eta/gap exp(-t/gap), with an instantaneous
-    compliance, because the force on it alone would contain the rate of the measured depth.
+    extra: compliance of the tip at once; own: its creep, None of one that does not creep. A Kelvin-Voigt element has the
+    modulus G + eta/gap exp(-t/gap), with an instantaneous compliance, because the force on it alone would contain the rate
+    of the measured depth.
 
     A springpot has G(t) = V t^-alpha/Gamma(1 - alpha) = V sin(pi alpha)/pi int exp(alpha x) exp(-t exp(x)) dx, by the
     trapezoidal rule. The slower terms, a geometric series, become one mode of their mean rate, and the faster ones a
@@ -82,9 +83,7 @@ def modulus_of(
         c = spectrum(jnp.append(theta, jnp.zeros(3)), None)
         if model == "KelvinVoigt":
             J, r = c.amplitudes, c.rates
-            c = Spectrum(
-                (J * r * gap / (1.0 + r * gap))[0], J / (1.0 + r * gap), r / (1.0 + r * gap), 0.0
-            )
+            c = Spectrum((J * r * gap / (1.0 + r * gap))[0], J / (1.0 + r * gap), r / (1.0 + r * gap), 0.0)
         amplitudes, rates, flow = c.amplitudes, c.rates, c.fluidity
         if own is not None:  # the compliances of sample and tip add
             amplitudes = jnp.concatenate([amplitudes, own.amplitudes])

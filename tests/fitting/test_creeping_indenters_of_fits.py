@@ -52,13 +52,15 @@ def relaxation(compliances, t):
 
 @pytest.mark.parametrize("share", [0.0, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_a_force_curve_of_a_ball_that_creeps_gives_the_material_of_the_sample_back(share):
-    """Ting's integrals, by quadrature, with the modulus of both compliances together, and noise of 0.2 %; share: of the ball's
-    retardation time that is the sample's. Taken as rigid the ball makes the sample softer by the half."""
+    """Ting's integrals, by quadrature, with the modulus of both compliances together, and noise of 0.2 %; share: how far the
+    ball's retardation time is that of the sample. Taken as rigid the ball makes G1 of the sample 1.6 times too small."""
     nu, turn, deep = 0.4, 1.0, 1e-6
     G1, G2, eta2 = 2e3, 2e3, 4e3
     times = 2.0, share * 2.0 + (1.0 - share) * 0.3
     of_ball = 0.6 / G1, 0.9 / G2, times[1]
-    ball = jc.Sphere(5e-6, jc.StandardLinearSolid(1.0 / of_ball[0], 1.0 / of_ball[1], times[1] / of_ball[1], nu=nu))
+    ball = jc.Sphere(
+        5e-6, jc.StandardLinearSolid(1.0 / of_ball[0], 1.0 / of_ball[1], times[1] / of_ball[1], nu=nu)
+    )
     t = np.linspace(0.0, 3.6, 200)
     since = t - 0.8
     depth = deep * np.where(since < turn, since / turn, 2.0 - since / turn)
@@ -80,11 +82,17 @@ def test_an_indenter_that_creeps_is_refused_where_a_fit_has_one_modulus():
     t = np.linspace(0.0, 1.0, 60)
     depth = 1e-6 * (t - 0.3)
     data = fitting.IndentationData(t=t, load=1e-9 + 1e3 * np.maximum(depth, 0.0) ** 1.5, depth=depth)
-    with pytest.raises(ValueError, match="indenter material: expected Elastic or None, got StandardLinearSolid"):
+    with pytest.raises(
+        ValueError, match="indenter material: expected Elastic or None, got StandardLinearSolid"
+    ):
         fitting.fit_force(data, indenter=jc.Sphere(5e-6, RUBBER), nu=0.4)
-    with pytest.raises(ValueError, match="indenter: expected a rigid one with Springpot, got one with a material"):
+    with pytest.raises(
+        ValueError, match="indenter: expected a rigid one with Springpot, got one with a material"
+    ):
         fitting.fit_force(data, indenter=jc.Sphere(5e-6, RUBBER), nu=0.4, model="Springpot")
-    with pytest.raises(ValueError, match="indenter: expected a rigid one on a thin layer, got one with a material"):
+    with pytest.raises(
+        ValueError, match="indenter: expected a rigid one on a thin layer, got one with a material"
+    ):
         fitting.fit_force(data, indenter=jc.Sphere(5e-6, RUBBER), nu=0.4, model="Burgers", thickness=1e-5)
 
 

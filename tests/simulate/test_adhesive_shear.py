@@ -1,5 +1,5 @@
-"""``shear`` with adhesion: a sticking contact, a slipping one, a constant shear strength in closed form, the work of a cycle,
-the limit without adhesion, derivatives."""
+"""``shear`` with adhesion: a sticking contact, a slipping one, a constant shear strength in closed form, the work of a
+cycle, the limit without adhesion, derivatives."""
 
 import warnings
 
@@ -54,7 +54,9 @@ def test_a_contact_that_sticks_is_a_disc_and_one_that_slips_carries_friction_on_
     slid = sheared(moved([0.0, 1.0]), 0.3)
     matrix, weights = averages(GRID.shape[0])
     gap, pressure = np.maximum(slid.gap[1], 0.0), np.asarray(slid.pressure[1])
-    attraction = matrix.T @ (np.outer(weights, weights) * np.asarray(LAW.traction(matrix @ gap @ matrix.T))) @ matrix
+    attraction = (
+        matrix.T @ (np.outer(weights, weights) * np.asarray(LAW.traction(matrix @ gap @ matrix.T))) @ matrix
+    )
     carried = np.where(slid.in_contact[1], pressure + attraction, 0.0).sum() * float(GRID.cell_area)
     assert carried > 3.0 * abs(float(slid.load[1])) and float(slid.load[1]) < 0.0
     assert float(slid.tangential_load[1, 0]) == pytest.approx(0.3 * carried, rel=2e-3)  # some slip aside
@@ -73,7 +75,11 @@ def test_a_constant_shear_strength_slips_from_the_edge_as_a_cohesive_zone():
     cells, and Q is too large by up to 3.5, 1.3 and 0.9 %.
     """
     tau, solid = 0.05 * G, jc.Elastic(G, 0.0)
-    a = float(sheared(moved([0.0]), 0.0, tau, solid=solid, grid=jc.Grid.square(48, 5.0 * UNITS.radius)).contact_radius[0])
+    a = float(
+        sheared(
+            moved([0.0]), 0.0, tau, solid=solid, grid=jc.Grid.square(48, 5.0 * UNITS.radius)
+        ).contact_radius[0]
+    )
     inner = np.array([0.9, 0.7, 0.4]) * a
     ring = np.sqrt(a**2 - inner**2)
     path = np.append(0.0, tau * ring / G) / UNITS.radius  # 2 G* = G
@@ -113,7 +119,9 @@ def test_a_vanishing_attraction_leaves_the_contact_without_and_a_contact_that_is
     path = moved([0.0, 0.02, 0.03])
     with_it, without = (sheared(path, 0.3, law=law) for law in (weak, None))
     assert not np.any(with_it.status) and not np.any(without.status)
-    np.testing.assert_allclose(with_it.tangential_load, without.tangential_load, rtol=1e-4, atol=1e-5 * UNITS.load)
+    np.testing.assert_allclose(
+        with_it.tangential_load, without.tangential_load, rtol=1e-4, atol=1e-5 * UNITS.load
+    )
     np.testing.assert_allclose(with_it.traction, without.traction, atol=2e-3 * float(without.traction.max()))
     np.testing.assert_allclose(with_it.dissipated[1:], without.dissipated[1:], rtol=1e-3)
 
@@ -125,8 +133,8 @@ def test_a_vanishing_attraction_leaves_the_contact_without_and_a_contact_that_is
 @pytest.mark.slow
 @pytest.mark.parametrize("forced", [False, True])
 def test_derivatives_are_those_of_central_differences(forced):
-    """On a creeping solid in partial slip: by modulus, work and range of the attraction, friction, shear strength, approach or
-    load and what shears."""
+    """On a creeping solid in partial slip: by modulus, work and range of the attraction, friction, shear strength, approach
+    or load, and what shears."""
     grid = jc.Grid.square(20, 6.0 * UNITS.radius)
 
     def ends(q):
@@ -142,7 +150,9 @@ def test_derivatives_are_those_of_central_differences(forced):
             max_iterations=8000,
         )  # fmt: skip
         last = jnp.stack([run.load[-1], run.tangential_load[-1, 0]]) / UNITS.load
-        way = jnp.stack([run.approach[-1] / UNITS.approach, run.tangential_displacement[-1, 0] / UNITS.radius])
+        way = jnp.stack(
+            [run.approach[-1] / UNITS.approach, run.tangential_displacement[-1, 0] / UNITS.radius]
+        )
         stuck = jnp.sum(run.stick[-1]) / jnp.sum(run.in_contact[-1])
         return jnp.concatenate([last, way, run.dissipated[-1:] / (UNITS.load * UNITS.radius)]), stuck
 
