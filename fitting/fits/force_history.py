@@ -88,7 +88,8 @@ def modulus_of(
         if own is not None:  # the compliances of sample and tip add
             amplitudes = jnp.concatenate([amplitudes, own.amplitudes])
             rates = jnp.concatenate([rates, own.rates])
-            flow = own.fluidity if flow is None else flow + own.fluidity
+            if own.fluidity is not None:
+                flow = own.fluidity if flow is None else flow + own.fluidity
         order = jnp.argsort(rates)
         sorted_ = Spectrum(c.instantaneous, amplitudes[order], rates[order], flow)
         rates, weights = relaxation_modes(sorted_, extra)
