@@ -83,8 +83,8 @@ def modulus_of(
 
     unit (3,): logarithms of the compliance [1/Pa] and of the duration [s], and the gap between samples over the duration;
     extra: compliance of the tip at once; own: its creep, None of one that does not creep. A Kelvin-Voigt element has the
-    modulus G + eta/gap exp(-t/gap), with an instantaneous compliance, because the force on it alone would contain the
-    rate of the measured depth.
+    modulus G + eta/gap exp(-t/gap), with an instantaneous compliance, because the force on it alone would contain the rate
+    of the measured depth.
 
     A springpot has G(t) = V t^-alpha/Gamma(1 - alpha) = V sin(pi alpha)/pi int exp(alpha x) exp(-t exp(x)) dx, by the
     trapezoidal rule. The slower terms, a geometric series, become one mode of their mean rate, and the faster ones a
@@ -100,7 +100,8 @@ def modulus_of(
         if own is not None:  # the compliances of sample and tip add
             amplitudes = jnp.concatenate([amplitudes, own.amplitudes])
             rates = jnp.concatenate([rates, own.rates])
-            flow = own.fluidity if flow is None else flow + own.fluidity
+            if own.fluidity is not None:
+                flow = own.fluidity if flow is None else flow + own.fluidity
         order = jnp.argsort(rates)
         sorted_ = Spectrum(c.instantaneous, amplitudes[order], rates[order], flow)
         rates, weights = relaxation_modes(sorted_, extra)

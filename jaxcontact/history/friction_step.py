@@ -30,6 +30,7 @@ from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.normal_step import Adhering, at_rest, contact_outcome, solve_step, solved, status_of
 from jaxcontact.history.time_loop import Lapse, Outcome, StepError, Stepper, Steps, after_step, present
+from jaxcontact.operators.coupled import TractionOperator
 
 
 class ShearCarry(NamedTuple):
@@ -98,7 +99,8 @@ class ShearStepper(Stepper):
             coupled=self.coupled,
         )
         guess = before + carry.rate[2] * dt
-        adhering, told = None, {}
+        adhering: Adhering | None = None
+        told: dict[str, Array] = {}
         if self.strength is None:
             found = solve_partial_slip(
                 problem, guess, carry.traction[:2], self.tolerance, self.max_iterations
@@ -112,6 +114,7 @@ class ShearStepper(Stepper):
             pressed, adhering, told = solve_step(
                 normal, guess, carry.adhering, self.tolerance, self.max_iterations
             )
+            assert carry.bound is not None and isinstance(operator, TractionOperator)
             carried, start = pressed.carried, carry.traction[:2]
             bounds = (
                 carry.bound,

@@ -402,10 +402,7 @@ def tractions_on_the_axis(ax: Axes, result: Any) -> Axes:
             ax.plot(x / x_unit, line / p_unit, style, color=colormaps[COLOURS](shade), lw=1.6, label=label)
     stick = np.asarray(result.stick)[..., middle].reshape(-1, x.size)[-1]
     lowest, highest = ax.get_ylim()
-    touching = np.asarray(result.in_contact)[..., middle].reshape(-1, x.size)[-1]
-    ax.fill_between(
-        x / x_unit, lowest, highest, where=(stick > 0.0) & touching, step="mid", color="0.9", zorder=0
-    )
+    ax.fill_between(x / x_unit, lowest, highest, where=stick > 0.0, step="mid", color="0.9", zorder=0)
     ax.set(xlabel=f"x [{x_name}]", ylabel=f"pressure, traction [{p_name}]", ylim=(lowest, highest))
     ax.text(0.02, 0.98, "shaded: sticks", transform=ax.transAxes, va="top", fontsize="small")
     ax.set_xlim(*_around_contact(x / x_unit, pressure[None]))

@@ -52,8 +52,8 @@ def relaxation(compliances, t):
 
 @pytest.mark.parametrize("share", [0.0, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_a_force_curve_of_a_ball_that_creeps_gives_the_material_of_the_sample_back(share):
-    """Ting's integrals, by quadrature, with the modulus of both compliances together, and noise of 0.2 %; share: of the
-    ball's retardation time that is the sample's. Taken as rigid the ball makes the sample softer by the half."""
+    """Ting's integrals, by quadrature, with the modulus of both compliances together, and noise of 0.2 %; share: how far the
+    ball's retardation time is that of the sample. Taken as rigid the ball makes G1 of the sample 1.6 times too small."""
     nu, turn, deep = 0.4, 1.0, 1e-6
     G1, G2, eta2 = 2e3, 2e3, 4e3
     times = 2.0, share * 2.0 + (1.0 - share) * 0.3

@@ -134,7 +134,7 @@ def test_a_vanishing_attraction_leaves_the_contact_without_and_a_contact_that_is
 @pytest.mark.parametrize("forced", [False, True])
 def test_derivatives_are_those_of_central_differences(forced):
     """On a creeping solid in partial slip: by modulus, work and range of the attraction, friction, shear strength, approach
-    or load and what shears."""
+    or load, and what shears."""
     grid = jc.Grid.square(20, 6.0 * UNITS.radius)
 
     def ends(q):
