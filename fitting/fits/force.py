@@ -14,7 +14,7 @@ from jax import Array
 
 import jaxcontact as jc
 from fitting.data.contact import DEGREES, Drag, baseline, find_drag, sample_noise, signs, smooth
-from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
+from fitting.data.indentation import IndentationData, paraboloid_note, probe_of, too_deep
 from fitting.data.weights import choose_weights
 from fitting.fits.adhesion import AdhesiveFit
 from fitting.fits.contact_model import ContactModel, choose_contact_model
@@ -943,7 +943,8 @@ def fit_force(
             f"the depth is {depth / thickness:.2g} of the thickness: beyond {STRAIN:g} linear elasticity is doubtful"
         )
     said += hysteresis_note(bare, approach, float(theta[POINT] * deepest))
-    solved = solved._replace(left=off.left, against=off.against, notes=(*said, *notes, *off.notes))
+    against = (*too_deep(indenter, depth), *off.against)
+    solved = solved._replace(left=off.left, against=against, notes=(*said, *notes, *off.notes))
     found = conclude(problem, solved)
 
     # Errors of the calibration and of the drag, from fits to curves that are changed by them.
@@ -1006,6 +1007,9 @@ def check_options(
             raise ValueError(
                 f"errors[{name!r}]: expected a relative standard deviation from 0 to 1, got {value!r}"
             )
+    k = spring_constant
+    if k is not None and not (isinstance(k, int | float | np.number) and 0.0 < k < math.inf):
+        raise ValueError(f"spring_constant: expected > 0 N/m, got {k!r}")
     if "sensitivity" in (errors or {}) and not (spring_constant or 0.0) > 0.0:
         raise ValueError(
             "spring_constant: expected the spring constant of the cantilever [N/m] with an error of the sensitivity,"

@@ -34,7 +34,7 @@ import numpy as np
 from jax import Array
 
 from fitting.data.contact import baseline, sample_noise, signs, smooth
-from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
+from fitting.data.indentation import IndentationData, paraboloid_note, probe_of, too_deep
 from fitting.data.weights import choose_weights
 from fitting.fits.laws import LAWS, Law, creep_structure, orders, within
 from fitting.inference import noise, verdict
@@ -835,7 +835,8 @@ def fit_history(
         said.append(
             "the curve ends in contact: its baseline after contact is not seen, and drift and creep are less apart"
         )
-    solved = solved._replace(left=off.left, against=off.against, notes=(*said, *notes, *off.notes))
+    against = (*too_deep(indenter, depth), *off.against)
+    solved = solved._replace(left=off.left, against=against, notes=(*said, *notes, *off.notes))
     found = conclude(problem, solved)
 
     # Errors of the calibration and of the drag, from fits to curves that are changed by them, as standard deviations of the

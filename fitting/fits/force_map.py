@@ -45,7 +45,7 @@ from tqdm import tqdm
 
 import jaxcontact as jc
 from fitting.data.contact import SEGMENTS, UNTIMED, baseline, signs
-from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
+from fitting.data.indentation import IndentationData, paraboloid_note, probe_of, too_deep
 from fitting.fits import force
 from fitting.fits.force import ApproachCurve, fit_force
 from fitting.fits.indentation import fit_indentation
@@ -1277,6 +1277,7 @@ def fill(
                 of("trend"), of("softer"), refused, float(load[i]), thickness is not None
             )
             (why if refused else said).append(words)
+        why += too_deep(indenter, deep)
         if of("poor"):
             why.append(f"the model describes the data no better than a constant: R2 = {of('r2'):.3g}")
         if of("faint"):
