@@ -28,12 +28,11 @@ import dataclasses
 import functools
 import hashlib
 import math
-import multiprocessing
 import os
 import re
 import zipfile
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -1310,8 +1309,10 @@ def each_alone(
         run = functools.partial(fitted_alone, **given)
         with contextlib.ExitStack() as stack:
             if count > 1:
-                context = multiprocessing.get_context("spawn")
-                pool = stack.enter_context(ProcessPoolExecutor(count, mp_context=context))
+                import loky
+
+                # processes of loky do not run the calling script again, which then needs no guard ``__main__``
+                pool = stack.enter_context(loky.ProcessPoolExecutor(count))
                 results = pool.map(run, [curves[k] for k in missing])
             else:
                 results = map(run, [curves[k] for k in missing])

@@ -138,7 +138,9 @@ MADE = {  # what only constructs, and is checked by the call that takes it
     "tangential load": lambda load: shear(tangential=jc.TangentialLoad(load)),
     "thickness": lambda thickness: indent(body=thick(thickness)),
     "thickness in a list": lambda one: indent(body=thick(one[0])),
-    "compliances": lambda J: indent(body=jc.LayeredHalfSpace([], jc.Prony(J0=1.0, J=J, tau=[1.0, 2.0], nu=0.3))),
+    "compliances": lambda J: indent(
+        body=jc.LayeredHalfSpace([], jc.Prony(J0=1.0, J=J, tau=[1.0, 2.0], nu=0.3))
+    ),
     "retardation times": lambda tau: indent(
         body=jc.LayeredHalfSpace([], jc.Prony(J0=1.0, J=[1.0, 1.0], tau=tau, nu=0.3))
     ),
