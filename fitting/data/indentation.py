@@ -93,7 +93,7 @@ def paraboloid_note(
 
     a fit to the solution in ``jaxcontact.reference.abel``.
     """
-    if not isinstance(indenter, jc.Sphere) or not depth > 0.0:
+    if not isinstance(indenter, jc.Sphere) or not depth > 0.0 or too_deep(indenter, depth):
         return ()
     radius = float(indenter.radius)
     share, chi = depth / radius, math.sqrt(radius * depth) / (thickness or math.inf)
@@ -525,13 +525,20 @@ def zeroed(data: IndentationData) -> tuple[IndentationData, float]:
 DEEPEST = 2.0  # depth over the radius of a ball, beyond which it is in other units
 
 
+def too_deep(indenter: Any, depth: float) -> tuple[str, ...]:
+    """Return the reason against a largest depth [m] beyond the diameter of a ball, which is in other units."""
+    if not (isinstance(indenter, jc.Sphere) and depth > DEEPEST * float(indenter.radius)):
+        return ()
+    return (
+        f"depth: expected less than {DEEPEST:g} times the radius of the ball, {float(indenter.radius):.3g} m, got"
+        f" {depth:.3g} m: expected a depth in m and not in mm, um or nm, and a radius in m",
+    )
+
+
 def check_depth(indenter: Any, depth: float) -> None:
-    """Raise ValueError for a largest depth [m] beyond the diameter of a ball, which is in other units."""
-    if isinstance(indenter, jc.Sphere) and depth > DEEPEST * float(indenter.radius):
-        raise ValueError(
-            f"depth: expected less than {DEEPEST:g} times the radius of the ball, {float(indenter.radius):.3g} m, got"
-            f" {depth:.3g} m: expected a depth in m and not in mm, um or nm, and a radius in m"
-        )
+    """Raise ValueError for a depth that is ``too_deep``."""
+    for reason in too_deep(indenter, depth):
+        raise ValueError(reason)
 
 
 # of the least load, which a retraction of the right sign does not have at its largest depths

@@ -279,8 +279,9 @@ class RelaxationCause:
             alone, 1 for solvent alone; at a level of 99 % on each side.
         chi2: {"viscoelastic", "poroelastic", "both": least chi2 of each model}, of ``points`` means; a model is excluded
             where it is more than 16 above the least one.
-        diffusivity: (best, low, high) [m2/s] with solvent, as far as the data and the grid tell.
-        nu: Poisson's ratio of the drained network, in the best model with solvent.
+        diffusivity: (best, low, high) [m2/s] with solvent, as far as the data and the grid tell; the best is nan where no
+            model with solvent is better than a constant force.
+        nu: Poisson's ratio of the drained network, in the best model with solvent, or nan likewise.
         times, relaxation: the relaxation times [s] and parts of the network in the best model, the constant part first.
         depths, radii: [m] of the holds, the radii of the contact.
         holds: the holds, for ``fitting.design``.
@@ -314,7 +315,7 @@ class RelaxationCause:
             f"  share of the solvent in the relaxation: {self.share[0]:.2g} to {self.share[1]:.2g}",
             f"  chi2 of {self.points} means: {chi2}",
         ]
-        if self.share[1] > 0.0:
+        if self.share[1] > 0.0 and math.isfinite(D):
             lines.append(f"  with solvent: D = {D:.4g} m2/s, {low:.3g} to {high:.3g}, nu = {self.nu:.3g}")
         return "\n".join(lines)
 
@@ -376,11 +377,16 @@ def relaxation_cause(
             "; a network alone looks like this too where the ramps differ and are not known: there are no points before a"
             " hold, and a step at t = 0 is assumed (ramp)"
         )
-    best = min((one for one in (found.both, found.poroelastic) if one.rho > 0.0), key=lambda one: one.chi2)
+    # holds that do not relax are described best without a solvent, and show neither D nor nu
+    solvent = [one for one in (found.both, found.poroelastic) if one.rho > 0.0]
+    best_D, rho = math.nan, math.nan
+    if solvent:
+        best = min(solvent, key=lambda one: one.chi2)
+        best_D, rho = best.D, best.rho
     return RelaxationCause(
         cause, reason, found.share,
         {name: getattr(found, name).chi2 for name in ("viscoelastic", "poroelastic", "both")}, found.points,
-        (best.D, *found.D), (1.0 - 2.0 * best.rho) / (2.0 * (1.0 - best.rho)), tau, found.both.x,
+        (best_D, *found.D), (1.0 - 2.0 * rho) / (2.0 * (1.0 - rho)), tau, found.both.x,
         tuple(hold.depth for hold in holds), tuple(hold.tip.radius for hold in holds), tuple(holds), found,
     )  # fmt: skip
 

@@ -28,7 +28,7 @@ from fitting.data.contact import (
     smooth,
     without_drag,
 )
-from fitting.data.indentation import IndentationData, depth_notes, probe_of
+from fitting.data.indentation import IndentationData, depth_notes, probe_of, too_deep
 from fitting.data.weights import choose_weights
 from fitting.fits.adhesion import AdhesiveFit
 from fitting.fits.contact_model import ContactModel, choose_contact_model
@@ -676,7 +676,8 @@ def fit_force(
         *approach.remarks, *depth_notes(indenter, depth, thickness),
         *hysteresis_note(bare, approach, float(theta[POINT] * deepest)), *notes, *off.notes,
     )  # fmt: skip
-    solved = solved._replace(left=off.left, against=off.against, notes=said)
+    against = (*too_deep(indenter, depth), *off.against)
+    solved = solved._replace(left=off.left, against=against, notes=said)
     found = conclude(problem, solved)
 
     # Errors of the calibration and of the drag, from fits to curves that are changed by them.
@@ -693,14 +694,11 @@ def fit_force(
             causes.append((0.5 * abs(ends[0] - ends[1]), "drag"))
     for sd, cause in causes:
         if sd:
-            estimate = common.estimate
-            covariance = estimate.covariance + np.diag((sd * estimate.best) ** 2)  # of 1/G
             common = widened(
-                common, problem, {"G": sd},
+                common, problem, {"G": sd}, [sd * common.estimate.best],  # of 1/G
                 f"the interval of the modulus includes the standard deviation of the {cause}, {100 * sd:.3g} % of the"
                 " modulus",
             )  # fmt: skip
-            common = dataclasses.replace(common, estimate=estimate._replace(covariance=covariance))
 
     # Nuisance parameters in SI units; the contact point as a measured depth.
     rows = np.column_stack([theta, found.ends])[2:] * force.space.unit[2:, None]
@@ -744,6 +742,9 @@ def check_options(
             raise ValueError(
                 f"errors[{name!r}]: expected a relative standard deviation from 0 to 1, got {value!r}"
             )
+    k = spring_constant
+    if k is not None and not (isinstance(k, int | float | np.number) and 0.0 < k < math.inf):
+        raise ValueError(f"spring_constant: expected > 0 N/m, got {k!r}")
     if "sensitivity" in (errors or {}) and not (spring_constant or 0.0) > 0.0:
         raise ValueError(
             "spring_constant: expected the spring constant of the cantilever [N/m] with an error of the sensitivity,"

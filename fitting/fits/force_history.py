@@ -46,7 +46,7 @@ from fitting.data.contact import (
     sample_noise,
     smooth,
 )
-from fitting.data.indentation import IndentationData, depth_notes, probe_of
+from fitting.data.indentation import IndentationData, depth_notes, probe_of, too_deep
 from fitting.data.weights import choose_weights
 from fitting.fits.laws import law_rows
 from fitting.inference import noise, verdict
@@ -740,34 +740,45 @@ def fit_history(
             f" {float(force.history.unit[2]) * duration:.3g} s: without an instantaneous compliance it would resist a jump"
             " of depth without limit; StandardLinearSolid fits this compliance"
         )
-    said += depth_notes(indenter, float(below.max()), thickness)
+    deepest = float(below.max())
+    said += depth_notes(indenter, deepest, thickness)
     if "retract" in parts and fitted[-1] > 0.1 * unit:
         said.append(
             "the curve ends in contact: its baseline after contact is not seen, and drift and creep are less apart"
         )
-    solved = solved._replace(left=off.left, against=off.against, notes=(*said, *notes, *off.notes))
+    against = (*too_deep(indenter, deepest), *off.against)
+    solved = solved._replace(left=off.left, against=against, notes=(*said, *notes, *off.notes))
     found = conclude(problem, solved)
 
     # Errors of the calibration and of the drag, from fits to curves that are changed by them, as standard deviations of the
     # coordinates.
-    size, values = force.sought.structure.size, found.common.values
-    spread = np.zeros(len(values))
+    size, values, best = force.sought.structure.size, found.common.values, found.common.estimate.best
+    spread, moves, causes = np.zeros(len(values)), [], []
 
-    def log_parameters(changed: ForceCurve) -> np.ndarray:
+    def refitted(changed: ForceCurve) -> np.ndarray:
+        """Return the logarithms of the parameters, and after them the coordinates [SI], of a changed curve."""
         again = prepared(changed)
         _, moved = searched(again, [np.clip(theta, *again.space.bounds)])
         own = again.space.opened(moved.theta) * again.space.unit[:size]
-        return np.log([float(v) for v in force.sought.structure.parameters(own).values()])
+        logs = np.log([float(v) for v in force.sought.structure.parameters(own).values()])
+        return np.concatenate([logs, own])
 
-    causes = []
+    def add(change: np.ndarray) -> np.ndarray:
+        """Add the changes by one standard deviation of a cause, as of ``refitted``."""
+        moves.append(change[len(values) :])
+        return np.hypot(spread, change[: len(values)])
+
     if errors:
-        by_spring = np.array([float(name != "alpha") for name in values]) * errors.get("spring_constant", 0.0)
-        slopes: Any = 0.0
+        if errors.get("spring_constant"):
+            # moduli are proportional to the spring constant, compliances to its inverse; not an order, nor what is held
+            table, where = force.sought.table, force.sought.structure.where
+            moved = {name: float(name != "alpha" and table[name][0] < table[name][1]) for name in values}
+            scaled = np.ones(size)
+            scaled[[where[name] for name in moved]] = list(moved.values())
+            spread = add(errors["spring_constant"] * np.concatenate([list(moved.values()), best * scaled]))
         if errors.get("sensitivity"):
-            slopes = by_sensitivity(
-                lambda change: log_parameters(curve.recalibrated(change, spring_constant))
-            )
-        spread = np.hypot(by_spring, slopes * errors.get("sensitivity", 0.0))
+            slopes = by_sensitivity(lambda change: refitted(curve.recalibrated(change, spring_constant)))
+            spread = add(errors["sensitivity"] * slopes)
         causes.append(calibration_in_words(errors))
     nuisances: dict[str, tuple[float, float, float]] = {}
     if dragged is not None:
@@ -776,17 +787,17 @@ def fit_history(
         if dragged.sd > 0.0:
             changed = [redrawn(max(dragged.coefficient + s * dragged.sd, 0.0)) for s in (1.0, -1.0)]
             ends = [
-                log_parameters(without_tension(ForceCurve.whole(one)).near_contact(point).thinned(MOST))
+                refitted(without_tension(ForceCurve.whole(one)).near_contact(point).thinned(MOST))
                 for one in changed
             ]
-            spread = np.hypot(spread, 0.5 * np.abs(ends[0] - ends[1]))
+            spread = add(0.5 * (ends[0] - ends[1]))
             causes.append("drag")
     common = found.common
     if np.any(spread > 0.0):
         further = dict(zip(values, spread.tolist(), strict=True))
         percent = ", ".join(f"{name} {100 * sd:.3g} %" for name, sd in further.items())
         note = f"the intervals include the standard deviations of the {' and '.join(causes)}: {percent}"
-        common = widened(common, problem, further, note)
+        common = widened(common, problem, further, moves, note)
 
     rows = np.column_stack([theta, found.ends])[-4:] * force.space.unit[-4:, None]
     rows[0] = curve.inward * (rows[0] + curve.zero)

@@ -28,12 +28,11 @@ import dataclasses
 import functools
 import hashlib
 import math
-import multiprocessing
 import os
 import re
 import zipfile
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -56,7 +55,7 @@ from fitting.data.contact import (
     calibration_in_words,
     signs,
 )
-from fitting.data.indentation import IndentationData, depth_notes, probe_of
+from fitting.data.indentation import IndentationData, depth_notes, probe_of, too_deep
 from fitting.fits import force
 from fitting.fits.force import fit_force
 from fitting.fits.indentation import fit_indentation
@@ -804,6 +803,7 @@ def fill(
                 of("trend"), of("softer"), refused, float(load[i]), thickness is not None
             )
             (why if refused else said).append(words)
+        why += too_deep(indenter, float(out["depth"][k]))
         if of("poor"):
             why.append(verdict.no_better(of("r2")))
         if of("faint"):
@@ -833,8 +833,10 @@ def each_alone(
         run = functools.partial(fitted_alone, **given)
         with contextlib.ExitStack() as stack:
             if count > 1:
-                context = multiprocessing.get_context("spawn")
-                pool = stack.enter_context(ProcessPoolExecutor(count, mp_context=context))
+                import loky
+
+                # processes of loky do not run the calling script again, which then needs no guard ``__main__``
+                pool = stack.enter_context(loky.ProcessPoolExecutor(count))
                 results = pool.map(run, [curves[k] for k in missing])
             else:
                 results = map(run, [curves[k] for k in missing])

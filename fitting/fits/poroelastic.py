@@ -44,7 +44,7 @@ from jax import Array
 
 import jaxcontact as jc
 from fitting.data.contact import sample_noise
-from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
+from fitting.data.indentation import IndentationData, check_depth, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
 from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import two_sided
@@ -206,6 +206,7 @@ class Hold(NamedTuple):
             )
         depth = float(np.mean(data.depth[first:last]))
         tip = _tip(indenter, depth)
+        check_depth(indenter, depth)
 
         # The ramp before it: points in contact of the curve, of the part that was cut off, or a given duration.
         earlier = np.stack([data.t, data.load, data.depth])[:, :first]

@@ -205,18 +205,29 @@ def _moved(
     return moves(name)[own] * slope if moves else np.zeros(slope.size)
 
 
-def widened(fit: Fit, problem: FitProblem, spread: Mapping[str, float], note: str) -> Fit:
+def widened(
+    fit: Fit, problem: FitProblem, spread: Mapping[str, float], moves: Sequence[np.ndarray], note: str
+) -> Fit:
     """Return a fit with further standard deviations of the logarithms of its parameters, which are independent of the
-    noise: half an interval w of a logarithm becomes (w^2 + (z sd)^2)^(1/2), z the quantile of the level."""
+    noise: half an interval w of a logarithm becomes (w^2 + (z sd)^2)^(1/2), z the quantile of the level.
+
+    moves: of each independent cause the change of ``estimate.best`` [SI] by one standard deviation, (m,), whose products are
+    added to the covariance.
+    """
     z, intervals = two_sided(problem.level), {}
     for name, value in fit.values.items():
         (low, high), far = fit.intervals[name], z * spread[name]
+        if far == 0.0:
+            intervals[name] = low, high
+            continue
         down = math.exp(math.hypot(math.log(value / low), far)) if 0.0 < low <= value else math.inf
         closed = 0.0 < value <= high < math.inf
         up = math.exp(math.hypot(math.log(high / value), far)) if closed else math.inf
         intervals[name] = (value / down, value * up)
     identified = verdict.identified(intervals, problem.sought.table, problem.level, fit.refused)
     sd_log = {name: math.hypot(fit.sd_log[name], sd) for name, sd in spread.items()}
+    covariance = fit.estimate.covariance + sum(np.outer(one, one) for one in moves)
     return dataclasses.replace(
-        fit, intervals=intervals, identified=identified, sd_log=sd_log, notes=(*fit.notes, note)
-    )
+        fit, intervals=intervals, identified=identified, sd_log=sd_log, notes=(*fit.notes, note),
+        estimate=fit.estimate._replace(covariance=covariance),
+    )  # fmt: skip

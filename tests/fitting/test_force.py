@@ -321,6 +321,29 @@ def test_bad_errors_of_the_calibration():
             fitting.fit_force(data, indenter=BALL, errors=errors)
 
 
+@pytest.mark.parametrize("k", [-0.1, 0.0, np.nan, np.inf, "0.1", [0.1]])
+def test_a_spring_constant_is_a_positive_number(k):
+    data = curve(noisy(hertz(Z * DEEP), 0))
+    with pytest.raises(ValueError, match="spring_constant: expected > 0 N/m, got"):
+        fitting.fit_force(data, indenter=BALL, spring_constant=k)
+
+
+@pytest.mark.parametrize("factor", [1e3, 1e9])
+@pytest.mark.parametrize("model", ["Elastic", "Maxwell", "map"])
+def test_depths_in_other_units_reject_a_fit(factor, model):
+    # a ball whose depth is a hundred times its radius is below the surface; its parabola still describes such a curve,
+    # with a modulus that is factor^1.5 too small
+    load, depth = noisy(hertz(Z * DEEP), 0), factor * Z * DEEP
+    if model == "map":
+        fit = fitting.fit_map(depth[None], load[None], indenter=BALL)
+        verdict, reason, notes = fit.verdict[0], fit.reasons[0], fit.notes[0]
+    else:
+        fit = fitting.fit_force(curve(load, depth), indenter=BALL, model=model)
+        verdict, reason, notes = fit.verdict, fit.refused[0], fit.notes
+    assert verdict == "rejected" and "expected a depth in m and not in mm, um or nm" in reason
+    assert not any("paraboloid" in note for note in notes)
+
+
 @pytest.mark.parametrize("trend", [False, True])
 def test_a_propagated_result_has_the_systematic_errors_of_the_interval(trend):
     """A curve whose noise alone allows 0.1 %: an error of 10 % of the spring constant, and a trend of the residuals."""

@@ -211,6 +211,18 @@ def test_calibration_drag_signs_and_held_parameters():
     wide = fitting.fit_force(data, **known, errors={"spring_constant": 0.1})
     low, high = wide.intervals["G1"]
     assert np.log(high / low) / 2.0 == pytest.approx(0.196, abs=0.01)
+    assert wide.intervals["G2"] == fit.intervals["G2"]  # held
+
+
+def test_what_follows_from_a_fit_includes_the_error_of_the_calibration():
+    """All compliances have the error of the spring constant in common: that of the creep at any time is the same."""
+    data, _ = curve(SOLID, SLOPES[BALL], noise=0.003)
+    known = {"indenter": BALL, "nu": NU, "model": "StandardLinearSolid"}
+    sharp = fitting.fit_force(data, **known)
+    wide = fitting.fit_force(data, **known, errors={"spring_constant": 0.1})
+    for t in (1e-3, 1.0, 10.0):
+        found, without = (fitting.propagate(fit, lambda m, t=t: m.creep(t)) for fit in (wide, sharp))
+        assert found.sd**2 - without.sd**2 == pytest.approx((0.1 * found.value) ** 2, rel=1e-6)
 
 
 def test_what_a_viscoelastic_fit_does_not_take():

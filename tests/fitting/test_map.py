@@ -2,6 +2,8 @@
 
 import csv
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -242,6 +244,27 @@ def write(path, E, seed):
     load = load + 2e-3 * 4e-9 * np.random.default_rng(seed).standard_normal(T.size)
     rows = (f"{t:.6g}\t{1e9 * P:.6g}\t{1e9 * d:.6g}\n" for t, P, d in zip(T, load, Z, strict=True))
     path.write_text("Time (s)\tLoad (nN)\tDepth (nm)\n" + "".join(rows))
+
+
+UNGUARDED = """
+import fitting, jaxcontact as jc, numpy as np
+z = np.linspace(-1e-6, 1e-6, 60)
+load = 16 / 9 * 1e3 * np.sqrt(5e-6) * np.maximum(z, 0.0) ** 1.5 * np.ones((2, 1))
+load += 2e-11 * np.random.default_rng(0).standard_normal((2, 60))
+found = fitting.fit_map(np.tile(z, (2, 1)), load, indenter=jc.Sphere(5e-6), sigma=2e-11, processes=2)
+print("ran once", *np.round(found.youngs_modulus))
+"""
+
+
+@pytest.mark.slow
+def test_a_script_without_a_guard_fits_curves_in_processes(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(UNGUARDED)
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    said = done.stdout.split()
+    assert said[:2] == ["ran", "once"] and len(said) == 4
+    assert [float(E) for E in said[2:]] == pytest.approx([1e3, 1e3], rel=0.05)
 
 
 @pytest.mark.slow

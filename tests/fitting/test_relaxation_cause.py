@@ -118,3 +118,17 @@ def test_the_command_names_the_cause_of_two_files_and_the_second_depth_for_one(t
     assert "expected one, or one for each of 2 curves, got 3" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main([*words, "--punch"])
+
+
+@pytest.mark.parametrize("error", [0.0, 1e-3])
+def test_holds_that_do_not_relax_have_no_cause_and_no_diffusivity(error):
+    rng, t, bead = np.random.default_rng(2), np.geomspace(0.02, 60.0, 80), jc.Sphere(50e-6)
+    holds = [
+        fitting.IndentationData(
+            t=t, load=load * (1.0 + error * rng.standard_normal(80)), depth=np.full(80, depth)
+        )
+        for load, depth in ((1e-6, 2e-6), (5e-6, 6e-6))
+    ]
+    found = fitting.relaxation_cause(holds, indenter=bead)
+    assert found.cause == "cannot tell" and "hardly relaxes" in found.reason and "nan" not in str(found)
+    assert np.isnan(found.nu) and found.to_dict()["nu"] is None
