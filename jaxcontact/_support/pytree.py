@@ -77,7 +77,8 @@ def require_real(name: str, value: Any) -> None:
     """Raise ValueError for an array that a conversion to float64 would change without a word, or a list or tuple with one.
 
     It drops the imaginary part of complex numbers, and turns dates and durations into counts of their unit, which pandas
-    stores in nanoseconds: a minute would last 6e10 s. Numbers in text are refused too, and what ``refuse_masked`` refuses.
+    stores in nanoseconds: a minute would last 6e10 s. Text that states numbers is refused too, and
+    what ``refuse_masked`` refuses.
     """
     refuse_masked(name, value)
     if isinstance(value, list | tuple):
@@ -96,6 +97,10 @@ def require_real(name: str, value: Any) -> None:
             f"{name}: expected numbers, got {what} ({value.dtype}): {first}divide by numpy.timedelta64(1, 's')"
         )
     if kind in ("U", "S") or isinstance(value, str | bytes):
+        try:
+            np.asarray(value, dtype=float)
+        except ValueError:
+            return  # the conversion fails, and the caller says what it expected
         raise ValueError(f"{name}: expected numbers, got text")
 
 

@@ -410,6 +410,15 @@ PRESSING = {
         lambda: indent(indenter=jc.HeightField(jnp.zeros((4, 4)))),
         r"expected shape \(8, 8\)",
     ),
+    "complex heights": (
+        lambda: indent(indenter=jc.HeightField(1j * np.eye(8))),
+        r"heights \[m\]: expected real numbers, got complex numbers: take their real part or modulus",
+    ),
+    "durations of nanoseconds": (
+        lambda: indent(times=np.array([0, 60], "m8[ns]")),
+        r"times \[s\]: expected numbers, got durations \(timedelta64\[ns\]\): divide by numpy.timedelta64",
+    ),
+    "a load in text": (lambda: indent(control=jc.Load("50")), r"Load \[N\]: expected numbers, got text"),
     "heights behind a mask": (
         lambda: indent(indenter=jc.HeightField(np.ma.masked_greater(np.eye(8), 0.5))),
         r"heights: expected numbers without masked entries, got 8 masked of 64",
