@@ -211,8 +211,8 @@ def widened(
     """Return a fit with further standard deviations of the logarithms of its parameters, which are independent of the
     noise: half an interval w of a logarithm becomes (w^2 + (z sd)^2)^(1/2), z the quantile of the level.
 
-    moves: of each independent cause the change of ``estimate.best`` [SI] by one standard deviation, (m,), whose products are
-    added to the covariance.
+    moves: of each independent cause the change of the values of ``Estimate`` [SI] by one standard deviation, (m,), whose
+    products are added to the covariance.
     """
     z, intervals = two_sided(problem.level), {}
     for name, value in fit.values.items():
