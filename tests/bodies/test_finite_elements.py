@@ -163,6 +163,7 @@ def test_numbers_of_numpy_and_jax_are_written_as_plain_numbers(program):
     np.testing.assert_allclose(G[[0, -1]], [1e9, 0.4e9], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_least_long_term_modulus_leaves_that_of_a_fractional_solid_as_it_is():
     solid = jc.FractionalZener(G1=3e3, G2=1.5e3, V=2e3, alpha=0.4, nu=0.4)
     assert solid.to_comsol(1e-2, 1e2, long_term=1e-6) == solid.to_comsol(1e-2, 1e2)

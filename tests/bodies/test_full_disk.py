@@ -142,6 +142,7 @@ def test_a_study_may_move_and_another_is_told_by_what_differs(swept):
     assert status == 2 and "[substrate] differ; take another folder" in said
 
 
+@pytest.mark.slow
 def test_nothing_is_converted_or_drawn_over_what_is_there(tmp_path, capfd):
     """Each kind of file: refused by its name, and by --force written. A film for ParaView is a folder as well."""
     result = str(jc.write_result(made_up(jc.ContactHistory), tmp_path / "result.npz"))

@@ -78,6 +78,7 @@ def half_widths(name, indenter, control):
     return INDENTERS[indenter].half_widths(body, control, np.array(times))
 
 
+@pytest.mark.slow
 def test_the_contact_of_a_cone_and_of_a_roller_is_foretold():
     """Against Sneddon's cone, Hertz's line contact, and both on a bed of springs as soft as the film after two hours."""
     slope, W = np.tan(np.radians(85.0)), 5.0
@@ -137,6 +138,7 @@ def test_a_grid_of_its_own_holds_the_contact(monkeypatch):
     assert float(history.approach[0]) == pytest.approx(1.919e-6, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_grid_that_the_contact_outgrows_is_widened(monkeypatch):
     """From an estimate of a fifth of the contact: 1.5^4 is wide enough, and only the last grid's verdict counts."""
     monkeypatch.setattr(jc.Grid, "around", lambda *given: jc.Grid.square(32, 260e-6 / 5.0))

@@ -33,6 +33,7 @@ def reference(x, alpha):
     return mp.quad(density, [-u + z for z in (-300 / a, -100 / a, -30 / a, -10 / a, -5, -2, 0, 2, 3, 5, 6)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("alpha", [0.03, 0.4, 0.8, 0.98])
 def test_the_function_and_its_complement_at_all_arguments(alpha):
     x = np.array([1e-200, 1e-12, 1e-3, 0.3, 0.9, 1.6, 5.0, 40.0, 1e4, 1e12])
@@ -111,6 +112,7 @@ def test_the_fractional_zener_solid_has_its_limits():
     np.testing.assert_allclose(law.shifted(10.0).creep(20.0), law.creep(2.0), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_series_of_a_fractional_zener_solid_and_its_derivatives():
     t = np.geomspace(1e-2, 1e2, 20)
     law = jc.FractionalZener(G1=3e3, G2=1e3, V=2e3, alpha=0.5)

@@ -26,6 +26,7 @@ def library():
     return pytest.importorskip("SurfaceTopography", reason="needs jaxcontact[surfaces]")
 
 
+@pytest.mark.slow
 def test_heights_and_cells_come_in_metres(tmp_path):
     """12 um over 6 points and over 4 points, heights in nm."""
     library()
@@ -135,6 +136,7 @@ def test_a_unit_is_given_where_a_file_has_none(tmp_path):
     np.testing.assert_allclose(grid.spacing, (2e-6, 3e-6), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_missing_points_are_filled_on_request(tmp_path):
     """A plane satisfies Laplace's equation: every hole off the edges gets its height back."""
     library()

@@ -37,6 +37,7 @@ def press(control, grid, indenter=None, body=None, **options):
         return jc.indent(half_space() if body is None else body, indenter, control, NOW, grid=grid, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.versions
 @pytest.mark.parametrize("shape", [pytest.param((101, 101), marks=pytest.mark.slow), (96, 130)])
 def test_hertz(shape):
@@ -107,6 +108,7 @@ def test_long_cylinder_has_the_line_contacts_width_and_pressure_in_its_middle():
     assert float(jnp.sum(middle > 0) * grid.spacing[0]) == pytest.approx(2 * a, rel=0.05)
 
 
+@pytest.mark.slow
 def test_pressure_at_a_sharp_edge_grows_as_one_over_the_root_of_the_cell():
     """Of a flat strip of width 2 a, p = P'/(pi sqrt(a^2 - x^2)): K. L. Johnson, Contact Mechanics (1985), section 2.8."""
     a, width, edges = 1e-4, 1e-3, []
@@ -314,6 +316,7 @@ def test_bad_input_is_refused_before_anything_is_computed(name):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_two_equal_calls_trace_once():
     from jaxcontact.simulate.run import _run
 

@@ -42,6 +42,7 @@ def test_full_contact_is_the_whole_grid(shape, periodic):
     np.testing.assert_allclose(full, shape[0] * shape[1], rtol=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", [(16, 16), pytest.param((9, 1), marks=pytest.mark.slow)])
 def test_without_contact_the_area_and_its_derivatives_are_zero(shape):
     area = lambda p, g, c: contact_cells(p, g, c, FREE)
@@ -76,6 +77,7 @@ def test_a_patch_across_the_sides_of_a_periodic_grid_is_whole(shift):
     np.testing.assert_allclose(there, contact_cells(p, g, jnp.asarray(1.0), PERIODIC), rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_the_side_of_a_grid_is_no_edge_of_the_contact():
     """A band from side to side has as many cells a row, and half a disc at a side is half of the whole one."""
     p, g = disc(25, (12.0, 12.0), 6.3)
@@ -130,6 +132,7 @@ def test_the_edge_of_a_line_contact_in_any_direction(a, b):
     assert np.max(np.abs(slopes)) < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("across", [
     pytest.param(1.5, marks=pytest.mark.slow), 3.0, pytest.param(7.0, marks=pytest.mark.slow)
 ])  # fmt: skip
@@ -189,6 +192,7 @@ def solver(n):
     return area
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n", "radius", "cells"), [
     pytest.param(12, 1.5, 0.07, marks=pytest.mark.slow), (12, 2.5, 0.03),
     pytest.param(24, 5.0, 0.008, marks=pytest.mark.slow),
@@ -221,6 +225,7 @@ def test_the_slope_of_hertz_at_random_places_on_the_grid(n, radius, mean, spread
         assert np.sqrt(np.mean(np.square(found))) < spread
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spacing", [(1.0, 1.0), (1.0, 1.6)])
 def test_an_elliptical_contact_is_that_of_hertz(spacing):
     """K. L. Johnson, Contact Mechanics (1985), Eqs. (4.26) to (4.28), semi-axes a = 9 m and b = 5 m."""
@@ -235,6 +240,7 @@ def test_an_elliptical_contact_is_that_of_hertz(spacing):
     assert found == pytest.approx(np.pi * a * b, rel=0.01 * spacing[1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "across", [3.0, *(pytest.param(ratio, marks=pytest.mark.slow) for ratio in (1 / 3, 1.5, 1 / 7, 7.0))]
 )
@@ -275,6 +281,7 @@ def test_sixteen_contacts_have_sixteen_times_the_area_of_hertz():
     assert one == pytest.approx(np.pi * 9.0, rel=0.04)
 
 
+@pytest.mark.slow
 def test_the_half_width_of_a_line_contact_moves_between_the_cells():
     """a^2 = 4 P' R/(pi E), for edges at five places within a cell."""
     grid = jc.Grid(shape=(32, 1), spacing=(1.0, 1.0), periodic=(False, True))
@@ -308,6 +315,7 @@ def test_a_rough_contact_has_the_area_of_a_finer_grid(load):
 # memory ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_half_space_that_relaxes_under_a_held_approach_keeps_its_radius():
     """E. H. Lee and J. R. M. Radok, J. Appl. Mech. 27 (1960) 438: only the pressure relaxes, here to a twentieth."""
     film = jc.Burgers(G1=1e9, G2=0.1e9, eta1=100e9, eta2=1e9, nu=0.3)
@@ -356,6 +364,7 @@ def test_the_approach_at_first_touch_is_zero_with_zero_gradient(indenter):
     assert float(slope) == 0.0
 
 
+@pytest.mark.slow
 def test_first_touch_of_sampled_heights_is_at_the_highest_of_them():
     """The approach at which a surface of given samples bears nothing, as the limit of small loads."""
     rng, grid = np.random.default_rng(3), jc.Grid.square(8, 8.0)

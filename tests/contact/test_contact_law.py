@@ -101,6 +101,7 @@ def test_derivatives_hold_the_saturated_cells_at_the_hardness():
         np.testing.assert_allclose(forward[:, i], central, rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_march_in_time_takes_the_law_of_its_setup():
     """A ball on a Maxwell half-space under a rising load: no pressure above the hardness, whose area then grows."""
     steps = time_loop.Steps(jnp.ones((3, 1)), jnp.array([[2.0], [6.0], [12.0]]), jnp.zeros((3, 1)))

@@ -47,6 +47,7 @@ def test_the_inverse_of_continued_fields_is_near_that_on_the_contact(name):
     assert condition(continued) < 0.75 * condition(inverse)  # 2.9, 2.9 and 4.5, instead of 4.0, 5.9 and 7.8
 
 
+@pytest.mark.slow
 def test_rough_contact_takes_few_iterations():
     n, spacing = 256, 1e-6
     grid = jc.Grid((n, n), (spacing, spacing), periodic=True)

@@ -102,6 +102,7 @@ for shape, periodic in {(16, 16): (True, True), (12, 8): (False, False), (10, 7)
 """
 
 
+@pytest.mark.slow
 def test_convolutions_on_four_devices_agree_with_sums():
     """Also where the number of rows is not a multiple of the number of devices."""
     errors = [float(line) for line in output(start(SHAPES, devices=4)).split()]

@@ -70,6 +70,7 @@ def minimised(p):
     return q.reshape(2, N, N)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load_controlled", [True, False], ids=["sum", "shift"])
 def test_tractions_are_those_of_least_energy(load_controlled):
     """Of 4 problems on 5 x 5 cells, with partial slip, in which cells slip to all sides."""

@@ -57,6 +57,7 @@ def fit(load, depth, t=T, model="StandardLinearSolid", work=W, **options):
     return fitting.fit_indentation(data, model, indenter=BEAD, nu=NU, adhesion=work, **options)
 
 
+@pytest.mark.slow
 def test_a_load_on_a_solid_that_hardly_creeps_is_jkr():
     """Loads from the jump into contact, also below zero, on a Maxwell fluid of very high viscosity."""
     load = np.linspace(0.9 * PULL_OFF, 20e-9, T.size)
@@ -75,6 +76,7 @@ def test_depths_of_a_solid_that_hardly_creeps_are_jkrs():
     np.testing.assert_allclose(found.values["G"], G, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_step_load_creeps_as_the_solids_equation_says():
     found = fit(np.full(T.size, 5e-9), jkr_depth(held(lambda t: 5e-9)))
     for name, value in TRUTH.items():
@@ -83,6 +85,7 @@ def test_a_step_load_creeps_as_the_solids_equation_says():
     assert found.slow_edge["G2"] > 1.2 * TRUTH["G2"]  # an edge that creeps pulls harder
 
 
+@pytest.mark.slow
 def test_a_held_depth_relaxes_as_the_modulus_and_begins_below_it():
     """At a depth that is held the edge that closes at once stands still: the load is that of JKR times G(t)/G."""
     a = radius_at(2e-7)
@@ -92,6 +95,7 @@ def test_a_held_depth_relaxes_as_the_modulus_and_begins_below_it():
         np.testing.assert_allclose(found.values[name], value, rtol=1e-6, err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("control", ["load", "depth"])
 def test_no_adhesion_is_the_limit_of_little(control):
     depth = (3 * (1 - NU) / (8 * np.sqrt(R)) * 5e-9 / G * (1 + T / 10)) ** (2 / 3)
@@ -113,6 +117,7 @@ def test_noise_stays_within_the_intervals():
         assert low < value < high and high / low < 1.3, name
 
 
+@pytest.mark.slow
 def test_a_contact_point_is_found_beside_adhesion():
     load = 5e-9 * (1 + T / 40)
     found = fit(load, jkr_depth(held(lambda t: 5e-9 * (1 + t / 40))) + 3e-8, contact_point="fit")
@@ -153,6 +158,7 @@ def test_the_slopes_are_those_of_central_differences(which):
     np.testing.assert_allclose(by_neck, (f(x, neck + step)[0] - f(x, neck - step)[0]) / (2 * step), rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_the_command_line(tmp_path):
     a = jkr_radius(5e-9)
     rows = "".join(f"{t}\t{5e-9}\t{jkr_depth(a) * (1 + 1e-4 * np.sin(37 * t)):.8g}\n" for t in T)

@@ -93,6 +93,7 @@ def test_pull_off_and_work_of_separation_are_those_of_the_curve():
     assert np.std(works) == pytest.approx(one.work_sd, rel=0.35)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.02, 0.05, 0.08])
 def test_the_pull_off_is_that_of_the_fitted_curve_and_not_the_lowest_reading(noise):
     """JKR's is 3/2 pi w R at any modulus; noise as a fraction of it. The lowest reading is 2, 9, 17 % below it."""
@@ -109,6 +110,7 @@ def test_the_pull_off_is_that_of_the_fitted_curve_and_not_the_lowest_reading(noi
     assert np.sum(inside) >= 17 and np.sum(works) >= 17
 
 
+@pytest.mark.slow
 def test_the_pull_off_of_a_finite_range_is_the_least_load_of_maugis():
     """Against the closed form of the reference on a fine grid of radii, with its interval."""
     load, _ = maugis.maugis(1.0, np.linspace(0.02, 2.0, 4000))
@@ -191,6 +193,7 @@ def hysteretic(part, noise=1e-3, n=60):
     return dataclasses.replace(curve, load=np.append(there, curve.load[n:]))
 
 
+@pytest.mark.slow
 def test_different_works_of_approach_and_retraction_are_rejected_together_and_the_retraction_gives_its_own():
     curve = hysteretic(0.3)
     both, back = fitted(curve), fitted(curve.only("retract"))
@@ -198,6 +201,7 @@ def test_different_works_of_approach_and_retraction_are_rejected_together_and_th
     assert back.verdict == "accepted" and back.values["work"] == pytest.approx(WORK, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("parameter", [0.3, 2.0])
 def test_a_trend_of_a_range_that_the_model_does_not_have_widens_the_interval_of_the_work(parameter):
     """JKR with a known contact point, for curves of finite range: 18 and 2 % too much work."""
@@ -210,6 +214,7 @@ def test_a_trend_of_a_range_that_the_model_does_not_have_widens_the_interval_of_
     assert fit.values["work"] > 1.02 * WORK  # the bias that the interval has to hold
 
 
+@pytest.mark.slow
 def test_a_trend_above_a_twentieth_of_the_largest_force_is_rejected():
     """A load that is 10 % larger for each unit of depth, as a sample that stiffens with depth."""
     curve = force_curve(None, noise=1e-3, n=100)

@@ -39,6 +39,7 @@ def film_of(ratio, thickness):
     return FilmOnBase(thickness * UNITS.radius, G / ratio, 0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "ratio, thickness",
     [film if film[0] in (0.1, 10.0) else pytest.param(*film, marks=pytest.mark.slow) for film in FILMS],
@@ -78,6 +79,7 @@ def fitted(data, ratio, thickness, adhesion="JKR", **keywords):
     return fitting.fit_indentation(data, "Elastic", adhesion=adhesion, **given, **film)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "ratio, thickness, accuracy",
     [

@@ -95,6 +95,7 @@ def test_a_folder_in_the_way_is_named_before_any_fit(tmp_path, monkeypatch, caps
     assert "a file above it" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["relaxation", pytest.param("oscillation", marks=pytest.mark.slow)])
 def test_a_batch_of_moduli_is_the_single_fits(tmp_path, capsys, kind):
     x, files = np.geomspace(0.1, 10.0, 21), []

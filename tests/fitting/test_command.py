@@ -56,6 +56,7 @@ def test_malformed_files_are_one_line_and_status_2(name, tmp_path, capsys):
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_fit_run_twice_writes_the_same_bytes(tmp_path):
     """The tables, JSON and pictures of a fit of noisy data are equal in two runs."""
     noisy = J * (1.0 + 0.01 * np.random.default_rng(3).standard_normal(T.size))
@@ -71,6 +72,7 @@ def test_there_are_forty_malformed_files():
     assert len(MALFORMED) >= 40
 
 
+@pytest.mark.slow
 def test_creep_writes_what_it_says(tmp_path, capsys):
     path, out = table(tmp_path / "film.csv", "t [s],J [1/GPa]", T, 1e9 * J), tmp_path / "out"
     assert main(["fit", "creep", path, "-o", str(out)]) == 0
@@ -108,6 +110,7 @@ def test_a_known_parameter_is_fixed_from_the_shell(tmp_path):
     assert json.loads((out / "summary.json").read_text())["fixed"] == ["G2"]
 
 
+@pytest.mark.slow
 def test_indentation_writes_what_it_says(tmp_path, capsys):
     depth = (3 * (1 - NU) * J / (8 * np.sqrt(R))) ** (2 / 3)
     path, out = (

@@ -107,6 +107,7 @@ def textbook_quantile(sigma, level):
     return scipy.stats.t.ppf(share, T.size - 2) if sigma is None else scipy.stats.norm.ppf(share)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.1, 0.5, 1.0, 2.0, 10.0])
 def test_a_stated_sigma_is_compared_with_the_residuals(factor):
     """60 points of a straight line, 200 sets. A wrong sigma is named in all, and the intervals are those of Student's t; a
@@ -145,6 +146,7 @@ def test_a_stated_sigma_is_compared_with_the_residuals(factor):
     assert factor == 1.0 or "contradicts the stated sigma" in fit.summary()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", [20, 40])
 def test_noise_that_changes_along_the_curve_is_estimated(first):
     """Standard deviations of 0.15 for the first points and 0.03 for the rest of 60; 300 sets. With one standard deviation
@@ -165,6 +167,7 @@ def test_noise_that_changes_along_the_curve_is_estimated(first):
     assert np.all((np.mean(held, 0) >= 0.92) & (np.mean(held, 0) <= 0.98)), np.mean(held, 0)
 
 
+@pytest.mark.slow
 def test_noise_of_one_size_is_seldom_found_to_change():
     """A change is found in at most 2 % of 400 series of white noise: each of the two tests has a level of 0.25 %."""
     t, rng = np.linspace(0.0, 10.0, 60), np.random.default_rng(5)
@@ -172,6 +175,7 @@ def test_noise_of_one_size_is_seldom_found_to_change():
     assert sum(any("noise changes" in note for note in fit.notes) for fit in fits) <= 8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("m", [2, 3])
 def test_joined_runs_have_the_variation_between_them_in_the_intervals(m):
     """Runs at equal times, each with a common factor of 1 % and noise of 0.5 % of the mean; 300 sets. 40 % of the intervals
@@ -348,6 +352,7 @@ def approach_curve():
     return fitting.IndentationData(t=np.linspace(0.0, 1.0, 200), load=load, depth=z)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kind", [k if k in QUICK_RESULTS else pytest.param(k, marks=pytest.mark.slow) for k in RESULTS]
 )

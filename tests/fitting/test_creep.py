@@ -193,6 +193,7 @@ def test_solid_as_burgers_has_infinite_viscosity():
     assert np.all(np.isfinite(fit.predict(t)))
 
 
+@pytest.mark.slow
 def test_the_ends_of_a_narrow_interval_are_told_apart():
     """A curve with a noise of 1e-7 of its values."""
     t = np.linspace(0.1, 4.0, 40)
@@ -300,6 +301,7 @@ def test_band_holds_the_truth_and_matches_the_parameters():
     np.testing.assert_allclose(fit.band(t[[3, 90]]), np.array([low, high])[:, [3, 90]], rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("t", [linear_times(40000.0), np.geomspace(1.0, 40000.0, 60)], ids=["even", "log"])
 def test_the_band_of_the_figure_is_that_of_the_fit(t):
     """The figure interpolates between some of its points, to less than a twentieth of the band."""

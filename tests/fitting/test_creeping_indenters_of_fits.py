@@ -50,6 +50,7 @@ def relaxation(compliances, t):
     return np.exp(np.multiply.outer(t, places)) @ (P.polyval(places, top) / P.polyval(places, slope))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, pytest.param(1.0, marks=pytest.mark.slow)])
 def test_a_force_curve_of_a_ball_that_creeps_gives_the_material_of_the_sample_back(share):
     """Ting's integrals, by quadrature, with the modulus of both compliances together, and noise of 0.2 %; share: how far the

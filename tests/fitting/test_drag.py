@@ -38,6 +38,7 @@ def curve(seed=0, shift=0.0, flip=1.0, **given):
     return fitting.IndentationData(t=t, load=flip * load, depth=flip * (depth - error / SPRING))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flip", [1.0, -1.0], ids=["inwards", "outwards"])
 def test_the_drag_and_the_modulus_are_recovered(flip):
     """A tip that slows down in contact loses its drag, by which the modulus would be 2 % too large."""
@@ -52,6 +53,7 @@ def test_the_drag_and_the_modulus_are_recovered(flip):
     assert "drag_N_s_per_m" in json.loads(fit.to_json())["nuisances"]
 
 
+@pytest.mark.slow
 def test_the_error_of_the_drag_is_in_the_interval():
     """A retraction whose noise is fifty times larger leaves the fit of the approach as it is."""
     data = curve()
@@ -81,6 +83,7 @@ def test_intervals_hold_the_drag_and_the_modulus():
     assert np.all(np.abs(held / count - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / count))
 
 
+@pytest.mark.slow
 def test_baselines_without_drag_have_no_note_and_a_drift_is_no_drag():
     dry = curve(drag=1e-8)
     assert not any("drag" in note for note in fitting.fit_force(dry, indenter=BALL).notes)
@@ -118,6 +121,7 @@ def test_numbered_points_have_no_velocity(tmp_path):
             fitting.fit_force(untimed, indenter=BALL, drag=drag)
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path, capsys):
     data = curve()
     rows = np.column_stack([data.t, 1e9 * data.load, 1e9 * data.depth])

@@ -46,6 +46,7 @@ def seen(image, shift=(0.0, 0.0)):
     return hertz(x - shift[0], y - shift[1])
 
 
+@pytest.mark.slow
 def test_a_bump_is_blurred_shifted_and_rotated_as_in_closed_form():
     """A Gaussian convolved with a Gaussian is a Gaussian; a pixel adds the variance of its width."""
     model, image = jc.Grid.square(64, 64.0), jc.Grid.square(40, 30.0)
@@ -314,6 +315,7 @@ def test_wrong_input_of_a_fit_is_named(case):
         fitting.fit_fields(**(right | changed))
 
 
+@pytest.mark.slow
 def test_notes_of_the_solver_are_those_of_the_fit():
     """The contact radius, (3 W R/(8 G/(1 - nu)))^(1/3)/R = 0.4, exceeds a third of the radius of the ball."""
     load, image = 0.4**3 * 5e-3**2 * 8.0 * TRUE / (3.0 * 0.7), jc.Grid.square(16, 8e-3)

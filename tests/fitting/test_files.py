@@ -267,6 +267,7 @@ def test_edge_sets_are_read_right(name):
         assert (data.t[0], data.J[0]) == (0.0, 3e-9)
 
 
+@pytest.mark.slow
 def test_numbers_of_unknown_meaning_are_not_taken_for_compliance():
     """Time and a deformation in an unknown unit, without a header, creep and recovery (provenance)."""
     path = DATA / "creep_asphalt" / "creep-test.csv"

@@ -13,6 +13,7 @@ def relaxing(t=T):
     return 1e5 + 4e5 * np.exp(-t / 3.0)
 
 
+@pytest.mark.slow
 def test_the_fit_is_that_of_the_other_points():
     values = relaxing() * (1.0 + 0.01 * np.random.default_rng(0).standard_normal(T.size))
     values[7], values[20] = 5e6, 1.0
@@ -48,6 +49,7 @@ def test_bad_input():
         fitting.exclude([1, 2], [1.0])
 
 
+@pytest.mark.slow
 def test_the_shell(tmp_path, capsys):
     path, G = tmp_path / "gel.csv", relaxing()
     G[10] *= 3.0

@@ -87,6 +87,7 @@ def test_intervals_are_those_of_least_squares():
     assert 0.95 < (high - low) / (2 * 1.985 * sd[2]) < 1.35  # widened for possible correlation
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name, kind", [("FractionalMaxwell", "oscillation"), ("FractionalKelvinVoigt", "relaxation")]
 )
@@ -96,6 +97,7 @@ def test_intervals_hold_the_truth(name, kind):
     assert sum(low < 0.5 < high for low, high in ends) >= 16
 
 
+@pytest.mark.slow
 def test_a_classical_model_is_worse_and_the_band_holds_the_moduli():
     data = curve("FractionalMaxwell", "oscillation", noise=0.01)
     assert fitting.fit_oscillation(data, "Maxwell").verdict == "rejected"
@@ -111,6 +113,7 @@ def test_bad_input():
         fitting.fit_relaxation(data, "Springpot")
 
 
+@pytest.mark.slow
 def test_the_shell(tmp_path):
     data, path = curve("FractionalMaxwell", "oscillation", noise=0.01), tmp_path / "gel.csv"
     rows = zip(data.omega, data.storage, data.loss, strict=True)

@@ -221,6 +221,7 @@ def test_times_are_infinite_where_the_law_of_williams_landel_and_ferry_ends():
     assert np.all(np.isposinf(law.log_factor(np.array([326.4, 293.0]))))
 
 
+@pytest.mark.slow
 def test_the_shell_chooses_the_law_and_writes_the_factors(tmp_path, capsys):
     file = written(tmp_path / "melt.txt", curves(noise=0.01))
     assert main(["master", file, "--reference", "400", "-o", str(tmp_path / "out")]) == 0
@@ -248,6 +249,7 @@ def strayed(law, error, seed):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law, name", [("Arrhenius", "activation_energy"), ("WLF", "c1")])
 def test_errors_of_the_temperatures_enter_the_intervals(law, name):
     """Errors of 0.2 K, which temperature control leaves, shift a law by more than the noise of the moduli does."""

@@ -87,6 +87,7 @@ def test_the_optimum_is_the_nonnegative_least_squares(kind):
     assert fit.rss == pytest.approx(cost**2, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["relaxation", "oscillation"])
 def test_times_are_chosen(kind):
     """A broad power law: the chosen series describes it to the noise, within and between the data."""
@@ -107,6 +108,7 @@ def test_times_are_chosen(kind):
     assert "relaxation times chosen by BIC" in fit.notes[-1] and fit.verdict == "accepted"
 
 
+@pytest.mark.slow
 def test_propagation_and_intervals():
     fit = fitting.fit_maxwell(curve("relaxation", 5e3, noise=0.01), TAU, weights="relative")
     assert all(fit.identified.values())
@@ -126,6 +128,7 @@ def test_bad_input():
         fitting.fit_maxwell(curve("relaxation", 0.0), [-1.0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["relaxation", pytest.param("oscillation", marks=pytest.mark.slow)])
 def test_the_shell(tmp_path, capsys, kind):
     data, path = curve(kind, 5e3, noise=0.01), tmp_path / "melt.csv"
@@ -148,6 +151,7 @@ def test_the_shell(tmp_path, capsys, kind):
     assert summary["verdict"] == "accepted" and "Ge_Pa" in summary["parameters"]
 
 
+@pytest.mark.slow
 def test_a_plateau_that_relaxes_after_the_data_is_noted():
     """A liquid of 1e5 Pa with 100 s, measured to 1 s, looks like a solid; the data cannot show which it is."""
     t = np.geomspace(0.01, 1.0, 40)
@@ -170,6 +174,7 @@ def creep_of_modes(Ge, G, tau, t):
         return np.array([float(each) for each in found])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("decades", [26, 30, 45])
 @pytest.mark.parametrize("solid", [True, False])
 def test_spectra_over_tens_of_decades_give_the_creep_of_mpmath(decades, solid):

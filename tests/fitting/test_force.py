@@ -23,6 +23,7 @@ def hertz(depth, nu=0.5):
     return 4.0 / 3.0 * E / (1.0 - nu**2) * np.sqrt(RADIUS) * np.maximum(depth, 0.0) ** 1.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("nu", [0.3, 0.5])
 def test_a_thin_sample_is_recovered_within_three_thousandths(nu):
     depth, load = thin(nu, 1.5)
@@ -35,6 +36,7 @@ def test_a_thin_sample_is_recovered_within_three_thousandths(nu):
         assert high - low < 0.02 * depth.max()
 
 
+@pytest.mark.slow
 def test_a_sample_on_an_elastic_base_is_recovered():
     """A layer a third as stiff as its base, up to a contact as wide as the thickness, by the other solution."""
     nu, h, G = 0.4, 1e-6, E / 2.8
@@ -98,6 +100,7 @@ def test_the_retract_is_left_out():
     assert fitting.fit_force(both, indenter=BALL).youngs_modulus[0] == pytest.approx(E, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_slight_trend_widens_the_interval_and_a_strong_one_is_rejected_in_a_users_words():
     """A sample that stiffens with depth by a factor 1 + c d."""
     d = np.maximum(Z, 0.0)
@@ -180,6 +183,7 @@ def test_other_data_and_curves_without_approach():
         fitting.fit_force(falling, indenter=BALL)
 
 
+@pytest.mark.slow
 def test_the_command_from_a_file_to_a_modulus(tmp_path, capsys, monkeypatch):
     rows = np.column_stack([T, 1e9 * noisy(hertz(Z * DEEP), 0), 1e9 * Z * DEEP])
     np.savetxt(tmp_path / "bead.csv", rows, delimiter=",", header="t [s],load [nN],depth [nm]", comments="")
@@ -288,6 +292,7 @@ def calibrated(spring=0.05, sensitivity=1.0, k=0.02):
     return curve(spring * deflection, height - deflection)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "errors", [{"spring_constant": 0.1}, {"sensitivity": 0.05}, {"spring_constant": 0.1, "sensitivity": 0.05}]
 )
@@ -328,6 +333,7 @@ def test_a_spring_constant_is_a_positive_number(k):
         fitting.fit_force(data, indenter=BALL, spring_constant=k)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [1e3, 1e9])
 @pytest.mark.parametrize("model", ["Elastic", "Maxwell", "map"])
 def test_depths_in_other_units_reject_a_fit(factor, model):

@@ -45,6 +45,7 @@ def holds(fit, truth):
     return all(low <= truth[name] <= high for name, (low, high) in fit.intervals.items())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("tip", "model", "truth", "G", "power"),
     [
@@ -66,6 +67,7 @@ def test_a_curve_of_tings_integrals_gives_its_material_back(tip, model, truth, G
     assert fit.relaxation(1.0) == pytest.approx(G(1.0), rel=0.03)
 
 
+@pytest.mark.slow
 def test_without_noise_the_parameters_are_exact_to_a_thousandth():
     data, force = curve(SOLID, SLOPES[BALL], noise=0.0, points=400)
     fit = fitting.fit_force(data, indenter=BALL, nu=NU, model="StandardLinearSolid", weights="absolute")
@@ -214,6 +216,7 @@ def test_calibration_drag_signs_and_held_parameters():
     assert wide.intervals["G2"] == fit.intervals["G2"]  # held
 
 
+@pytest.mark.slow
 def test_what_follows_from_a_fit_includes_the_error_of_the_calibration():
     """All compliances have the error of the spring constant in common: that of the creep at any time is the same."""
     data, _ = curve(SOLID, SLOPES[BALL], noise=0.003)
@@ -246,6 +249,7 @@ def test_what_a_viscoelastic_fit_does_not_take():
         fitting.fit_force(untimed, indenter=BALL, nu=NU, model="Springpot")
 
 
+@pytest.mark.slow
 def test_an_elastic_fit_points_to_a_model_and_has_a_table_over_the_depth():
     data, _ = curve(SOLID, SLOPES[BALL])
     fit = fitting.fit_force(data, indenter=BALL, nu=NU)
@@ -286,6 +290,7 @@ def test_an_elastic_fit_points_to_a_model_and_has_a_table_over_the_depth():
     )  # the logarithm of this modulus is no spline of five rows
 
 
+@pytest.mark.slow
 def test_the_command_fits_a_pyramid(tmp_path, capsys):
     face = np.radians(35.0)
     cone = np.arctan(2.0 / np.sqrt(np.pi) * np.tan(face))  # of equal area
@@ -306,6 +311,7 @@ def test_the_command_fits_a_pyramid(tmp_path, capsys):
     assert "--model fits" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("parameter", "noise", "name"),
     [

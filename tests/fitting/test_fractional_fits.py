@@ -144,6 +144,7 @@ def test_a_dashpot_is_a_springpot_of_order_one():
     assert 900.0 < low < 1e3 < high < 1100.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "classical", "J"),
     [
@@ -165,6 +166,7 @@ def test_a_classical_material_is_described_no_worse_by_its_fractional_law(law, c
     assert off.max() < 0.02  # the material handed out is a cut, or the classical one
 
 
+@pytest.mark.slow
 def test_a_ramp_of_a_maxwell_material_is_described_by_its_fractional_law():
     """Under a ramp and a hold: int J(t - s) dstress of a Maxwell material, in closed form."""
     t = np.linspace(0.5, 100.0, 60)
@@ -177,6 +179,7 @@ def test_a_ramp_of_a_maxwell_material_is_described_by_its_fractional_law():
     np.testing.assert_allclose(list(fit.values.values()), [800.0, 1500.0, 1.0], rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_law_from_the_command_line(tmp_path):
     _, J = noisy("Springpot")
     np.savetxt(

@@ -176,6 +176,7 @@ def test_a_posterior_from_the_shell(tmp_path, capsys):
     assert "effective draws" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_folder_of_holds_is_a_table(tmp_path, capsys):
     """Steps of the load on two solids, each depth that of Hertz and Radok; of the other files one has numbers."""
     folder, t = tmp_path / "holds", np.linspace(0.0, 10.0, 40)

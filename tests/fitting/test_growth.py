@@ -116,6 +116,7 @@ def test_values_and_intervals_are_those_of_scipy():
     assert np.sqrt(np.diag(fit.covariance()))[1:] == pytest.approx(fit.widening * sd[1:], rel=0.01)
 
 
+@pytest.mark.slow
 def test_the_growth_rate_at_the_mean_conditions_is_known_better_than_the_rate():
     fit = fitting.fit_growth(curves(relative=0.05, constant=1e-11, seed=1))
     value, low, high = fit.growth_rate()
@@ -173,6 +174,7 @@ def test_what_is_held_lets_the_others_be_determined(conditions, held):
         assert low * (1.0 - 1e-12) <= TRUTH[name] <= high
 
 
+@pytest.mark.slow
 def test_beyond_the_conditions_of_one_curve_nothing_is_said():
     fit = fitting.fit_growth(curves([(3e8, 373.0)], relative=0.02, constant=1e-12))
     assert fit.intervals["rate"] == (0.0, np.inf)
@@ -190,6 +192,7 @@ def test_a_film_in_its_steady_state_determines_growth_over_removal_only():
     assert fit.identified["activation_energy"] and fit.identified["activation_volume"]
 
 
+@pytest.mark.slow
 def test_parameters_may_be_held_at_zero():
     data = curves(relative=0.02, constant=1e-12, removal_rate=0.0)
     fit = fitting.fit_growth(data, fixed={"removal_rate": 0.0})
@@ -245,6 +248,7 @@ def test_an_initial_thickness_decays():
     assert fit.predict(T, initial=5e-9) == pytest.approx(h, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_fit_says_its_conditions_in_words_numbers_and_a_figure(tmp_path):
     fit = fitting.fit_growth(curves(relative=0.02, constant=1e-12))
     plain = fit.to_dict()
@@ -345,6 +349,7 @@ def test_a_file_of_time_and_thickness_is_read_in_si(tmp_path):
         fitting.read_growth(tmp_path / "film.csv", stress=3e8, temperature=-20.0)
 
 
+@pytest.mark.slow
 def test_the_shell_fits_several_files(tmp_path, capsys):
     data = curves(relative=0.02, constant=1e-12)
     files = [write_curve(tmp_path / f"film{k}.csv", one) for k, one in enumerate(data)]
@@ -508,6 +513,7 @@ def correlated(induction, seed, rho):
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rho", [0.0, 0.8])
 def test_an_induction_time_is_told_from_correlated_errors(rho):
     """Without it the residuals have a lag-1 correlation above 0.8, as those of slow drifts have."""
@@ -517,6 +523,7 @@ def test_an_induction_time_is_told_from_correlated_errors(rho):
     assert not any(fit.refused for fit in right)
 
 
+@pytest.mark.slow
 def test_curves_of_the_right_kinetics_have_no_common_shape():
     """20 sets with independent errors."""
     refused = [bool(fitting.fit_growth(delayed(0.0, seed)).refused) for seed in range(20)]
@@ -529,6 +536,7 @@ def test_an_induction_time_that_is_none_is_refused(wrong):
         fitting.fit_growth(curves(constant=1e-11), induction=wrong)
 
 
+@pytest.mark.slow
 def test_the_command_names_and_takes_an_induction_time(tmp_path, capsys):
     """A wait of 600 s: the rejection names a flag that the command has, and with it the wait is found."""
     files, stresses, temperatures = [], [], []

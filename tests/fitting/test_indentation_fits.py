@@ -50,6 +50,7 @@ def fit(data, indenter=BALL, **options):
     return fitting.fit_indentation(data, model=jc.Burgers, indenter=indenter, nu=NU, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.versions
 def test_load_control_recovers_lee_and_radok():
     found = fit(hold())
@@ -78,6 +79,7 @@ def test_a_part_of_a_curve_has_the_load_before_it_as_history():
         assert found.kept.sum() == part.t.size
 
 
+@pytest.mark.slow
 def test_the_history_begins_at_contact():
     """The gel G1 = G2 = 1 kPa, tau = 1 s under a ramp of 1 s, whose depth follows from quad, after 2 s in air."""
     J = lambda t: (2.0 - np.exp(-t)) / 1e3
@@ -209,6 +211,7 @@ def test_intervals_cover_the_truth():
         assert covered >= 60 * 0.95 - 3 * np.sqrt(60 * 0.95 * 0.05), (name, covered)
 
 
+@pytest.mark.slow
 def test_a_short_hold_does_not_determine_the_flow():
     t = np.concatenate([[0.0], np.linspace(36.0, 7200.0, 200)])
     opened = 0
@@ -349,6 +352,7 @@ def load_of(depth, t, p, radius, nu):
     return 8.0 * np.sqrt(radius) / (3.0 * (1.0 - nu)) * load
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_no_start_finds_a_lower_minimum(seed):
     """Load 3 % off under depth control, where the first start stops 1 to 2 % above the least squares of scipy from
@@ -412,6 +416,7 @@ def test_a_file_s_own_errors_weigh_its_points(tmp_path):
         fitting.IndentationData(t=t, load=depth, depth=depth, sigma_load=0 * t)
 
 
+@pytest.mark.slow
 def test_estimated_weights_are_those_of_creep_under_a_flat_punch():
     """The depth of a rigid punch under constant load is (1 - nu) P J(t)/(4 R) (I. N. Sneddon, Int. J. Eng. Sci. 3 (1965)
     47), so the fit is that of the creep curve, by another search; both begin with weights from the same differences."""
@@ -429,6 +434,7 @@ def test_estimated_weights_are_those_of_creep_under_a_flat_punch():
         assert found.intervals[name] == pytest.approx(creep.intervals[name], rel=2e-3), name
 
 
+@pytest.mark.slow
 def test_compared_models_of_an_indentation_rank_the_true_one_first(tmp_path, capsys):
     data = hold(0.003, t=np.concatenate([KNOTS[:2], np.linspace(800.0, 40000.0, 50)]))
     with pytest.raises(ValueError, match="an indentation, got 'estimated'"):

@@ -151,6 +151,7 @@ def test_a_table_on_its_side_has_the_values_of_the_same_curve():
     assert np.abs(np.abs(aside.shear) / np.abs(plain.shear) - 1.0).max() < 0.05
 
 
+@pytest.mark.slow
 @here
 def test_a_tilt_without_times_is_per_sample(tmp_path, capsys):
     assert shell(["force", "@force_without_times.csv", "--radius", "5e-6"], tmp_path / "out") == 0
@@ -160,6 +161,7 @@ def test_a_tilt_without_times_is_per_sample(tmp_path, capsys):
     assert "tilt_N_per_sample" in found["nuisances"] and "tilt_N_per_s" not in found["nuisances"]
 
 
+@pytest.mark.slow
 @here
 def test_the_area_of_the_file_is_compared_with_another(tmp_path, capsys):
     """With the ideal area of the tip the modulus is three times that which the file states."""

@@ -42,6 +42,7 @@ def loose_forces(G, depth, nu=0.5):
     return 8.0 / 3.0 * G / (1.0 - nu) * np.sqrt(1e-3) * depth**1.5 * factor
 
 
+@pytest.mark.slow
 def test_force_curve_of_a_loose_gel():
     """The modulus comes back; bonded, the same curve gives a smaller one; misuse is refused."""
     t = np.linspace(0.0, 1.0, 301)
@@ -61,6 +62,7 @@ def test_force_curve_of_a_loose_gel():
         fitting.fit_force(curve, indenter=BALL, thickness=h, unbonded="yes")
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path, monkeypatch, capsys):
     """``--unbonded`` in the shell, and in the summary."""
     t = np.linspace(0.0, 1.0, 201)
@@ -74,6 +76,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert "loose on a rigid base" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("substrate", [None, pytest.param(jc.Elastic(G=2e3, nu=0.3), marks=pytest.mark.slow)])
 def test_stiffness_over_depth_of_a_loose_film(substrate):
     """Data by differences of the force of the contact solver on a grid; the modulus within their error of a per cent."""
@@ -91,6 +94,7 @@ def test_stiffness_over_depth_of_a_loose_film(substrate):
     assert abs(fitting.fit_stiffness(data, **given).values["G"] / G - 1.0) > 0.05
 
 
+@pytest.mark.slow
 def test_creep_of_a_loose_gel():
     """A step of load on a Maxwell gel: J(t) from the inverse of the elastic force; bonded the fit has other moduli."""
     t = np.linspace(0.0, 10.0, 41)

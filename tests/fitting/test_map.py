@@ -62,6 +62,7 @@ def test_good_curves_are_accepted_with_intervals_that_hold_the_truth_and_bad_one
     assert np.median((fitted.noise / largest)[good]) == pytest.approx(0.01, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_curve_has_the_fit_of_fit_force(fitted):
     kinds = MAP[-1]
     good = np.flatnonzero(kinds == "good")[:4]
@@ -107,6 +108,7 @@ def test_the_shape_of_the_scan_its_table_its_arrays_and_its_pictures(fitted, tmp
     )
 
 
+@pytest.mark.slow
 def test_a_map_that_was_stopped_is_continued_from_its_store(fitted, tmp_path, monkeypatch):
     depth, load, times, *_ = MAP
     whole, calls = force_map.searched, []
@@ -299,6 +301,7 @@ def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys
     assert ended.value.code not in (0, None) and "not of a map with these options" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_short_curves_with_a_jump_or_a_flat_end_are_rejected_alone_and_in_a_map():
     depth, load, times, *_, kinds = simulated(60, 48, faulty=0.5, seed=3)
     found = fitting.fit_map(depth, load, times, indenter=BALL)

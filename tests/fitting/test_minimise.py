@@ -101,6 +101,7 @@ def test_one_program_is_compiled_for_all_steps():
     assert len(traces) == 1
 
 
+@pytest.mark.slow
 def test_the_radius_of_a_ball_is_found_from_its_approach():
     """The approach under a load is that of Hertz for a known radius."""
     body, grid = jc.LayeredHalfSpace([], jc.Elastic(1e6, nu=0.5)), jc.Grid.square(48, 4e-3)

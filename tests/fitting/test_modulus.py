@@ -174,6 +174,7 @@ def test_bad_input_is_named(call, word):
         call()
 
 
+@pytest.mark.slow
 def test_a_relaxation_test_from_the_shell(tmp_path, capsys):
     """E(t) in kPa over minutes, with the strain put on after two of them; tension must be said."""
     path, out = tmp_path / "gel.csv", tmp_path / "out"
@@ -258,6 +259,7 @@ def test_a_sweep_that_could_mean_two_things_is_refused(text, word, tmp_path):
         fitting.read_oscillation(path)
 
 
+@pytest.mark.slow
 def test_a_frequency_sweep_from_the_shell(tmp_path):
     path, out = tmp_path / "sweep.csv", tmp_path / "out"
     path.write_text(SWEEPS["Hz and kPa"])
@@ -306,6 +308,7 @@ def test_moduli_at_one_frequency_are_refused():
         fitting.OscillationData([2.0] * 6, [1.0] * 6, [1.0] * 6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["relaxation", pytest.param("oscillation", marks=pytest.mark.slow)])
 def test_models_of_a_modulus_are_ranked(kind, tmp_path, capsys):
     """A standard linear solid is the best of three, and the command prints the same table."""
@@ -333,6 +336,7 @@ def test_models_of_a_modulus_are_ranked(kind, tmp_path, capsys):
     assert capsys.readouterr().out.splitlines()[1].startswith("StandardLinearSolid")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("phase", "common"), [(0.0, True), (0.01, False)])
 def test_common_errors_of_both_moduli_have_a_note(phase, common):
     """An error of the amplitude multiplies G' and G'' by one factor: of 80 sweeps 82 % of the intervals held G1."""
@@ -369,6 +373,7 @@ def slowly_found():
     return fitting.RelaxationData(t=t, modulus=relaxation(t, **SLOW) * noise(45, 0))
 
 
+@pytest.mark.slow
 def test_a_search_that_takes_more_than_sixty_steps_ends_at_the_least_squares():
     """The optimum of scipy from the true values."""
     data = slowly_found()
@@ -378,12 +383,14 @@ def test_a_search_that_takes_more_than_sixty_steps_ends_at_the_least_squares():
     assert found == pytest.approx(best, rel=1e-6) and fit.verdict == "accepted"
 
 
+@pytest.mark.slow
 def test_a_search_that_does_not_converge_is_not_accepted(monkeypatch):
     monkeypatch.setattr(nonlinear, "ITERATIONS", 4)
     fit = fitting.fit_relaxation(slowly_found(), "Burgers", weights="relative")
     assert fit.verdict == "rejected" and any("did not converge within 4 steps" in why for why in fit.refused)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tau", [pytest.param(1e-12, marks=pytest.mark.slow), 1e18])
 def test_a_relaxation_over_43_decades_is_found_wherever_it_lies(tau):
     """A standard solid: G = Gs + (G1 - Gs) exp(-t/tau), Gs = G1 G2/(G1 + G2), tau = eta2/(G1 + G2)."""

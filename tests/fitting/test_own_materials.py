@@ -76,6 +76,7 @@ def test_its_intervals_hold_the_truth():
     assert min(held.values()) >= 52, held
 
 
+@pytest.mark.slow
 def test_other_parameters_of_the_same_solid_describe_it_as_well():
     """The modulus of a Zener solid by its times, against the standard solid fitted to the same noisy data."""
     solid = jc.StandardLinearSolid(G1=3e5, G2=1.5e5, eta2=2e5)
@@ -93,6 +94,7 @@ def test_other_parameters_of_the_same_solid_describe_it_as_well():
     assert own.aic == pytest.approx(known.aic, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_an_oscillation_and_a_history_of_stress():
     solid, omega = jc.StandardLinearSolid(G1=3e5, G2=1.5e5, eta2=2e5), np.geomspace(0.05, 50.0, 25)
     G = np.asarray(solid.complex_modulus(omega))
@@ -139,6 +141,7 @@ def test_a_start_far_away_leads_to_the_same_minimum(start):
     )
 
 
+@pytest.mark.slow
 def test_it_is_compared_with_others():
     fit = fitting.fit_creep(fitting.CreepData(t=T, J=J(T)), START)
     table = fit.compare("Burgers")

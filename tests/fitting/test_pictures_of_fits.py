@@ -19,6 +19,7 @@ def table():
     return fitting.compare(data, ["Maxwell", "StandardLinearSolid"], weights="relative")
 
 
+@pytest.mark.slow
 def test_creep_over_decades_has_logarithmic_axes_and_residuals_in_standard_deviations(table):
     """Measured minus fitted over the noise, which is 1 % of the values; rejected fits are red above."""
     best, worst = table.fits

@@ -63,6 +63,7 @@ def test_parameters_come_back(indenter, ramp):
     assert fit.ramps == pytest.approx([ramp])
 
 
+@pytest.mark.slow
 def test_a_ramp_that_is_stated_is_the_one_that_is_measured():
     data = curve(5e-6, ramp=0.5, noise=0.01)
     hold = fitting.IndentationData(t=data.t[24:], load=data.load[24:], depth=data.depth[24:])
@@ -77,6 +78,7 @@ def test_a_ramp_that_is_stated_is_the_one_that_is_measured():
     assert abs(step.values["D"] / D - 1) > 2 * abs(whole.values["D"] / D - 1)
 
 
+@pytest.mark.slow
 def test_a_hold_without_its_ramp_has_a_note_on_what_the_ramp_would_change():
     whole = curve(5e-6, ramp=0.1, noise=0.003)
     hold = fitting.IndentationData(t=whole.t[24:], load=whole.load[24:], depth=whole.depth[24:])
@@ -95,6 +97,7 @@ def test_a_hold_without_its_ramp_has_a_note_on_what_the_ramp_would_change():
     assert not said(fitting.fit_poroelastic(hold, indenter=BEAD, ramp=0.0))
 
 
+@pytest.mark.slow
 def test_two_holds_have_their_parameters_in_common():
     holds = [curve(depth, noise=0.02, seed=i) for i, depth in enumerate((3e-6, 9e-6))]
     fit = fitting.fit_poroelastic(holds, indenter=BEAD)
@@ -110,6 +113,7 @@ def test_two_holds_have_their_parameters_in_common():
     np.testing.assert_allclose(fit.predict(1e9, hold=1), force(1e9, 9e-6), rtol=0.05)
 
 
+@pytest.mark.slow
 def test_a_network_that_relaxes_too_is_found_with_two_depths():
     holds = []
     for i, depth in enumerate((3e-6, 9e-6)):
@@ -126,6 +130,7 @@ def test_a_network_that_relaxes_too_is_found_with_two_depths():
     assert without.verdict == "rejected"
 
 
+@pytest.mark.slow
 def test_the_numerical_solution_has_the_limits_of_hertz():
     """Undrained at once, drained at the end: F = 8 a d G/(3 (1 - nu)) with nu = 1/2 and the drained one."""
     drained = Drained(NU, 60)
@@ -134,6 +139,7 @@ def test_the_numerical_solution_has_the_limits_of_hertz():
     np.testing.assert_allclose(F[[0, -1]], [8 / 3, 8 / 3 / (2 * (1 - NU))], rtol=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ramp", [0.01, 0.1])
 def test_the_ramp_is_a_superposition_over_the_final_contact(ramp):
     """A ball on a half-space with a drained surface: the force after a ramp from that after a step, both computed."""
@@ -206,6 +212,7 @@ def test_the_effect_of_the_growing_contact_in_a_ramp():
         assert np.max(rule - F) > 0.008
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ramp", [0.02, 0.1])
 def test_zeros_that_are_not_those_of_the_contact_are_rejected(ramp):
     data = curve(5e-6, ramp=ramp, noise=0.01)
@@ -243,6 +250,7 @@ def test_what_wrong_zeros_would_change_is_stated_without_a_ramp():
     np.testing.assert_allclose(stated, moved.values["nu"] - fit.values["nu"], rtol=0.25)
 
 
+@pytest.mark.slow
 def test_thin_samples_and_strong_relaxation_are_named():
     data = curve(5e-6, noise=0.005)
     thin = fitting.fit_poroelastic(data, indenter=BEAD, thickness=60e-6)
@@ -273,6 +281,7 @@ def test_what_has_no_hold_is_refused():
             call()
 
 
+@pytest.mark.slow
 def test_the_command_reads_a_hold_and_writes_its_parameters(tmp_path, capsys):
     data = curve(5e-6, noise=0.01)
     columns = np.column_stack([data.t, data.load, data.depth])

@@ -101,6 +101,7 @@ def pressed_ball(deepest: float) -> tuple[np.ndarray, np.ndarray]:
     return a / 2.0 * log, ((a**2 + 1.0) / 2.0 * log - a) / 0.75
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("deepest", "deep"), [(0.7, True), (0.3, False)])
 def test_a_ball_that_is_no_paraboloid_has_a_note_with_the_error_of_the_modulus(deepest, deep):
     depth, load = pressed_ball(deepest)

@@ -47,6 +47,7 @@ def test_prony_series_of_a_recovery():
     np.testing.assert_allclose(fit.predict(t), creep(t), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_prony_band_is_that_of_linear_least_squares(tmp_path):
     """J(t) is linear in the compliances: its variance is x (A^T A)^-1 x s^2; the band is even in log J."""
     t, J = noisy(40000.0, 3)

@@ -54,6 +54,7 @@ def test_an_open_parameter_widens_what_depends_on_it():
     assert share[0] < 0.01 < 0.05 < share[1] and np.all(np.isfinite(band.sd))
 
 
+@pytest.mark.slow
 def test_a_series_is_carried_as_linear_least_squares_says():
     """J of a series is linear in its compliances: sd^2 = x (A^T A)^-1 x s^2, with numpy alone."""
     t, J = noisy(3)
@@ -143,6 +144,7 @@ def test_designed_holds_are_those_tabled(target, noise, even, logarithmic):
     assert ("no duration is sufficient" in str(found)) == np.isinf(even)
 
 
+@pytest.mark.slow
 def test_recovery_is_worth_its_time():
     """Tabled for 1 % of the largest: 7200 s and 33000 s of recovery give eta1 to 3.9 % and G2 to 0.6 %."""
     t = np.arange(1, N + 1) * 40200.0 / N
@@ -180,6 +182,7 @@ def test_an_infinite_parameter_cannot_be_designed_for():
         fitting.design(jc.Burgers(0.75e9, 13.89e6, np.inf, 120.9e9))
 
 
+@pytest.mark.slow
 def test_a_count_has_no_band():
     """A count of cells has no slope: an sd of 0 would be a wrong number."""
     fit = fitting.fit_creep(fitting.CreepData(t=noisy(0)[0], J=noisy(0)[1]), sigma=1e-9)

@@ -31,6 +31,7 @@ def noisy(y, noise, seed):
     return y * (1.0 + noise * np.random.default_rng(seed).standard_normal(y.size))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_strain", [True, False])
 @pytest.mark.parametrize("begin", [0.0, 1.0])
 def test_a_ramp_is_fitted_under_its_stress(tmp_path, with_strain, begin):
@@ -76,6 +77,7 @@ def test_creep_and_recovery_with_a_compliance_column(tmp_path):
     assert held.stress is None and held.t.size == 100
 
 
+@pytest.mark.slow
 def test_a_stress_measured_from_the_first_step_of_its_ramp_on_rises_from_zero(tmp_path):
     """Without a compliance, likewise: no step to the first stress."""
     t = np.linspace(5.0, 100.0, 20)
@@ -90,6 +92,7 @@ def late(begin, n=60):
     return begin + t, 1.0 / G + t / ETA
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [40, 60, 200])
 def test_a_clock_that_began_before_the_load_is_asked_about_in_files_and_noted_in_arrays(tmp_path, n):
     """Read as time since the load, 31 s too many, it makes G 1e5 for 1.14e5; either start is right for some test."""
@@ -156,6 +159,7 @@ def test_a_window_of_a_clock_that_counts_from_the_load_is_none_of_a_late_one(tmp
     assert fitting.resample(data, 20).t[0] >= 100.0
 
 
+@pytest.mark.slow
 def test_a_batch_has_the_notes_of_its_clock():
     t, J = late(31.0)
     batch = fitting.fit_creep_batch(t, [J, 2.0 * J], "Maxwell", weights="relative")

@@ -38,6 +38,7 @@ def burgers(u, t):
     return a + b * -np.expm1(-d / b * t) + c * t
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "weights", "known", "misfit"), TABLE)
 def test_same_optimum_as_many_starts(name, weights, known, misfit):
     data = read(name)
@@ -54,6 +55,7 @@ def test_same_optimum_as_many_starts(name, weights, known, misfit):
     assert fit.misfit is misfit
 
 
+@pytest.mark.slow
 def test_readers_say_what_they_mended():
     assert any("1 rows with a value <= 0" in note for note in read(HL60).notes)
     assert any("13542" in note for note in read(PS130).notes)

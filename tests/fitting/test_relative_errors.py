@@ -158,6 +158,7 @@ def test_weights_of_the_readings_are_used_as_given_and_their_bias_is_stated(weig
     assert not any("proportional" in note for note in smooth.notes)
 
 
+@pytest.mark.slow
 def test_a_long_series_has_intervals_that_hold_the_truth():
     """10 000 readings with errors of 5 %: weights of the readings make G 0.25 % and eta 0.6 % too low."""
     t = np.linspace(0.0, 60.0, 10_000)
@@ -182,6 +183,7 @@ def test_a_constant_response_of_a_film_is_the_mean():
     np.testing.assert_allclose(fit.fitted, y.mean(), rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_spectrum_describes_noisy_moduli_without_an_offset():
     omega = np.geomspace(0.1, 10.0, 120)
     clean = 1e5 * 1j * omega / (1.0 + 1j * omega) + 1e5

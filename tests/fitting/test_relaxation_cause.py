@@ -18,6 +18,7 @@ def holds(kind, seed=0, **given):
     return properties, holds_of(properties, rng, **given)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_cause_is_named_from_two_depths_and_not_from_one(kind):
     properties, curves = holds(kind)
@@ -34,6 +35,7 @@ def test_the_cause_is_named_from_two_depths_and_not_from_one(kind):
     assert fitting.relaxation_cause(curves[:1], indenter=BEAD).cause == "cannot tell"
 
 
+@pytest.mark.slow
 def test_a_modulus_in_common_tells_more():
     _, curves = holds("poroelastic", points=100)
     free = fitting.relaxation_cause(curves, indenter=BEAD)
@@ -63,6 +65,7 @@ def test_design_states_which_second_depth_would_tell():
     assert fitting.relaxation_cause(pair, indenter=BEAD).cause == "poroelastic"
 
 
+@pytest.mark.slow
 def test_what_cannot_be_told_is_not_named():
     _, curves = holds("poroelastic")
     alike = fitting.relaxation_cause([curves[1], curves[1]], indenter=BEAD)
@@ -84,6 +87,7 @@ def test_what_cannot_be_told_is_not_named():
         fitting.relaxation_cause([dataclasses.replace(one, load=-one.load) for one in curves], indenter=BEAD)
 
 
+@pytest.mark.slow
 def test_both_causes_are_in_doubt_where_ramps_are_not_known():
     """A network alone, pressed at one speed to two depths, without the points of the ramp."""
     holds, parts = [], (np.arange(500) + 0.5) / 500
@@ -102,6 +106,7 @@ def test_both_causes_are_in_doubt_where_ramps_are_not_known():
     assert found.cause == "both" and "step at t = 0 is assumed" in found.reason
 
 
+@pytest.mark.slow
 def test_the_command_names_the_cause_of_two_files_and_the_second_depth_for_one(tmp_path, capsys):
     _, curves = holds("poroelastic", points=250)
     files = [str(tmp_path / f"{k}.csv") for k in range(2)]

@@ -31,6 +31,7 @@ def width(fit, name):
     return np.log(high / low)
 
 
+@pytest.mark.slow
 def test_means_of_a_clean_curve_give_its_parameters():
     short = fitting.resample(fitting.CreepData(t=T, J=creep(T)))
     assert 100 < short.t.size < 150
@@ -68,6 +69,7 @@ def test_intervals_of_means_hold_the_truth_under_correlated_noise_too(rho, least
     assert min(held.values()) >= 100 * least
 
 
+@pytest.mark.slow
 def test_a_wander_slower_than_the_bins_is_still_seen():
     """1 % over 5000 s under white noise of 1 %: averaging takes the noise off, not the verdict."""
     white, t = noisy(0.0, 10_000), T[::10]
@@ -105,6 +107,7 @@ def test_a_few_samples_stay_as_they_are_and_known_errors_become_those_of_means()
     assert 0.75 < np.sqrt(np.mean(off**2)) < 1.25
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("control", ["load", "depth"])
 def test_an_indentation_keeps_its_segments(control):
     """A ramp of 2 s and a hold, 5000 samples a second there and 100 a second after."""
@@ -138,6 +141,7 @@ def test_what_cannot_be_resampled_is_refused(data, per_decade, message):
         fitting.resample(data, per_decade)
 
 
+@pytest.mark.slow
 def test_the_command_line(tmp_path, capsys):
     data = noisy(0.0, 5000)
     file = tmp_path / "creep.csv"
@@ -151,6 +155,7 @@ def test_the_command_line(tmp_path, capsys):
     assert "--resample: expected a number > 0, got -1.0" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_relaxation_is_resampled():
     """10,000 samples of a Maxwell fluid: the fit to the means has the interval of the fit to the samples."""
     t = np.arange(1.0, 10001.0) * 1e-3

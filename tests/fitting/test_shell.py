@@ -119,6 +119,7 @@ def test_wrong_usage_is_told_in_one_line(given, files, capsys):
     assert error.count("\n") == 1 and "--help explains the options" in error
 
 
+@pytest.mark.slow
 def test_names_are_taken_in_any_case(files, tmp_path, capsys):
     out = str(tmp_path / "out")
     assert (

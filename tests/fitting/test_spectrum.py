@@ -39,6 +39,7 @@ def inside(fit):
     return ((fit.low <= true) & (true <= fit.high))[fit.resolved]
 
 
+@pytest.mark.slow
 def test_a_known_spectrum_is_recovered_from_moduli():
     fit = fitting.fit_spectrum(noisy(moduli(), 1))
     assert not fit.refused and inside(fit).mean() > 0.8
@@ -49,6 +50,7 @@ def test_a_known_spectrum_is_recovered_from_moduli():
     assert "resolved from" in fit.summary()
 
 
+@pytest.mark.slow
 def test_a_relaxation_modulus_with_a_plateau():
     t, tau = np.geomspace(1e-2, 1e2, 60), np.exp(LOGS)
     G = 5e4 + np.array([np.trapezoid(spectrum(tau) * np.exp(-s / tau), LOGS) for s in t])
@@ -68,12 +70,14 @@ def test_exact_data_are_described_too():
     np.testing.assert_allclose(fit.H[well], spectrum(fit.tau)[well], rtol=0.2)
 
 
+@pytest.mark.slow
 def test_noisier_data_resolve_less():
     sharp, blunt = (fitting.fit_spectrum(noisy(moduli(), 2, size)) for size in (0.003, 0.1))
     assert sharp.resolved.sum() > blunt.resolved.sum()
     assert np.nanmedian(sharp.width) < np.nanmedian(blunt.width)
 
 
+@pytest.mark.slow
 def test_nothing_resolved_is_said_in_words():
     """A plateau with 1 % of noise has no relaxation to resolve."""
     t, rng = np.geomspace(1.0, 100.0, 20), np.random.default_rng(0)
@@ -94,6 +98,7 @@ def test_the_bands_hold_the_spectrum():
     assert 0.88 < held.mean() <= 1.0
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path, capsys):
     data = noisy(moduli(), 5)
     G = data.storage + 1j * data.loss

@@ -48,6 +48,7 @@ def test_the_stiffness_and_its_derivatives_agree_with_the_galerkin_solution(soft
             np.testing.assert_allclose(slopes[:, k], difference, atol=2e-4)
 
 
+@pytest.mark.slow
 def test_the_modulus_and_thickness_of_a_film_are_recovered():
     _, depth, known = film()
     data = fitting.StiffnessData(depth=depth, stiffness=noisy(known))
@@ -217,6 +218,7 @@ def test_depths_of_the_other_sign_are_no_approach(tmp_path):
         fitting.read_stiffness(path)
 
 
+@pytest.mark.slow
 def test_the_area_function_in_powers_of_nm(tmp_path, capsys):
     """A = 24.5 d^2 + 400 nm d + 900 nm^1.5 d^(1/2), and the stiffness of Sneddon for E = 70 GPa and nu = 0.2."""
     d = np.linspace(50.0, 1000.0, 40)  # contact depths [nm]

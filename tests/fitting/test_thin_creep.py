@@ -32,6 +32,7 @@ def test_a_sample_too_thin_for_the_table_is_refused(control):
         fitted(1e-3 * T, 1e-6 * T / T[-1], control=control, thickness=4e-7)
 
 
+@pytest.mark.slow
 def test_a_viscoelastic_gel_in_a_dish_is_recovered_from_creep():
     load, depth = gel_creep(T, **TRUE)
     noise = 2e-3 * depth.max() * np.random.default_rng(3).standard_normal(T.size)
@@ -57,6 +58,7 @@ def test_a_retardation_time_of_zero_is_reported():
     assert fit.t_over_tau == np.inf and "T/tau" not in fit.summary()
 
 
+@pytest.mark.slow
 def test_relaxation_at_a_given_depth_agrees_with_quadrature():
     """The load of a ramp and hold of the depth, with the integral of Lee and Radok by adaptive quadrature."""
     t = np.concatenate([np.linspace(0.0, 1.0, 41), np.geomspace(1.1, 30.0, 20)])
@@ -91,6 +93,7 @@ def test_the_depth_under_a_load_is_that_of_the_contact_solver():
     assert fit.values["G2"] == pytest.approx(TRUE["G2"], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_spread_of_the_thickness_is_that_of_fits_at_other_thicknesses():
     load, depth = gel_creep(T, **TRUE)
     fit = fitted(load, depth)

@@ -68,6 +68,7 @@ def likeliest(creep, sweep, weights, fixed=None):
     return run.fun, whole(run.x)
 
 
+@pytest.mark.slow
 def test_the_material_is_the_likeliest_of_all_tests(tmp_path):
     creep, sweep = two_tests(5)
     found = fitting.fit_together([creep, sweep], "Burgers")

@@ -79,6 +79,7 @@ def test_the_note_on_the_error_has_the_terms_that_were_put_in(seed):
     assert 2.0 / 1.5 < b < 2.0 * 1.5
 
 
+@pytest.mark.slow
 def test_noise_near_zero_does_not_decide():
     """The first points drown in the instrument's noise; relative weights obey them. Oracle: scipy with the
     errors that were put in."""
@@ -292,6 +293,7 @@ def test_the_probability_of_a_trend_is_that_of_simulated_noise(n, k, seam):
         assert found == pytest.approx(share, abs=4.0 * np.sqrt(share / d.size) + (0.01 if n > 200 else 0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [6, pytest.param(8, marks=pytest.mark.slow), 10])
 @pytest.mark.parametrize("when", ["even", "log"])
 def test_short_clean_curves_of_the_right_model_stand(n, when):
@@ -307,6 +309,7 @@ def test_short_clean_curves_of_the_right_model_stand(n, when):
         assert 0.92 <= np.mean((low <= value) & (value <= high)) <= 0.98, name
 
 
+@pytest.mark.slow
 def test_a_wrong_model_of_few_points_is_still_rejected():
     """A Maxwell fluid to a solid that bends, 12 points, noise of 0.1 %."""
     t = np.linspace(1.0, 40.0, 12)
@@ -332,6 +335,7 @@ def test_a_point_that_decides_a_parameter_alone_is_no_outlier():
     assert verdict.outlying(residual, Q) == [15]
 
 
+@pytest.mark.slow
 def test_what_explains_less_than_a_constant_is_rejected_in_every_kind_of_fit():
     """R2 of -1.3 was accepted where residuals were judged by another module; likewise a law at its bound, and errors that
     exceed the signal."""

@@ -66,6 +66,7 @@ def test_derivatives_that_have_a_closed_form_are_it():
         assert found["burgers-parameters"][f"by_{name}"]["value"] == pytest.approx(expected, rel=1e-6), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [
     name if name == "surface-heights" else pytest.param(name, marks=pytest.mark.slow) for name in gradients.PROBLEMS
 ])  # fmt: skip

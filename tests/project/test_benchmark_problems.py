@@ -29,6 +29,7 @@ def test_reference_values_are_those_of_the_formulas(name):
         assert made["references"][quantity]["value"] == pytest.approx(reference["value"], rel=1e-6), quantity
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [
     name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in answers.PROBLEMS
 ])  # fmt: skip

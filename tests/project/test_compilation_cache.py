@@ -58,6 +58,7 @@ def test_the_second_process_compiles_nothing_and_all_find_the_same_numbers(tmp_p
     assert first[1] == second[1] == third[1] == without[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("package", ["jaxcontact", "fitting"])
 def test_jax_is_told_before_it_is_imported_to_be_silent_about_the_store(package):
     watch = "print(name, os.environ.get('TF_CPP_MIN_LOG_LEVEL')) if name == 'jax' else None"
@@ -149,6 +150,7 @@ def test_half_an_entry_is_removed(tmp_path):
     assert sorted(path.name for path in tmp_path.glob("*-*")) == ["whole-atime", "whole-cache"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("home", ["", "file"])
 def test_the_command_line_works_where_nothing_can_be_kept(tmp_path, home):
     (tmp_path / "file").write_text("")
@@ -161,6 +163,7 @@ def test_the_command_line_works_where_nothing_can_be_kept(tmp_path, home):
     assert (tmp_path / "jaxcontact").exists() == (home == "")
 
 
+@pytest.mark.slow
 def test_an_address_of_a_store_elsewhere_makes_no_folder_here(tmp_path):
     process = subprocess.run(
         [sys.executable, "-m", "jaxcontact", "cite"], cwd=tmp_path, capture_output=True, text=True,

@@ -181,6 +181,7 @@ print(json.dumps({kind: t.parts(values[0]) for kind, values in t.KINDS.items()})
 """
 
 
+@pytest.mark.slow
 def test_it_is_the_same_in_processes_that_hash_differently():
     tests = os.path.dirname(__file__)
     told = [

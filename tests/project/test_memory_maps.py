@@ -42,6 +42,7 @@ def pressed():
     return np.asarray(pressure), float(jax.grad(approach)(20.0))
 
 
+@pytest.mark.slow
 def test_programs_are_released_before_half_of_the_limit_and_give_the_same_results(watch):
     expected, before = pressed(), maps()
     watch.limit = 2 * before - 100
@@ -60,6 +61,7 @@ def test_maps_that_no_release_gives_back_do_not_clear_the_caches_at_every_compil
     assert watch.releases == 1
 
 
+@pytest.mark.slow
 def test_a_release_within_a_trace_and_in_threads_leaves_results_unchanged(watch):
     """Everything compiled clears the caches, constants within a trace included, while four threads differentiate."""
 

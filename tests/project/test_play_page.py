@@ -193,6 +193,7 @@ def test_the_ends_of_the_sliders_have_a_result_that_carries_the_load(name):
             assert found["approach"][-1] > 1.25 * found["approach"][0] and not found["notes"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(NODE is None, reason="node is not installed")
 def test_the_case_file_of_the_page_is_its_contact(tmp_path):
     """A run of the file that the page copies is a run of what the page shows."""

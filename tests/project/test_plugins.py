@@ -94,6 +94,7 @@ def installed(tmp_path, monkeypatch):
     sys.modules.pop("tiny_plugin", None)
 
 
+@pytest.mark.slow
 def test_a_material_of_a_plugin_is_one_of_a_case_file_and_is_imported_when_it_is_named(installed):
     """Lee and Radok: approach^(3/2) = 3 (1 - nu) W J(t)/(8 sqrt(R)), with J of the two springs in closed form."""
     path = installed / "case.toml"
@@ -150,6 +151,7 @@ def test_a_reader_of_a_plugin_that_fails_is_named(installed):
         fitting.read_creep(installed / "gel.odd")
 
 
+@pytest.mark.slow
 def test_importing_the_package_imports_no_plugin(installed):
     code = "import sys, jaxcontact, fitting, jaxcontact.shell.case_file; print('tiny_plugin' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", f"import sys; sys.path.insert(0, {str(installed)!r}); {code}"],

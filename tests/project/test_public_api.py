@@ -185,6 +185,7 @@ except ModuleNotFoundError as error:
 """
 
 
+@pytest.mark.slow
 def test_fitting_has_a_second_name_with_the_same_modules():
     done = subprocess.run([sys.executable, "-c", ALIAS], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr

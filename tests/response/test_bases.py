@@ -101,6 +101,7 @@ ONE = [
 entries = jax.jit(lambda body: (jc.frequency_response(body, 1.0, 0.0), jc.normal_response(body, 1.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base", BASES)
 def test_all_entries_against_sixty_digits(base):
     """Bonded and loose, one layer at alpha h from 1e-6 to 12 and stacks, to 1e-12 (K relative to the root of L N)."""
@@ -199,6 +200,7 @@ def elastic_normal(G, nu, h, bonded, base):
     return mp.lu_solve(rows, mp.matrix([0, -1, 0, 0]))[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "base", [None, pytest.param(jc.Elastic(7.0, 0.2), marks=pytest.mark.slow)], ids=BASES
 )
@@ -227,6 +229,7 @@ def response_by(theta, base, bonded):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base", [None, "elastic"])
 @pytest.mark.parametrize("bonded", [True, False])
 def test_derivatives_in_both_modes(base, bonded):

@@ -80,6 +80,7 @@ def film_transform(x):
 X = np.array([1e-3, 0.05, 0.8, 5.0])  # alpha h
 
 
+@pytest.mark.slow
 def test_film_against_laplace_inversion():
     exact = [[inverted(film_transform(x), t) for x in X] for t in TIMES]
     np.testing.assert_allclose(response(ON_STEEL, X / H, TIMES[:, None]) * X / H, exact, rtol=1e-9)

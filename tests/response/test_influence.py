@@ -134,6 +134,7 @@ def test_layered_coefficients_against_a_hankel_integral(steel, h, pixel):
         assert film_part(1e-3 / h) > 0.0
 
 
+@pytest.mark.slow
 def test_a_film_far_thinner_than_a_cell_adds_its_springs_at_the_centre(steel):
     h, film = 1e-12, jc.Elastic(0.75e9, 0.3)
     grid = jc.Grid.square(n=16, width=16e-6)

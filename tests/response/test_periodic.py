@@ -67,6 +67,7 @@ def test_a_wave_in_partial_contact_has_the_pressure_of_westergaard_and_its_conta
     np.testing.assert_allclose(np.mean(np.asarray(history.displacement), (1, 2)), 0.0, atol=1e-12 * AMPLITUDE)
 
 
+@pytest.mark.slow
 def test_a_flattened_wave_relaxes_with_the_modulus():
     """In full contact p - pm = G(t) k amplitude/(1 - nu) cos(k x), with a load above the full one."""
     history = press(1.2 * FULL * area_of(WAVES))

@@ -55,6 +55,7 @@ def test_the_coefficients_of_waves_are_integrals_of_bessel_functions(shape, spac
             np.testing.assert_allclose(rows[i, wave].real, exact, atol=1e-11 * np.max(rows[:, 1].real))
 
 
+@pytest.mark.slow
 def test_a_wave_that_is_long_along_the_free_axis_has_the_response_of_the_solid():
     """The sum over all cells along x is N(k) = sum_j H_j (exp(-z_j k) - exp(-z_{j+1} k))/k: 60 cells decay by 1e-16."""
     shape, spacing = (60, 10), (1.0, 1.0)

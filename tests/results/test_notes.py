@@ -144,6 +144,7 @@ def test_of_many_runs_the_worst_note_of_each_kind_is_shown_with_their_number():
     assert grids.notes[0].startswith("1 of 4 runs, worst in run (1, 1): film strain reaches 0.5")
 
 
+@pytest.mark.slow
 def test_a_ball_pressed_in_by_more_than_a_third_of_its_radius_is_noted():
     """By a contact radius of 0.4 and of 0.3 of the ball's; not for another indenter, nor for a cylinder's plane strain."""
     made = made_up(jc.ContactHistory)
@@ -165,6 +166,7 @@ def test_a_ball_pressed_in_by_more_than_a_third_of_its_radius_is_noted():
         jc.indent(body, jc.Ellipsoid((3e-4, 1e-4)), jc.Load(load), [0.0], grid=grid)
 
 
+@pytest.mark.slow
 def test_a_size_that_is_rounded_by_much_is_noted():
     """A cylinder of 20 um along cells of 1.5 um takes 14 of them, 5 % more; along cells of 2 um it has its length. The cells
     under a punch are those of a circle with nearly its radius."""
@@ -311,6 +313,7 @@ def strained(case):
     return {"strain": case["strain"]}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("executor", [None, ThreadPoolExecutor(2)], ids=["processes", "threads"])
 def test_a_study_keeps_the_warnings_of_its_cases(executor, tmp_path):
     """Each once, also where a case issues it again, and read from the folder as well."""
@@ -402,6 +405,7 @@ def test_a_number_in_a_message_lies_on_its_side_of_the_limit(limit, off):
             assert shown == pytest.approx(value, rel=0.5 * 10.0 ** (1 - digits))
 
 
+@pytest.mark.slow
 def test_a_film_strain_just_above_the_limit_is_not_printed_as_the_limit():
     """The strain is proportional to the approach, so that a second run has any strain that is wanted."""
     film = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e6, 0.3), 1e-6)], jc.Elastic(1e9, 0.3))

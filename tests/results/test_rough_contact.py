@@ -136,6 +136,7 @@ def test_the_pressures_of_a_wave_are_spread_as_those_of_westergaard(wave):
     np.testing.assert_allclose(spread.density * np.diff(spread.edges), shares, atol=2.0 / 256)
 
 
+@pytest.mark.slow
 def test_the_mean_gap_has_a_derivative_and_the_statistics_of_a_last_field_no_time(wave):
     """d gap/d load of a wave under half the full pressure, (amplitude/p*) ln s over the nominal area."""
     grid = wave.grid

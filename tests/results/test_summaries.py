@@ -266,6 +266,7 @@ def test_the_common_style_leaves_no_trace(history):
         assert not matplotlib.rcParams["axes.spines.right"]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_a_step_without_a_result_prints_no_numbers_and_does_not_hide_the_largest_of_the_others():
     """The second step is nan, as after a solver that failed, though its load and area are numbers."""

@@ -52,6 +52,7 @@ def test_a_case_has_the_law_and_tensile_loads(case):
     assert read.control.value[-1] == -0.5e-6 and read.result is jc.AdhesiveHistory
 
 
+@pytest.mark.slow
 def test_check_prints_the_tabor_number_at_both_ends(case, capfd):
     """The creep compliance 1/G1 + (1 - exp(-t))/G2 doubles in the end, of which 55 % come within 0.8 s."""
     assert main(["check", str(case)]) == 0
@@ -77,6 +78,7 @@ def test_a_load_is_not_tensile_without_adhesion(case, capfd):
     assert "control.load: found [1e-06, 0.0, -5e-07], accepted: a number > 0" in capfd.readouterr().err
 
 
+@pytest.mark.slow
 def test_shear_has_no_adhesion_and_sliding_has_it_with_and_without_friction(case, capfd):
     case.write_text('[experiment]\nkind = "shear"\nfriction = 0.3\n' + CASE)
     assert main(["run", str(case), "-o", str(case.parent / "out")]) == 2

@@ -87,6 +87,7 @@ def test_another_choice_leaves_no_course_of_the_run_before(long_case, tmp_path):
     assert not (out / "course.npz").exists() and 'save = "last"' in str(np.load(out / FILE)["case"])
 
 
+@pytest.mark.slow
 def test_a_run_that_does_not_say_keeps_all_maps_up_to_32_megabytes(long_case):
     """Pressure and displacement at 41 times, and the profile, of 8 bytes a cell: 219 x 219 cells are 31.8 MB."""
     small = long_case.read_text()

@@ -44,6 +44,7 @@ def read(tmp_path):
     return reader
 
 
+@pytest.mark.slow
 def test_a_coated_ball_is_that_of_python(read):
     case = read(CASE)
     steel = jc.Elastic.from_young(210e9, nu=0.3)

@@ -69,6 +69,7 @@ def case(monkeypatch, tmp_path):
 @pytest.mark.filterwarnings(
     "ignore:the time steps have an estimated error"
 )  # 5 % of the peak after the first
+@pytest.mark.slow
 def test_the_record_of_a_verb_is_all_that_files_and_commands_need(case, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["check", str(case)]) == 0

@@ -281,6 +281,7 @@ def test_another_state_of_the_package_does_not_go_on_from_the_steps(
     assert "of another state of jaxcontact" in error and "--force starts anew" in error
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(signal, "SIGPIPE"), reason="a signal of Unix")
 def test_a_reader_that_has_enough_of_the_output_ends_a_command_without_a_message():
     """As in ``jaxcontact cases | head -1``; with buffered lines the error comes at the flush, here at the first line."""

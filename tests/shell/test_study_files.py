@@ -127,6 +127,7 @@ def test_a_case_is_another_where_a_file_that_it_names_has_changed(study, tmp_pat
     assert len({*before, *after}) == 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", TEXTS)
 def test_the_figures_of_a_case_of_each_kind_are_those_of_its_result(kind, written, instead):  # noqa: F811
     """Solids, motion and control come from the file, the load from the study; a step that is not fine is a failure."""
@@ -217,6 +218,7 @@ def test_a_study_on_a_cluster_of_which_a_worker_dies_is_the_same(study, tmp_path
         assert there == pytest.approx(here, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_the_study_that_comes_with_the_package_is_read():
     path = Path(jc.__file__).parent / "cases" / "studies" / "film_map.toml"
     study = read_study(path)

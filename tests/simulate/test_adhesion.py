@@ -275,6 +275,7 @@ def test_derivatives_of_a_creeping_film_are_those_of_central_differences():
 STEPS = 19  # of three tests, which share a program
 
 
+@pytest.mark.slow
 def test_a_long_range_on_a_stiff_body_needs_cells_shorter_than_the_way_on_which_the_gap_of_the_ball_grows_by_it():
     """sqrt(2 R z) in cells, at a distance where nothing deforms; the attraction is too small by 1/(3 n^2), n that number."""
     stiff, radius, reach = jc.LayeredHalfSpace([], jc.Elastic(1e12, 0.3)), 1e-3, 20e-9
@@ -294,6 +295,7 @@ def test_a_long_range_on_a_stiff_body_needs_cells_shorter_than_the_way_on_which_
         assert float(history.load[0]) / exact == pytest.approx(np.exp(-1.0 / (3.0 * cells**2)), rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_step_a_thousand_times_longer_than_the_last_does_not_start_from_its_extrapolation():
     """The solid is relaxed after 1e3 retardation times as after 1e6; its pressure fell by 9 units in the first of them."""
     found = along([1.0, 1.0, 1.0], exponential(1.0), solid(10.0), n=16, width=8.0, times=[0.0, 1e3, 1e6])
@@ -310,6 +312,7 @@ def test_a_jump_into_contact_is_counted_although_the_search_meets_no_unstable_st
     assert float(found.jump_energy[-1]) / (UNITS.load * UNITS.approach) == pytest.approx(0.135, abs=0.03)
 
 
+@pytest.mark.slow
 def test_the_bound_from_above_is_found_from_a_state_without_contact():
     """Tractions not balanced yet were taken for contact there: 500 iterations for nothing."""
     found = along([0.0], exponential(1.0), jc.LayeredHalfSpace([], jc.Elastic(3.0 * G, NU)), n=16)
@@ -323,6 +326,7 @@ def test_surfaces_that_separate_far_in_a_step_have_no_rounding_of_the_contact():
     assert np.all(found.error < 1e-8) and np.all(np.abs(separated) < 1e-11)
 
 
+@pytest.mark.slow
 def test_tractions_left_in_the_padding_count_once_and_over_the_displacement():
     """They were taken for an error of the response as well, over the displacement of a cell (status 1)."""
     film = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(0.2 * G, 0.45), 3.0 * UNITS.radius)], jc.Elastic(G, NU))
@@ -343,6 +347,7 @@ def test_tractions_left_in_the_padding_count_once_and_over_the_displacement():
     assert np.all(found.error < 1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("periodic", [(False, False), (True, True)], ids=["free", "periodic"])
 def test_a_step_starts_from_the_last_solution(periodic):
     """A step that changes nothing takes no iteration, also where the mean displacement is taken away."""

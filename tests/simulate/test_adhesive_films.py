@@ -48,6 +48,7 @@ def averages(n):
     return np.concatenate(rows), np.tile(weights, 2)
 
 
+@pytest.mark.slow
 def test_the_contact_is_the_minimum_of_the_energy_by_a_dense_matrix():
     """Gaps of least energy by L-BFGS-B, with the matrix of the film and averages of the attraction written out."""
     h, path = thickness(), [1.0, 0.5, 0.1]
@@ -109,6 +110,7 @@ def test_a_map_of_one_thickness_is_the_film_of_that_thickness(load_controlled, s
         np.testing.assert_allclose(getattr(map_, name), wanted, rtol=1e-6, atol=1e-6 * np.abs(wanted).max())
 
 
+@pytest.mark.slow
 def test_a_load_that_no_contact_carries_separates_film_and_ball():
     found = pressed(film(thickness(), CREEPING), jc.Load(np.array([0.2, -0.2, -4.0]) * UNITS.load))
     assert list(found.status) == [0, 0, jc.Status.PULLED_OFF] and not np.any(found.pressure[-1])

@@ -50,6 +50,7 @@ def close(found, expected, rtol):
 PATH = jc.Approach(np.array([0.0, 2e-5, 2e-5, 3e-5, 1.5e-5, 1.5e-5]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "control", [LOADS, pytest.param(PATH, marks=pytest.mark.slow)], ids=["load", "approach"]
 )
@@ -72,6 +73,7 @@ def test_a_rigid_ball_in_a_gel_on_a_stiff_flat_is_a_rigid_ball_on_that_gel_on_a_
     close(found, jc.indent(gel, jc.Sphere(R), LOADS, TIMES, grid=GRID), 1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.slow)])
 def test_two_equal_bodies_are_one_of_half_the_moduli_under_a_rigid_ball(material):
     found = jc.indent(as_body(material()), jc.Sphere(R, material()), LOADS, TIMES, grid=GRID)
@@ -90,6 +92,7 @@ def maxwell():
     return jc.Maxwell(G=1e6, eta=1e6, nu=0.4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [solid, pytest.param(coated, marks=pytest.mark.slow)])
 def test_slide_steady_of_a_creeping_ball_on_a_stiff_flat_is_hertz_with_the_relaxed_modulus(make):
     flat = jc.StandardLinearSolid(G1=1e12, G2=1e12, eta2=1e11, nu=0.4)
@@ -107,6 +110,7 @@ def test_slide_steady_of_a_creeping_ball_on_a_stiff_flat_is_hertz_with_the_relax
         np.testing.assert_allclose(found.approach, a**2 / R, rtol=1e-2)
 
 
+@pytest.mark.slow
 def test_slide_of_two_creeping_surfaces_tends_to_slide_steady():
     body, ball = as_body(solid(1.5)), jc.Sphere(R, solid())
     times = np.array([0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 12.0])
@@ -121,6 +125,7 @@ def test_slide_of_two_creeping_surfaces_tends_to_slide_steady():
     np.testing.assert_allclose(steady.hysteresis_force * 2e-4, steady.hysteresis_power, rtol=2e-2)
 
 
+@pytest.mark.slow
 def test_slide_of_a_creeping_ball_on_a_stiff_flat_is_its_indentation():
     flat = jc.StandardLinearSolid(G1=1e12, G2=1e12, eta2=1e11, nu=0.4)
     found = jc.slide(as_body(flat), jc.Sphere(R, solid()), LOADS, TIMES, velocity=1e-4, grid=GRID)
@@ -140,6 +145,7 @@ def alike(found, expected, rtol, names=RUBBED):
         np.testing.assert_allclose(a, b, rtol=0.0, atol=rtol * np.max(np.abs(b)), err_msg=name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [MU[0], pytest.param(MU[1], marks=pytest.mark.slow)])
 def test_slide_steady_with_friction_of_a_ball_coated_with_its_own_material_is_that_of_the_elastic_ball(
     friction,
@@ -152,6 +158,7 @@ def test_slide_steady_with_friction_of_a_ball_coated_with_its_own_material_is_th
     alike(found, jc.slide_steady(body, jc.Sphere(R, steel), STEADY, **given), 1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [MU[0], pytest.param(MU[1], marks=pytest.mark.slow)])
 def test_slide_steady_with_friction_of_a_creeping_ball_is_that_of_a_ball_of_its_relaxed_modulus(friction):
     body, relaxed = as_body(solid(1.5)), jc.Elastic(G=1e6 * 5e5 / 1.5e6, nu=0.4)
@@ -160,6 +167,7 @@ def test_slide_steady_with_friction_of_a_creeping_ball_is_that_of_a_ball_of_its_
     alike(found, jc.slide_steady(body, jc.Sphere(R, relaxed), STEADY, **given), 1e-10)
 
 
+@pytest.mark.slow
 def test_friction_under_a_creeping_ball_on_a_stiff_flat_is_that_of_a_stiff_ball_which_moves_the_other_way():
     """The traction on the ball is the opposite of that on the flat. At a constant approach the pressure of a contact that
     does not change its size is G(t) times that of unit modulus (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438),
@@ -236,6 +244,7 @@ def test_adhesion_and_friction_under_a_ball_coated_with_its_own_material():
 FLOWING_FILM = jc.LayeredHalfSpace([jc.Layer(burgers(), 1e-4)], solid())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("material", [maxwell(), pytest.param(FLOWING_FILM, marks=pytest.mark.slow)])
 def test_slide_steady_refuses_an_indenter_that_flows(material):
     with pytest.raises(ValueError, match="flow without limit"):
@@ -271,6 +280,7 @@ SHEARED = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("coupled", [False, pytest.param(True, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.slow)])
 def test_shear_of_two_equal_bodies_is_that_on_twice_the_compliance(material, coupled):
@@ -411,6 +421,7 @@ def test_derivatives_by_each_leaf_of_the_indenters_material(verb):
         np.testing.assert_allclose(reverse, forward, rtol=0.0, atol=modes * np.max(np.abs(expected)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("material", [solid(), burgers(), coated()])
 def test_a_grid_around_holds_the_contact_of_a_creeping_ball(material):
     """The estimate is made with the largest compliance of the ball, so that the contact is a part of the width."""
@@ -488,6 +499,7 @@ def test_rolling_of_a_creeping_ball_on_a_stiff_base_is_that_of_a_stiff_ball_on_t
         np.testing.assert_allclose(found.traction, -expected.traction, rtol=0.0, atol=1e-4 * size)
 
 
+@pytest.mark.slow
 def test_forces_on_a_periodic_grid_do_not_depend_on_where_the_contact_is():
     """Its slope at the sides of the grid is that across them, as of the profile."""
     n, side = 16, 1e-3 / 16
@@ -505,6 +517,7 @@ def test_forces_on_a_periodic_grid_do_not_depend_on_where_the_contact_is():
     assert inside.hysteresis_force[-1] > 1e-2 * 1e-3 * inside.load[-1]
 
 
+@pytest.mark.slow
 def test_a_ball_that_hardly_creeps_ploughs_as_an_elastic_one():
     hardly = jc.StandardLinearSolid(G1=1e6, G2=1e15, eta2=1e14, nu=0.4)
     given = {"times": np.array([0.0, 0.25, 0.5]), "velocity": 4e-4, "grid": GRID, "hardness": 4e4}
@@ -516,6 +529,7 @@ def test_a_ball_that_hardly_creeps_ploughs_as_an_elastic_one():
     np.testing.assert_allclose(found.hysteresis_force[1:], expected.hysteresis_force[1:], rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_gel_of_the_indenter_on_a_rigid_core_lets_the_approach_exceed_the_mean_gap():
     """As a body on a rigid base it has a mean displacement on a periodic grid, that of its shortening."""
     n, h, approach = 16, 0.3, 3e-3

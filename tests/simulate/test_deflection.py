@@ -29,6 +29,7 @@ def disc(grid, a):
     return share * np.pi * a**2 / (share.sum() * dx * dy)
 
 
+@pytest.mark.slow
 def test_a_uniform_disc_on_an_elastic_half_space():
     """Moving or not: 2 % at the edge, which crosses cells, 0.1 % elsewhere outside."""
     body = jc.LayeredHalfSpace([], jc.Elastic.from_young(50e6, nu=0.35))
@@ -43,6 +44,7 @@ def test_a_uniform_disc_on_an_elastic_half_space():
         assert not found.notes and not np.any(found.status)
 
 
+@pytest.mark.slow
 def test_a_disc_that_moves_over_a_maxwell_half_space():
     """u = J0 D(r(T)) + integral of D(r(s))/eta ds at a place beside the path, D of the disc; a load that grows, too."""
     G, eta, nu, a, v = 30e6, 40e6, 0.4, 0.15, 2.0
@@ -152,6 +154,7 @@ def test_inner_steps_are_as_many_as_a_velocity_that_changes_needs(speeds):
     assert fits(n) and (n == 1 or not fits(n - 1))
 
 
+@pytest.mark.slow
 def test_a_load_that_goes_and_returns_between_two_times_has_moved():
     body = jc.LayeredHalfSpace([], jc.Maxwell(1.0, 2.0, nu=0.4))
     there_and_back = np.array([[1.0, 0.0], [-1.0, 0.0]])
@@ -161,6 +164,7 @@ def test_a_load_that_goes_and_returns_between_two_times_has_moved():
     assert error(found) < 0.01 < 0.05 < error(at_rest)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "velocity", [0.0, 0.2, np.array([[0.2, 0.0], [0.1, 0.0], [-0.1, 0.1]])], ids=["rest", "one", "many"]
 )

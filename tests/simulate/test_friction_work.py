@@ -28,6 +28,7 @@ def ramp(steps):
     return (work[-1] - work[1]) / (MU * STROKE * (2.0 + 4.0 / 3.0)) - 1.0
 
 
+@pytest.mark.slow
 def test_full_sliding_under_a_load_that_rises():
     """Second order in the step: 20 % in one step, a quarter of that in two (the slip of the end alone gives 80 and 35 %)."""
     one, two = ramp(1), ramp(2)

@@ -20,6 +20,7 @@ def gel(bonded=True, nu=0.5, h=0.01, E=3.0):
     return jc.LayeredHalfSpace([jc.Layer(jc.Elastic.from_young(E, nu=nu), h, bonded)], None)
 
 
+@pytest.mark.slow
 @LOOSE_TOO
 def test_force_on_a_ball(bonded):
     """Within 0.2 % on 96 x 96 cells at x = R d/h^2 of 0.1 to 10; the grid of ``Grid.around`` holds the contact."""
@@ -34,6 +35,7 @@ def test_force_on_a_ball(bonded):
         assert 0.1 < 2.0 * history.contact_radius[0] / around.width[0] < 0.7
 
 
+@pytest.mark.slow
 @LOOSE_TOO
 def test_uniform_pressure_on_a_periodic_grid(bonded):
     """Under a flat body the approach is h p J (1 - 2 nu)/(2 (1 - nu)), by load and by approach."""
@@ -63,6 +65,7 @@ def test_waves_on_a_periodic_grid_have_their_transform():
     np.testing.assert_allclose(history.pressure[0], expected, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_an_incompressible_gel_that_fills_a_periodic_grid():
     """Its mean cannot move: an approach up to the mean gap is met, one beyond it is refused."""
     grid = jc.Grid((16, 16), (1 / 16, 1 / 16), periodic=True)
@@ -85,6 +88,7 @@ def test_an_incompressible_gel_that_fills_a_periodic_grid():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bonded", [True, False])
 def test_fields_below_a_pressure(bonded):
     """On the base the displacement into it is zero and, if bonded, along it, else the shear; the load is carried."""

@@ -58,6 +58,7 @@ def creep(t):
     return 1.0 + delayed, t + (t - delayed)
 
 
+@pytest.mark.slow
 def test_a_batch_of_hardnesses_is_one_after_the_other():
     """Two that yield and one that does not, pressed and unloaded, with their derivatives; one out of range."""
     run = lambda hardness: press(jc.Load(np.array([100.0, 300.0, 100.0])), hardness=hardness)
@@ -73,6 +74,7 @@ def test_a_batch_of_hardnesses_is_one_after_the_other():
         assert float(slopes[i]) == pytest.approx(float(slope(float(hardnesses[i]))), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("creeps", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_hardness_pressures_and_dents_of_a_load_cycle_equal_bounded_least_squares(creeps):
     """With creep each pressure is linear over a step, so that its displacement takes the mean of J over the step."""
@@ -105,6 +107,7 @@ def test_hardness_pressures_and_dents_of_a_load_cycle_equal_bounded_least_square
     assert "peak dent" in history.summary() and np.max(history.pressure) == pytest.approx(HARDNESS, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_hardness_over_the_surface_at_a_given_approach_equals_bounded_least_squares():
     rng = np.random.default_rng(3)
     hardness = 1e9 * (1.0 + rng.random((N, N)))
@@ -129,6 +132,7 @@ def test_hardness_second_loading_to_the_same_load_changes_nothing():
     assert float(history.approach[2]) == pytest.approx(touch, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_hardness_work_of_a_load_cycle_is_that_of_the_dents():
     """sum of load x change of approach = sum of H x volume of the dents, but for the steps."""
     rise = np.linspace(0.0, 24e-6, 129)
@@ -152,6 +156,7 @@ def test_hardness_far_below_the_elastic_pressure_gives_load_over_area():
     assert pytest.approx(2 * np.pi * 5e-3 * float(history.approach[-1]), rel=0.1) == 60.0 / 1e8
 
 
+@pytest.mark.slow
 def test_hardness_above_all_pressures_gives_the_elastic_contact():
     loads, times = jc.Load(jnp.append(RISE, 100.0)), jnp.arange(5.0)
     elastic = jc.indent(BODY, BALL, loads, times, grid=GRID, tolerance=1e-13)
@@ -178,6 +183,7 @@ def test_hardness_load_above_that_of_the_grid_has_a_status():
     assert list(np.asarray(history.status)) == [0, 0, above, inherited, inherited]
 
 
+@pytest.mark.slow
 def test_hardness_a_punch_carries_at_most_the_hardness_times_its_area():
     punch, most = jc.FlatPunch(0.1 * WIDTH * np.sqrt(32 / np.pi) / 1.2), 2e9 * 32 * float(GRID.cell_area)
     history = press(jc.Load(most * jnp.array([0.9, 0.999, 1.001])), indenter=punch)
@@ -222,6 +228,7 @@ def test_hardness_gradients_of_pressure_and_dent(control):
     assert np.max(np.abs(forward[1])) > 0.1
 
 
+@pytest.mark.slow
 def test_hardness_below_zero_that_is_traced_has_a_status():
     loads = jc.Load(jnp.append(RISE, 100.0))
     traced = jax.jit(lambda h: press(loads, hardness=h).status)(-1e9)
@@ -240,6 +247,7 @@ def slid(hardness, **given):
     return jc.slide(BODY, BALL, jc.Load(350.0), jnp.arange(11.0), hardness=hardness, **given)
 
 
+@pytest.mark.slow
 def test_hardness_leaves_a_track_that_stays_behind():
     """Steps of a cell: dent and hardness of the body move on by a cell, and nothing changes behind the contact."""
     hardness = np.where(np.arange(32)[:, None] < 19, 2e9, 1.6e9) * np.ones((32, 32))
@@ -274,6 +282,7 @@ def test_hardness_work_of_ploughing_is_that_of_the_track():
     assert work - (stored[-1] - stored[0]) == pytest.approx(lost, rel=0.012) and force[-1] > 0.8
 
 
+@pytest.mark.slow
 def test_carried_past_moves_a_field_between_cells():
     n = 64
     ratio, x = jnp.asarray(2.0), 2 * np.pi * np.arange(n) / n

@@ -64,6 +64,7 @@ def test_a_moving_square_source_is_that_of_jaegers_integral(peclet):
         assert field[i, j] == pytest.approx(jaeger((axis[i], axis[j]), velocity), abs=1e-7 * field.max())
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::scipy.integrate.IntegrationWarning")
 @pytest.mark.parametrize("along_x", [True, False])
 def test_only_the_side_along_the_motion_counts_in_the_peclet_number_of_a_cell(along_x):
@@ -109,6 +110,7 @@ def beyond_the_film(point, velocity, film, base):
     return float((d_alpha @ waves.real @ d_angle) / (4.0 * np.pi**2))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::scipy.integrate.IntegrationWarning")
 @pytest.mark.parametrize("velocity", [0.0, pytest.param(0.05, marks=pytest.mark.slow), 1.0])
 @pytest.mark.parametrize(("cells", "conducts"), [(0.5, 0.1), (0.5, 10.0), (2.0, 0.1), (8.0, 10.0)])
@@ -173,6 +175,7 @@ def test_derivatives_by_a_film_agree_with_differences():
         )
 
 
+@pytest.mark.slow
 @pytest.mark.versions
 def test_a_disc_at_rest_has_the_closed_form_at_its_centre():
     grid = jc.Grid.square(129, 2.58e-3)
@@ -198,6 +201,7 @@ def test_a_fast_band_has_jaegers_largest_rise():
     assert x[edge, 0] < -0.98 * half
 
 
+@pytest.mark.slow
 def test_a_band_is_a_long_rectangle_and_a_turned_velocity_turns_the_field():
     line, plane = jc.Grid((16, 1), (1e-4, 1e-3), periodic=(False, True)), jc.Grid((16, 401), (1e-4, 1e-3))
     flux = jnp.zeros((16, 1)).at[6:9].set(1e6)
@@ -210,6 +214,7 @@ def test_a_band_is_a_long_rectangle_and_a_turned_velocity_turns_the_field():
     np.testing.assert_allclose(rise(flux[::-1], velocity=-0.2), rise(flux, velocity=0.2)[::-1], rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_derivatives_agree_with_each_other_and_with_differences():
     flux = jnp.asarray(np.random.RandomState(1).rand(32, 32))
     total = lambda p: jnp.sum(flux**2 * rise(p[0] * flux, velocity=p[1], conductivity=p[2], diffusivity=p[3]))
@@ -258,6 +263,7 @@ def test_two_bodies_have_one_temperature_in_contact_and_take_all_heat(first, sec
     np.testing.assert_allclose(own + swapped, flux, atol=1e-6 * float(flux.max()))
 
 
+@pytest.mark.slow
 def test_at_rest_conductivities_divide_the_heat_and_a_fast_body_takes_nearly_all():
     """Far above a Peclet number of one the moving body takes 1/(1 + rise over rise at rest) of the heat, Jaeger 1942."""
     flux = square()

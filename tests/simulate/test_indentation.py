@@ -164,6 +164,7 @@ def test_re_contact_remembers_the_imprint():
     assert float(late.load[4]) == pytest.approx(float(late.load[0]), rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.versions
 @pytest.mark.parametrize(("load", "approach", "peak", "radius", "papers"), [
     pytest.param(10.0, 0.780865e-6, 0.630787e9, 89.94e-6, 0.7796e-6, marks=pytest.mark.slow),
@@ -194,6 +195,7 @@ def test_elastic_layer_against_the_axisymmetric_solution(ratio):
     assert float(result.contact_radius[0]) == pytest.approx(a, rel=RADIUS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("h", "load", "table"), [
     (50e-6, 0.2, [(155.0, 91.1194e-6, 0.509166e-6), (600.0, 115.0027e-6, 0.784127e-6), (2000.0, 148.7259e-6, 1.273746e-6)]),
     (10e-6, 1.0, [(155.0, 97.4761e-6, 0.528176e-6), (600.0, 120.8646e-6, 0.796635e-6), (2000.0, 154.2471e-6, 1.280290e-6)]),
@@ -338,6 +340,7 @@ def test_the_gap_of_many_runs_is_zero_in_contact_in_each():
         assert float(jnp.max(outside)) > 1.0
 
 
+@pytest.mark.slow
 def test_heights_that_are_constants_are_not_sorted_while_compiling(steel):
     """XLA sorts a constant by itself, for minutes at 256 x 256."""
     heights = np.random.default_rng(0).normal(0.0, 1e-9, (64, 64))

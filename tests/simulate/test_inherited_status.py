@@ -50,6 +50,7 @@ CASES = [  # verb, material, whether later steps inherit anything
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(("verb", "material", "inherits"), CASES)
 def test_steps_after_a_failed_one(verb, material, inherits):

@@ -68,6 +68,7 @@ def hertz(x):
 HERTZ = jc.NumpyFunction(hertz)
 
 
+@pytest.mark.slow
 def test_the_derivatives_of_a_hertz_contact_are_those_of_its_closed_form():
     """Approach = (9 W^2/(16 R E*^2))^(1/3), on a grid with about 20 cells across the contact.
 
@@ -84,6 +85,7 @@ def test_the_derivatives_of_a_hertz_contact_are_those_of_its_closed_form():
     )  # twice the curvature and load: twice the approach
 
 
+@pytest.mark.slow
 def test_an_optimiser_of_scipy_finds_the_load_of_an_approach():
     from scipy.optimize import minimize
 

@@ -51,6 +51,7 @@ def test_a_class_without_the_decorator_says_so(base):
     assert pytree(plain)(1.0).work == 1.0
 
 
+@pytest.mark.slow
 def test_a_material_without_a_bulk_modulus_is_one_of_constant_poissons_ratio():
     """One without Poisson's ratio says so; the compliance of a spring of 2 Pa at once and a dashpot of 4 Pa s is closed."""
 
@@ -71,6 +72,7 @@ def test_a_material_without_a_bulk_modulus_is_one_of_constant_poissons_ratio():
     np.testing.assert_allclose(sunk(fluid.scaled(1e3)), sunk(jc.Maxwell(2e3, 4e3, nu=0.4)), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_indent_with_a_material_of_ones_own():
     """Lee and Radok: approach^(3/2) = 3 (1 - nu) W J(t)/(8 sqrt(R)) with J(t) of the three springs in closed form."""
     times, W, R = np.array([0.0, 1.0, 10.0]), 1e-5, 1e-3
@@ -104,6 +106,7 @@ def test_a_material_of_ones_own_is_that_of_its_prony_series_and_can_be_different
     np.testing.assert_allclose(one, other, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_indent_with_an_indenter_of_ones_own():
     """A rigid power law c r^n: with a^n = approach Gamma((n + 1)/2)/(c sqrt(pi) Gamma(n/2 + 1)), the load is
     2 E* a approach n/(n + 1) (L. A. Galin; I. N. Sneddon, Int. J. Eng. Sci. 3 (1965) 47)."""
@@ -153,6 +156,7 @@ def test_a_grid_around_an_indenter_without_an_outline_is_refused():
         jc.Grid.around(jc.LayeredHalfSpace([], jc.Elastic(1e6, 0.3)), Quartic(1e9), jc.Load(1.0), [0.0])
 
 
+@pytest.mark.slow
 def test_results_with_a_material_of_ones_own_can_be_saved(tmp_path):
     body, grid = jc.LayeredHalfSpace([], TwoKelvin(*GEL)), jc.Grid.square(24, 400e-6)
     run = jc.indent(body, jc.Sphere(1e-3), jc.Load(1e-5), [0.0, 1.0], grid=grid, substeps=4)

@@ -68,6 +68,7 @@ def test_the_ratio_of_axes_is_continuous_and_reciprocal(ratio):
     assert hertz.axes_ratio((ratio * 1.0001, 1.0)) / found == pytest.approx(1.0001 ** (2.0 / 3.0), rel=2e-5)
 
 
+@pytest.mark.slow
 def test_an_ellipsoid_that_is_pressed_is_hertz():
     solid, radii = jc.Elastic(G, 0.3), (30e-3, 5e-3)
     a, b, approach = hertz.ellipse(LOAD, radii, 0.7 / G)
@@ -82,6 +83,7 @@ def test_an_ellipsoid_that_is_pressed_is_hertz():
     assert float(found.smooth_area[0]) == pytest.approx(np.pi * a * b, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_equal_radii_are_a_ball():
     body, grid = jc.LayeredHalfSpace([], jc.Elastic(G, 0.3)), jc.Grid.square(16, 200e-6)
     ball, same = (
@@ -91,6 +93,7 @@ def test_equal_radii_are_a_ball():
     np.testing.assert_allclose(same.pressure, ball.pressure, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_long_contact_on_cells_as_long_settles_in_steps_of_a_cell_or_of_a_part():
     """Cells five times as long as wide: a step along x is a cell, and one of a given direction the shorter side."""
     along, given = (rolled(5.0, 0.25, (1e-4, 1e-4), 0.0, 12, velocity=v) for v in (1.0, np.array([1.0, 0.0])))

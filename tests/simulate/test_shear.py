@@ -29,6 +29,7 @@ def stick_radius(history, step):
     return np.sqrt(np.sum(history.stick[step]) * float(history.grid.cell_area) / np.pi)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("n", "traction", "shift"),
     [(64, 6e-3, 3e-4), pytest.param(256, 1e-3, 1e-5, marks=pytest.mark.slow)],

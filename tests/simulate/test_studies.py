@@ -41,6 +41,7 @@ def with_log(path, count=6):
     return [{"x": float(x), "log": str(path)} for x in range(count)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("executor", [None, ThreadPoolExecutor(2)], ids=["processes", "threads"])
 def test_the_numbers_of_a_plain_loop_each_computed_once(tmp_path, executor):
     log = tmp_path / "log"
@@ -53,6 +54,7 @@ def test_the_numbers_of_a_plain_loop_each_computed_once(tmp_path, executor):
     np.testing.assert_array_equal(study[3]["row"], np.sin(3.0 * np.arange(4.0)))
 
 
+@pytest.mark.slow
 def test_what_fails_is_reported_and_the_others_are_done(tmp_path):
     """A case that raises, and one that takes its process with it."""
     study = jc.sweep(troubled, CASES, tmp_path)
@@ -115,6 +117,7 @@ def test_every_exception_is_reported_as_itself_and_costs_no_other_case(tmp_path,
     )
 
 
+@pytest.mark.slow
 def test_a_function_that_a_process_cannot_read_is_told_so(tmp_path, monkeypatch):
     """A module that this process alone can import: f is sent by its name."""
     (tmp_path / "only_here.py").write_text("def f(case): return {'v': 1.0}")
@@ -291,6 +294,7 @@ def test_a_killed_worker_of_ones_own_executor_costs_no_other_case(tmp_path):
     assert not again.failures
 
 
+@pytest.mark.slow
 def test_a_cluster_without_workers_is_waited_for_with_a_word(tmp_path, monkeypatch, capfd):
     distributed = pytest.importorskip("distributed", reason="the extra cluster")
     monkeypatch.setattr(sweep, "PATIENCE", 0.3)

@@ -41,6 +41,7 @@ def smooth_tractions():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base", [ELASTIC["base"], None], ids=["elastic", "rigid"])
 def test_equilibrium_and_hookes_law(base):
     """In the film and below: derivatives along the surface by the grid's waves, along depth by differences."""
@@ -73,6 +74,7 @@ def test_equilibrium_and_hookes_law(base):
         assert np.max(np.abs(off)) < 1e-5
 
 
+@pytest.mark.slow
 def test_the_mean_of_a_creeping_layer_on_a_rigid_base():
     """A uniform pressure and shear after a step: what is left of the layer below shortens and shears."""
     body = jc.LayeredHalfSpace([jc.Layer(jc.Maxwell(2.0, 3.0, nu=0.4), 0.8)], None)
@@ -86,6 +88,7 @@ def test_the_mean_of_a_creeping_layer_on_a_rigid_base():
     np.testing.assert_allclose(np.mean(inside.displacement[:, 0], (-1, -2)), below * J * 0.2, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_strip_of_pressure_in_plane_strain():
     """K. L. Johnson, Contact Mechanics, 1985, Eqs. 2.30: uniform pressure on a strip, exact at all cells."""
     n, dx, nu, p = 32, 0.1, 0.3, 2.0

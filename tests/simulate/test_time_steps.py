@@ -31,6 +31,7 @@ def relaxed(times, grid=SMALL, **more):
     return run, run.load[0] * (0.1 + 0.9 * np.exp(-10.0 * t))  # 1/G(t): 1 + 9 (1 - exp(-t)) in 1/G(0)
 
 
+@pytest.mark.slow
 @QUIET
 @pytest.mark.parametrize("times, status", [([0.0, 10.0], [0, 12]), ([0.0, 100.0], [0, 0])])
 def test_a_relaxation_in_a_single_step_knows_its_error(times, status):
@@ -42,6 +43,7 @@ def test_a_relaxation_in_a_single_step_knows_its_error(times, status):
     assert off / 2.0 < run.time_step_error[-1] < 2.0 * off
 
 
+@pytest.mark.slow
 @QUIET
 def test_an_error_that_the_body_has_forgotten_has_no_status():
     run, exact = relaxed([0.0, 3.0, 10.0, 100.0])
@@ -56,6 +58,7 @@ def test_a_note_above_one_per_cent():
         relaxed([0.0, 100.0])
 
 
+@pytest.mark.slow
 def test_automatic_substeps_of_a_relaxation():
     run, exact = relaxed([0.0, 0.3, 1.0], substeps="auto")
     assert np.all(run.converged) and run.diagnostics.refined in (4, 16) and not run.notes
@@ -74,6 +77,7 @@ def test_automatic_substeps_that_do_not_suffice_have_a_note(monkeypatch):
         relaxed([0.0, 100.0], substeps="auto")
 
 
+@pytest.mark.slow
 def test_automatic_substeps_say_what_they_cannot_judge():
     """A thickness that is given over time has an effect of its own, which the estimate leaves out."""
     layer = jc.Layer(jc.Elastic(1e9, 0.3), thickness=np.array([20e-6, 10e-6]))
@@ -82,6 +86,7 @@ def test_automatic_substeps_say_what_they_cannot_judge():
         jc.indent(body, BALL, jc.Load(1.0), [0.0, 1.0], grid=SMALL, substeps="auto")
 
 
+@pytest.mark.slow
 @QUIET
 @pytest.mark.parametrize("steps", [0.1, 0.5])
 def test_a_load_from_zero_knows_the_error_of_its_first_step(steps):
@@ -109,6 +114,7 @@ def test_a_load_from_zero_knows_the_error_of_its_first_step(steps):
     assert off / 2.0 < run.time_step_error[1] < 2.0 * off
 
 
+@pytest.mark.slow
 @QUIET
 def test_shear_and_slide_know_the_error_of_a_relaxation():
     """As the same relaxation in ``indent``: without tangential load, and at a speed that moves the contact by nothing."""
@@ -142,6 +148,7 @@ def test_a_held_tangential_displacement_relaxes_in_the_estimate_too():
 PRONY = half_space(jc.Springpot(V=400.0, alpha=0.3, nu=0.5).prony(1.0, 100.0))
 
 
+@pytest.mark.slow
 @QUIET
 @pytest.mark.parametrize("body, radius, load, width, times", [
     pytest.param(PRONY, 1e-3, 1e-5, 600e-6, [0.0, 1.0, 10.0, 100.0], marks=pytest.mark.slow),
@@ -160,6 +167,7 @@ def test_the_largest_error_of_the_pressure_under_a_load(body, radius, load, widt
         assert np.max(off) / 1.2 < np.max(coarse.time_step_error) < 3.0 * np.max(off)
 
 
+@pytest.mark.slow
 @QUIET
 def test_the_foretold_error_is_that_of_a_relaxation_in_closed_form():
     t = np.array([0.0, 0.1, 0.3, 1.0])
@@ -233,6 +241,7 @@ def test_a_velocity_that_reverses_within_a_step():
     assert error > 0.2 and run.status[-1] == 12 and np.max(run.time_step_error) > 0.7 * error
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the length or radius of the indenter")
 def test_a_punch_pressed_from_zero_on_a_solid_that_is_rigid_at_first():
     """All its pressures are in proportion to the load, which is linear in time: the march is exact in one step. Of the
