@@ -140,6 +140,7 @@ def log_factors(law: type, parameters: Any, reference: Any, temperature: Any) ->
 KINDS = (OscillationData, RelaxationData, CreepData)
 SAME = 0.5  # difference [K] below which temperatures are one
 LEAST = 3  # fewest temperatures
+CONSTANT = 1e-9  # change of the logarithm of a modulus, and of a phase, by rounding
 
 
 def checked(data: Any) -> tuple[Any, ...]:
@@ -160,7 +161,7 @@ def checked(data: Any) -> tuple[Any, ...]:
 
 
 def sweeps_of(curves: tuple[Any, ...], reference: float | None) -> Sweeps:
-    """Return the logarithms of all curves; ValueError for fewer than three temperatures."""
+    """Return the logarithms of all curves; ValueError for fewer than three temperatures, or where no curve changes."""
     T = np.array([one.temperature for one in curves])
     order = np.argsort(T, kind="stable")
     new = np.diff(T[order], prepend=-np.inf) > SAME
@@ -175,6 +176,11 @@ def sweeps_of(curves: tuple[Any, ...], reference: float | None) -> Sweeps:
             f"reference: expected a temperature from {mean[0]:.5g} to {mean[-1]:.5g} K, got {reference!r}"
         )
     rows = [(x, y, part, k) for k, one in enumerate(curves) for x, y, part in _parts(one)]
+    if all(np.ptp(y) <= CONSTANT for _, y, _, _ in rows):
+        raise ValueError(
+            f"data: expected moduli that change with time or frequency, got {len(curves)} constant curves: they show no"
+            " shift"
+        )
     of = lambda place: np.concatenate([np.broadcast_to(row[place], row[0].shape) for row in rows])
     block = of(3).astype(int)
     return Sweeps(mean, place, of(0), of(1), group[block], of(2).astype(int), block)

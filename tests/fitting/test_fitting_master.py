@@ -194,6 +194,13 @@ def test_relaxation_and_creep_files_are_read(tmp_path):
         ),
         (lambda d: [*d[1:], fitting.OscillationData(d[0].omega, d[0].storage, d[0].loss)], "none for 1 of 7"),
         (lambda d: d[0], "expected a list of curves of one kind"),
+        (
+            lambda d: [
+                fitting.RelaxationData(one.omega, np.full(one.omega.size, 1e6), temperature=one.temperature)
+                for one in d
+            ],
+            "expected moduli that change .* got 7 constant curves",
+        ),
     ],
 )
 def test_data_that_cannot_be_superposed(change, words):
