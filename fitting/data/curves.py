@@ -104,6 +104,7 @@ def deviations(name: str, value: object, like: np.ndarray) -> np.ndarray:
 
 
 def times(value: object) -> np.ndarray:
+    """Return times (n,) that do not decrease, at least 5 of them different; ValueError otherwise."""
     t = array("t", value)
     if np.any(np.diff(t) < 0):
         raise ValueError("t: expected times that do not decrease; the readers sort, the data classes do not")

@@ -47,12 +47,12 @@ MOST = 0.05  # largest fraction of the points that may be left out
 
 def leave_out(problem: TauProblem, n: int) -> tuple[np.ndarray, TauProblem, Optimum]:
     """Return which of n points remain without outliers (n,) bool, the problem with zero weight on the others, and its
-    optimum; those of all points if there are too many outliers."""
+    optimum; those of all points if there are too many outliers. One outlier, or a pair, is dropped in each turn."""
     found = whole = np.ones(n, dtype=bool), problem, varpro.minimise(problem)
     while True:
         kept, fewer, best = found
         fitted = np.flatnonzero(kept)
-        # tried are points of high leverage, alone and with the following point, and points of large residual
+        # 1. The points to be tried: those of high leverage, alone and with the following point, and of large residual.
         jacobian, residual = varpro.inside_jacobian(fewer, best)[fitted], np.asarray(best.residual)[fitted]
         leverage = np.sum(basis(jacobian) ** 2, 1)
         decisive = [int(i) for i in np.argsort(-leverage)[:TRIED] if leverage[i] > MUCH]
@@ -61,6 +61,8 @@ def leave_out(problem: TauProblem, n: int) -> tuple[np.ndarray, TauProblem, Opti
         ]
         trials = [[int(fitted[i])] for i in dict.fromkeys([*decisive, *deviating])]
         trials += [[int(fitted[i]), int(fitted[i + 1])] for i in decisive if i + 1 < fitted.size]
+
+        # 2. A fit to the others for each of them; the one with the most significant deviation is kept as ``worst``.
         worst, highest = None, 1.0
         for points in trials:
             others, weights = kept.copy(), np.array(problem.weights)
@@ -80,14 +82,15 @@ def leave_out(problem: TauProblem, n: int) -> tuple[np.ndarray, TauProblem, Opti
             if not (enough_points and relevant and isolated):
                 continue
             # the smallest deleted residual over its limit of significance: above 1, and that of the trials before
-            variance = (
-                deviations[rest] @ deviations[rest] / dof * (1.0 + _spread(jacobian[rest], jacobian[points]))
-            )
+            predicted = _prediction_variance(jacobian[rest], jacobian[points])
+            variance = deviations[rest] @ deviations[rest] / dof * (1.0 + predicted)
             limit = noise.two_sided(1.0 - CHANCE / n, dof)
             score = float(np.min(np.abs(deviations[points]) / np.sqrt(variance + 1e-300))) / limit
             significant = score > highest
             if significant:
                 worst, highest = (others, without, optimum), score
+
+        # 3. End without a significant one, and give up with too many; otherwise go on without it.
         if worst is None:
             return found
         if np.sum(~worst[0]) > max(MOST * n, 2):
@@ -95,8 +98,9 @@ def leave_out(problem: TauProblem, n: int) -> tuple[np.ndarray, TauProblem, Opti
         found = worst
 
 
-def _spread(jacobian: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return x (A^T A)^-1 x of rows x (m, k), infinite along directions that the Jacobian A (n, k) does not determine."""
+def _prediction_variance(jacobian: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return x (A^T A)^-1 x of rows x (m, k), the variance of a prediction there over that of a point, infinite along
+    directions that the Jacobian A (n, k) does not determine."""
     size = np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
     _, s, V = np.linalg.svd(jacobian / size, full_matrices=False)
     along = rows / size @ V.T
@@ -104,16 +108,17 @@ def _spread(jacobian: np.ndarray, rows: np.ndarray) -> np.ndarray:
         return np.nan_to_num(np.sum((along / np.where(s > 1e-9 * s[0], s, 0.0)) ** 2, 1), nan=math.inf)
 
 
-# Profiles of a classical creep fit. A problem here is in the units ``scaled``.
+# Profiles of a classical creep fit. A problem here is in the units of ``Scaled``.
 
 
-SINGLY = 64  # most times of which each has a run of its own, with the program that every fit compiles for its duration
-OTHER_FUNCTIONS = 5  # functions before J(t) in a profile
+SINGLY = 64  # up to this many times are profiled one by one, by the program of one time that every fit has compiled
+OTHER_FUNCTIONS = 5  # functions before J(t) in a profile: j0, j2, f, j2/tau, slope0
 ROUND_OFF = 1e-14  # of a compliance in scaled units
 
 
 def interval_ends(scaled: Scaled, best: Optimum, assessment: Assessment, t: np.ndarray) -> np.ndarray:
-    """Return the ends (5 + k, 2) of the intervals of ``varpro.profile`` at times t (k,) [s], scaled.
+    """Return the ends (5 + k, 2) of the intervals of j0, j2, f, j2/tau, slope0 and J at times t (k,) [s], scaled, by
+    ``varpro.profile``.
 
     Many times are padded so that only a few values of k are compiled.
     """
@@ -143,9 +148,9 @@ def _gradients(best: Optimum, times: np.ndarray) -> np.ndarray:
     scaled."""
     (_, j2, _, _), tau = np.asarray(best.parts), float(best.tau)
     decay, one = np.exp(-times / tau), np.ones(times.size)
-    # with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio)
-    turn = -decay * times / tau if j2 > 0 else 0.0 * times
-    creep = np.stack([one, 1.0 - decay + turn, times, -turn * tau])
+    # J = j0 + j2 (1 - exp(-t/tau)) + f t with tau = j2/ratio, d tau = tau (dj2/j2 - dratio/ratio); by_tau: dJ/dlog tau/j2
+    by_tau = -decay * times / tau if j2 > 0 else 0.0 * times
+    creep = np.stack([one, 1.0 - decay + by_tau, times, -by_tau * tau])
     return np.column_stack([np.eye(4), [0.0, 0.0, 1.0, 1.0], creep])
 
 
@@ -265,8 +270,8 @@ def fit_creep(
 def _fit(
     data: CreepData, first: Sample, sought: Sought, level: float, given: np.ndarray | None = None
 ) -> CreepFit:
-    """Fit a creep curve, beginning with the weights of its sample; given (n,): estimated weights to use unchanged in their
-    place, without leaving a point out."""
+    """Fit a creep curve, beginning with the weights of its sample, ``first``; given (n,): estimated weights to use unchanged
+    in their place, without leaving a point out."""
     sample = first if given is None else first._replace(weights=given, final=True)
     structure = sought.structure
     if isinstance(structure, Law):
@@ -279,7 +284,7 @@ def _fit(
             profile=band,
         )  # fmt: skip
 
-    # The search in scaled units, over the compliances (j0, j2, f, j2/tau).
+    # 1. The search in scaled units, over the compliances (j0, j2, f, j2/tau).
     scaled = varpro.scale(data, sample.weights, structure, sought.table)
     space = scaled.space(structure)
     n, size, free = data.t.size, float(np.max(np.abs(data.response))), space.free
@@ -301,7 +306,7 @@ def _fit(
             np.asarray(best.parts), residual, jacobian, inside, kept, weights, find_ends, (fewer, best)
         )  # fmt: skip
 
-    # The weights and the optimum follow from each other.
+    # 2. The weights and the optimum follow from each other. fewer: the problem without the points that were left out.
     solved = reweighted_until_stable(sample, solve(sample.weights), solve, problem.p)
     (fewer, best), kept = solved.whole, solved.kept
     scaled = scaled._replace(tau_problem=fewer)
@@ -309,6 +314,8 @@ def _fit(
     if not kept.all():
         times = ", ".join(f"{t:.4g}" for t in data.t[~kept][:5])
         notes.append(f"{np.sum(~kept)} of {n} points left out as isolated outliers: t = {times} s")
+
+    # 3. Noise, intervals and goodness of fit; the landscape is for later sampling of the posterior.
     residual = Partial(varpro.residuals_at, fewer)
     own = space.material
     landscape = Landscape(
@@ -316,7 +323,7 @@ def _fit(
     )
     found = conclude(problem, solved._replace(notes=notes, landscape=landscape))
 
-    # J0, slope0 = 1/eta1 + 1/eta2 and J at the last time, with their intervals; ends that are zero have errors of
+    # 4. J0, slope0 = 1/eta1 + 1/eta2 and J at the last time, with their intervals; ends that are zero have errors of
     # round-off.
     (j0, j2, f, ratio), tau = np.asarray(best.parts), float(best.tau)
     slopes = np.zeros((len(found.assessment.slopes), 4))

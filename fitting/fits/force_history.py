@@ -92,6 +92,7 @@ def modulus_of(
     """
     log_compliance, lapse, gap = unit
     if model not in LAWS:
+        # springs and dashpots: the compliances, of a Kelvin-Voigt element with the instantaneous one above
         c = spectrum(jnp.append(theta, jnp.zeros(3)), None)
         if model == "KelvinVoigt":
             J, r = c.amplitudes, c.rates
@@ -102,10 +103,13 @@ def modulus_of(
             rates = jnp.concatenate([rates, own.rates])
             if own.fluidity is not None:
                 flow = own.fluidity if flow is None else flow + own.fluidity
+        # the modulus from the creep, s G(s) = 1/(s J(s)) in partial fractions
         order = jnp.argsort(rates)
         sorted_ = Spectrum(c.instantaneous, amplitudes[order], rates[order], flow)
         rates, weights = relaxation_modes(sorted_, extra)
         return weights, rates
+
+    # a springpot, or one beside a spring: the sum of the trapezoidal rule at x, and what is slower and faster
     *spring, log_V, alpha = theta
     V = jnp.exp(log_V + log_compliance - alpha * lapse)
     first = math.log(SLOWEST)
@@ -128,6 +132,10 @@ def modulus_of(
 # 2. The force over a history of the depth.
 
 CELLS = 64  # elements along the largest contact radius
+
+# coordinates after those of the material, scaled: the depth of contact, and the baseline with its change in time and depth
+NUISANCES = {"contact_point": "m", "baseline": "N", "drift": "N/s", "slope": "N/m"}
+POINT, BASELINE, DRIFT, SLOPE = range(-len(NUISANCES), 0)
 
 
 class History(NamedTuple):
@@ -178,30 +186,37 @@ def contact_force(
     def step(
         carry: tuple[Array, Array], now: tuple[Array, Array, Array]
     ) -> tuple[tuple[Array, Array], Array]:
+        # the parts of q relax over the step; stress (c, k): of each mode, place (c,): the displacement w
         (stress, place), (decay, rise, depth) = carry, now
         stress = stress * decay
-        # where the surface of an element would be without a tip, and the tip that pushes it further
+        # q = 0 at the end of the step without a tip (free); in contact the tip pushes the element further, w = d - y
         free = place - stress.sum(-1) / rise.sum()
         after = jnp.maximum(depth - places, free)
         force = stiffness @ (after - free) * rise.sum()
         return (stress + (after - place)[:, None] * rise, after), force
 
+    # before the first time, at which the elements are taken as undeformed
     start = jnp.zeros((places.size, rates.size)), jnp.zeros(places.size)
     return jax.lax.scan(step, start, (decay, rise, depth))[1]
 
 
 def indentation_force(theta: Array, curve: History, model: str, decades: int, cells: int = CELLS) -> Array:
     """Return the scaled force (n,) without the baseline at the samples; theta = (material, *``NUISANCES``)."""
-    weights, rates = modulus_of(theta[:-4], curve.unit, curve.extra, curve.own, model, decades)
-    depth = curve.depth - theta[-4]
+    weights, rates = modulus_of(theta[:POINT], curve.unit, curve.extra, curve.own, model, decades)
+    depth = curve.depth - theta[POINT]
     deepest = jnp.maximum(jnp.max(depth), 1e-6)
     return contact_force(weights, rates, curve.t, depth, *curve.elements(deepest, cells))[curve.pick]
 
 
 def force_with_baseline(theta: Array, curve: History, model: str, decades: int) -> Array:
-    """Return the scaled load (n,) at the samples."""
+    """Return the scaled load (n,) at the samples: the force and the baseline + drift t + slope depth."""
     t, depth = curve.t[curve.pick], curve.depth[curve.pick]
-    return indentation_force(theta, curve, model, decades) + theta[-3] + theta[-2] * t + theta[-1] * depth
+    return (
+        indentation_force(theta, curve, model, decades)
+        + theta[BASELINE]
+        + theta[DRIFT] * t
+        + theta[SLOPE] * depth
+    )
 
 
 COARSE = 24  # elements in the comparison of starts
@@ -222,18 +237,18 @@ PULLS = 5.0, 0.02  # least tension, in standard deviations of the noise and of t
 ADHESIVE = 0.1  # tension over the largest force, above which the contact of a retraction is not fitted
 AFTER = 3  # further points that are left out after the last one that pulls
 TURN, SHARP = 3, 0.2  # points of a line at a turn of the motion, and least relative change of its speed
-NUISANCES = {"contact_point": "m", "baseline": "N", "drift": "N/s", "slope": "N/m"}
 
 
 def without_tension(curve: ForceCurve) -> ForceCurve:
-    """Return the curve without the points of a retraction that pulls, or without all of its contact where it pulls with
-    more than ``ADHESIVE`` of the largest force, since the model has no adhesion."""
+    """Return the curve without the points of a retraction that pulls, since the model has no adhesion; where it pulls with
+    more than ``ADHESIVE`` of the largest force, without all of the retraction's contact."""
     part = np.array(curve.parts)[curve.marks]
     back = np.flatnonzero(part == "retract")
     if back.size < LEAST_CURVE:
         return curve
     load, approach = smooth(curve.load[back]), curve.load[part == "approach"]
     rise, scatter = float(np.max(smooth(approach - baseline(approach)))), sample_noise(approach)
+    # the tension below the lower of the baselines before and after the contact
     first = baseline(curve.load[curve.marks == curve.marks[0]])
     zero = min(first, float(np.median(curve.load[back[-max(back.size // 10, 5) :]])))
     tension, least = zero - float(load.min()), max(PULLS[0] * scatter, PULLS[1] * rise)
@@ -297,8 +312,9 @@ def structure_of(model: Any) -> Any:
 class HistoryModel(NamedTuple):
     """A scaled force curve with its search space.
 
-    curve: in SI; history: scaled; measured (m,): scaled load of the points that are fitted; model and decades: of
-    ``modulus_of``; sought; space; sample: load over time.
+    curve: in SI; history: scaled; measured (m,): scaled load of the points that are fitted, above the first baseline; model:
+    name of the material, and decades: between the gap of the samples and the duration, both for ``modulus_of``; units: of
+    the scaling; sought; space; sample: load over time.
     """
 
     curve: ForceCurve
@@ -324,6 +340,7 @@ class HistoryModel(NamedTuple):
         sigma: Any,
     ) -> "HistoryModel":
         """Return the scaled problem of a curve; ValueError where nothing changes in it."""
+        # units, and the load above the first baseline
         probe, nu = probe_of(indenter), sought.volume.value
         units = ForceUnits.of(curve, float(np.max(curve.depth)), probe, sought.volume.one_minus_nu)
         units.check()
@@ -332,6 +349,8 @@ class HistoryModel(NamedTuple):
         layer = None
         if thickness is not None:
             layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded)).over(depth)
+
+        # compliance of the tip over 1 - nu of the sample, scaled: at once, and its creep where it creeps
         creep, per_unit = indenter_creep(indenter), sought.volume.one_minus_nu * compliance
         extra, own = float(creep.instantaneous) / per_unit, None
         if creep.rates.size or creep.fluidity is not None:
@@ -355,6 +374,7 @@ class HistoryModel(NamedTuple):
             layer, extra, np.array([math.log(compliance), math.log(T), gap]), own,
         )  # fmt: skip
 
+        # the fitted points with their weights, and the coordinates with their bounds
         t = curve.t[curve.kept]
         weight, label = choose_weights(t, above, weights, sigma)
         sample = Sample.of(("load", "N", t, above), weight, label, curve.marks[curve.kept], own_trends=True)
@@ -390,12 +410,14 @@ class HistoryModel(NamedTuple):
     def modes(self, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the weights [Pa] and rates [1/s] of the relaxation modulus of the sample with its tip."""
         history = self.history
-        given = jnp.asarray(theta[:-4]), history.unit, history.extra, history.own, self.model, self.decades
+        given = jnp.asarray(theta[:POINT]), history.unit, history.extra, history.own, self.model, self.decades
         weights, rates = (np.asarray(part) for part in modulus_of(*given))
         return weights / self.units.compliance, rates / self.units.time
 
     def starts(self) -> list[np.ndarray]:
-        """Return the best coordinates of trial materials and contact points, whose scale and baseline are linear."""
+        """Return the best coordinates of trial materials and contact points; at each of these the modulus as a whole and the
+        baseline are linear, and follow from least squares."""
+        # a few of the points, with that of the largest depth
         n, kept = self.curve.t.size, self.curve.kept
         some = np.unique(np.linspace(0, n - 1, min(n, ROUGH_POINTS)).round().astype(int))
         some = np.unique(np.append(some, int(np.argmax(self.curve.depth))))
@@ -408,25 +430,29 @@ class HistoryModel(NamedTuple):
         t, depth = self.curve.t[some] / self.units.time, self.curve.depth[some] / self.units.depth
         places = np.cumsum(kept)[some] - 1
         y, w = self.measured[places], self.sample.weights[places] * self.units.load
+
+        # the best contact point with each material
         trials = np.linspace(0.0, 1.0, TRIALS, endpoint=False)
         found: list[tuple[float, np.ndarray]] = []
         for material in self._materials():
-            thetas = np.zeros((TRIALS, material.size + 4))
+            thetas = np.zeros((TRIALS, material.size + len(NUISANCES)))
             thetas[:, : material.size] = material
-            thetas[:, -4] = trials
+            thetas[:, POINT] = trials
             forces = np.asarray(unit_forces(thetas, few, self.model, self.decades))[:, : some.size]
             least, best = math.inf, thetas[0]
             for theta, force in zip(thetas, forces, strict=True):
                 if not (np.all(np.isfinite(force)) and np.any(force > 0.0)):
                     continue
-                A = np.stack([force, np.ones(t.size), t, depth], -1)[
-                    :, : 4 if self.space.upper[-1] > 0.0 else 3
-                ]
+                A = np.stack([force, np.ones(t.size), t, depth], -1)
+                A = (
+                    A if self.space.upper[SLOPE] > 0.0 else A[:, :3]
+                )  # without a slope, which would be a drift
                 x = np.linalg.lstsq(A * w[:, None], w * y, rcond=1e-10)[0]
                 rss = float(np.sum((w * (A @ x - y)) ** 2))
                 if x[0] > 0.0 and rss < least:
                     others = np.append(x[1:], np.zeros(4 - x.size))
-                    least, best = rss, np.concatenate([self._scaled(theta[:-4], x[0]), theta[-4:-3], others])
+                    least = rss
+                    best = np.concatenate([self._scaled(theta[:POINT], x[0]), theta[POINT:BASELINE], others])
             if math.isfinite(least):
                 found.append((least, best))
         if not found:
@@ -464,7 +490,8 @@ class HistoryModel(NamedTuple):
         ]
 
     def _scaled(self, material: np.ndarray, stiffness: float) -> np.ndarray:
-        """Return the coordinates of a material whose moduli are ``stiffness`` times as large."""
+        """Return the coordinates of a material whose moduli are ``stiffness`` times as large: of a law they are logarithms
+        of moduli, else compliances or their logarithms."""
         logs = self.space.logarithmic[: material.size]
         change = math.log(stiffness)
         if self.model in LAWS:
@@ -497,7 +524,7 @@ def _space(sought: Sought, units: ForceUnits, gap: float, back: bool) -> tuple[S
         rows, unit = np.concatenate([np.array(list(law.values())), others]), np.ones(structure.size)
         logs = np.array([name != "alpha" for name in structure.where])
         open_sides = np.concatenate([np.ones((structure.size, 2), dtype=bool), np.zeros((4, 2), dtype=bool)])
-    count = structure.size + 4
+    count = structure.size + len(NUISANCES)
     material = np.arange(count) < structure.size
     return sought, Parameters.of(
         structure, rows, unit=np.append(unit, sizes), logarithmic=np.append(logs, np.zeros(4, dtype=bool)),
@@ -518,7 +545,9 @@ def deviation(problem: FitProblem, force: HistoryModel, solved: Solved) -> Devia
     """Return the systematic deviation of a solved force curve."""
     theta, unit = solved.theta, force.units.load
     kept, marks, t = force.curve.kept, force.sample.blocks, force.sample.t
-    depth = force.curve.depth[kept] / force.units.depth - theta[-4]
+
+    # a curve without a baseline or an indentation determines nothing
+    depth = force.curve.depth[kept] / force.units.depth - theta[POINT]
     deviations, nothing = solved.residual / solved.weights / unit, np.zeros(theta.size)
     first = marks == marks[0]
     pushed = model_force(force, theta) / unit
@@ -542,6 +571,8 @@ def deviation(problem: FitProblem, force: HistoryModel, solved: Solved) -> Devia
                 f" {scatter * unit * PICO:.3g} pN",
             ),
         )
+
+    # a trend by its size: how the relaxation modulus changes with a fit to half the depth
     contact = float(np.ptp(t[inside]))
     times = contact * np.array([0.1, 1.0])
 
@@ -585,7 +616,7 @@ _force = functools.partial(jax.jit, static_argnames=("model", "decades"))(indent
 def force_of_baseline(force: HistoryModel, theta: np.ndarray) -> np.ndarray:
     """Return the baseline (m,) [N]."""
     t, depth = force.sample.t / force.units.time, force.curve.depth[force.curve.kept] / force.units.depth
-    return (theta[-3] + theta[-2] * t + theta[-1] * depth) * force.units.load
+    return (theta[BASELINE] + theta[DRIFT] * t + theta[SLOPE] * depth) * force.units.load
 
 
 # 6. The fit.
@@ -599,7 +630,7 @@ class ViscoelasticForceFit(Fit):
     Attributes:
         nuisances: {contact_point [m], baseline [N], drift [N/s], slope [N/m]: (value, low, high)}; the contact point is a
             depth as measured, the baseline is that at the first fitted point above the first tenth of the approach, and it
-            changes with time and with the depth.
+            changes with time and with the depth. Where drag was subtracted, also the drag [N s/m].
         indenter, nu, thickness [m], unbonded: given quantities on which the material is conditional; thickness is None for
             a half-space, and unbonded whether a layer slides on its base.
         segments (n,): "approach", "hold" or "retract" of each point.
@@ -699,8 +730,9 @@ def fit_history(
     """Fit a viscoelastic material to a force curve, for ``fit_force``, whose arguments these are.
 
     data: without drag; dragged: the ``Drag`` that was subtracted, or None; redrawn(b): the curve without another drag b
-    [N s/m].
+    [N s/m]; notes: of ``without_drag``.
     """
+    # 1. The model, and the curve about its contact, which a comparison of starts on few points finds.
     sought = Sought.of(structure_of(model), fixed, bounds, nu)
     if sought.structure.model in LAWS.values() and indenter.material is not None:
         raise ValueError(
@@ -710,25 +742,25 @@ def fit_history(
     def prepared(curve: ForceCurve) -> HistoryModel:
         return HistoryModel.of(curve, indenter, sought, thickness, unbonded, weights, sigma)
 
-    # The curve about its contact, which the first comparison of starts finds.
     whole = without_tension(ForceCurve.whole(data))
     coarse = prepared(whole.thinned(2 * ROUGH_POINTS))
-    point = float(coarse.starts()[0][-4]) * coarse.units.depth
+    point = float(coarse.starts()[0][POINT]) * coarse.units.depth
     curve = whole.near_contact(point - (coarse.curve.zero - whole.zero)).thinned(MOST)
     force = prepared(curve)
 
+    # 2. The optimum, and the systematic deviations of the curve from it.
     def searched(force: HistoryModel, starts: list[np.ndarray]) -> tuple[FitProblem, Solved]:
         problem = FitProblem(data, force.sought, force.space, force.sample, float(force.curve.t[-1]), level)
         return problem, least_squares(problem, force.objective, starts)
 
     problem, solved = searched(force, force.starts())
     theta, (unit, deepest, duration, _) = solved.theta, force.units
-    off = deviation(problem, force, solved)
+    deviated = deviation(problem, force, solved)
     fitted = model_force(force, theta)
     t, marks = force.sample.t, force.sample.blocks
-    below, inside = curve.depth[curve.kept] - theta[-4] * deepest, fitted > 0.0
+    below, inside = curve.depth[curve.kept] - theta[POINT] * deepest, fitted > 0.0
 
-    # Notes: on the curve, the model, and the strain.
+    # 3. Notes on the curve, the model and the strain, and the fit with its intervals by the noise.
     said = list(curve.remarks)
     parts = [curve.parts[mark] for mark in dict.fromkeys(marks.tolist())]
     said.append(f"Ting's solution over {', '.join(parts)}")
@@ -746,12 +778,13 @@ def fit_history(
         said.append(
             "the curve ends in contact: its baseline after contact is not seen, and drift and creep are less apart"
         )
-    against = (*too_deep(indenter, deepest), *off.against)
-    solved = solved._replace(left=off.left, against=against, notes=(*said, *notes, *off.notes))
+    against = (*too_deep(indenter, deepest), *deviated.against)
+    solved = solved._replace(left=deviated.left, against=against, notes=(*said, *notes, *deviated.notes))
     found = conclude(problem, solved)
 
-    # Errors of the calibration and of the drag, from fits to curves that are changed by them, as standard deviations of the
-    # coordinates.
+    # 4. Errors of the calibration and of the drag, from fits to curves that are changed by one standard deviation of each
+    # cause. spread: standard deviations of the logarithms of the parameters by the causes so far; moves: the change of the
+    # coordinates [SI] by each of them.
     size, values, best = force.sought.structure.size, found.common.values, found.common.estimate.best
     spread, moves, causes = np.zeros(len(values)), [], []
 
@@ -764,7 +797,7 @@ def fit_history(
         return np.concatenate([logs, own])
 
     def add(change: np.ndarray) -> np.ndarray:
-        """Add the changes by one standard deviation of a cause, as of ``refitted``."""
+        """Keep the changes by one standard deviation of a cause, as of ``refitted``, and return the spread with it."""
         moves.append(change[len(values) :])
         return np.hypot(spread, change[: len(values)])
 
@@ -772,10 +805,10 @@ def fit_history(
         if errors.get("spring_constant"):
             # moduli are proportional to the spring constant, compliances to its inverse; not an order, nor what is held
             table, where = force.sought.table, force.sought.structure.where
-            moved = {name: float(name != "alpha" and table[name][0] < table[name][1]) for name in values}
+            scales = {name: float(name != "alpha" and table[name][0] < table[name][1]) for name in values}
             scaled = np.ones(size)
-            scaled[[where[name] for name in moved]] = list(moved.values())
-            spread = add(errors["spring_constant"] * np.concatenate([list(moved.values()), best * scaled]))
+            scaled[[where[name] for name in scales]] = list(scales.values())
+            spread = add(errors["spring_constant"] * np.concatenate([list(scales.values()), best * scaled]))
         if errors.get("sensitivity"):
             slopes = by_sensitivity(lambda change: refitted(curve.recalibrated(change, spring_constant)))
             spread = add(errors["sensitivity"] * slopes)
@@ -799,10 +832,12 @@ def fit_history(
         note = f"the intervals include the standard deviations of the {' and '.join(causes)}: {percent}"
         common = widened(common, problem, further, moves, note)
 
-    rows = np.column_stack([theta, found.ends])[-4:] * force.space.unit[-4:, None]
-    rows[0] = curve.inward * (rows[0] + curve.zero)
-    rows[3] *= curve.inward
-    for i in (0, 3):
+    # 5. Contact point and baseline in SI, with the sign that depth has in the file: (value, low, high), whose ends are
+    # exchanged with the sign.
+    rows = np.column_stack([theta, found.ends])[POINT:] * force.space.unit[POINT:, None]
+    rows[POINT] = curve.inward * (rows[POINT] + curve.zero)
+    rows[SLOPE] *= curve.inward
+    for i in (POINT, SLOPE):
         if curve.inward < 0:
             rows[i] = rows[i, [0, 2, 1]]
     nuisances = {name: tuple(row.tolist()) for name, row in zip(NUISANCES, rows, strict=True)} | nuisances

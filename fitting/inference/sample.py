@@ -554,12 +554,15 @@ def judged_by_size(
     limits: of the trend, and of a change of these; words(trend, changes, rejected): the reason or the note, with changes
     (r, m) from each refit to the fit to all points, those of interest where they are a function.
     """
+    # 1. Whether the common tests would reject the fit, and the fits to parts of the points if so.
     nothing, common = np.zeros(solved.theta.size), problem.sample._replace(own_trends=False)
     if not common.assess(solved, problem.p, problem.level).evidence.refused:
         return Deviation(nothing)
     found = refits()
     if any(one is None for one in found):
         return Deviation(nothing, (TOO_FEW,))
+
+    # 2. The changes from these fits to that to all points, of all coordinates and of those of interest.
     changes, seen = solved.theta - np.array(found), size()
     left = np.max(np.abs(changes), axis=0)
     moved = (
@@ -568,6 +571,8 @@ def judged_by_size(
         else watched(solved.theta) - np.array([watched(one) for one in found])
     )
     most = float(np.max(np.abs(moved[:, :watched] if isinstance(watched, int) else moved)))
+
+    # 3. A reason for a rejection beyond the limits, otherwise a note.
     rejected = bool(seen > limits[0] or most > limits[1])
     said = (words(seen, moved, rejected),)
     return Deviation(left, said, trended=True) if rejected else Deviation(left, notes=said)

@@ -452,6 +452,7 @@ def over_span(sought: Sought, span: tuple[float, float]) -> Sought:
 
 
 def _known(structure: Structure, name: str, what: str) -> None:
+    """Raise ValueError unless a structure has the parameter; what: the argument that names it."""
     if name not in structure.where:
         raise ValueError(
             f"{what}: {structure.model.__name__} has parameters {list(structure.where)}, got {name!r}"
@@ -459,6 +460,7 @@ def _known(structure: Structure, name: str, what: str) -> None:
 
 
 def _pair(name: str, pair: tuple) -> tuple[float, float]:
+    """Return the bounds of a parameter with 0 and inf for open sides; ValueError unless they are in order."""
     try:
         low, high = pair
     except (TypeError, ValueError):

@@ -184,11 +184,13 @@ class Objective:
 def _residual(
     theta: Array, inputs: Any, measured: Array, weights: Array, model: Callable[..., Array], static: tuple
 ) -> Array:
+    """Return weights (model - measured) at theta, (n,) with padding."""
     return weights * (model(theta, inputs, *static) - measured)
 
 
 @functools.partial(jax.jit, static_argnames=("model", "static"))
 def _slopes(theta: Array, free: Array, *given: Any, model: Callable[..., Array], static: tuple) -> Array:
+    """Return the Jacobian (n, k) of ``_residual`` with respect to the coordinates at the places ``free`` (k,)."""
     varied = lambda values: _residual(theta.at[free].set(values), *given, model=model, static=static)
     return jax.jacfwd(varied)(theta[free])
 
@@ -288,6 +290,7 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
     )
     small = reduced(jacobian[:, own], residual)
     for _ in range(ITERATIONS if some.size else 0):
+        # 1. The step of least RSS of the linearised residuals, within the bounds; the end if it promises too little.
         rss, (J, r) = float(residual @ residual), small
         room = objective.lower[some] - theta[some], objective.upper[some] - theta[some]
         step = _step(J, r, *room, damping)
@@ -295,6 +298,8 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
         if expected <= objective.ftol * rss + floor or damping > 1e8:
             converged = True
             break
+
+        # 2. It is taken, with less damping, if RSS falls; otherwise it is tried again with more.
         trial = theta.copy()
         trial[some] = np.clip(theta[some] + step, objective.lower[some], objective.upper[some])
         after = objective.at(trial)

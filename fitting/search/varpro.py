@@ -156,9 +156,9 @@ def faces(problem: TauProblem, tau: Array) -> Faces:
     # formed once and the sums are one matrix product.
     C, square = columns(problem.history, jnp.reshape(1.0 / tau, 1)), problem.weights**2
     A = (square @ (C[:, PAIRS[0]] * C[:, PAIRS[1]]))[PLACE]
-    left = problem.data - C @ problem.origin
-    pull = square * left
-    b, yy = pull @ C, pull @ left
+    remaining = problem.data - C @ problem.origin
+    weighted = square * remaining
+    b, yy = weighted @ C, weighted @ remaining
 
     # The minimiser and the inverse of the normal matrix on each face, in units of the columns.
     scale = 1.0 / jnp.sqrt(jnp.maximum(jnp.diagonal(A), 1e-300))
@@ -336,7 +336,8 @@ class Scaled(NamedTuple):
 
 
 def scale(data: CreepData, weight: np.ndarray, structure: Structure, table: dict) -> Scaled:
-    """Return the dimensionless problem, padded."""
+    """Return the dimensionless problem of a curve with weights (n,) [1/unit of the response], padded; table: {parameter:
+    (low, high)}."""
     y, size = data.response, float(np.max(np.abs(data.response)))
     span, (history, stress) = float(data.t[-1]), stress_history(data)
     unit = size / stress
@@ -413,6 +414,7 @@ def _tau(parts: Array, tau: Array) -> Array:
 
 
 def _residual(problem: TauProblem, parts: Array, tau: Array) -> Array:
+    """Return the weighted residuals (n,) at (j0, j2, f, j2/tau), with the given tau where there is no retarded part."""
     C = (
         columns(problem.history, jnp.reshape(1.0 / _tau(parts, tau), 1))
         * jnp.asarray(problem.weights)[:, None]

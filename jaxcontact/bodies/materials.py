@@ -267,6 +267,8 @@ def parallel_creep(spectrum: Spectrum, stiffness: Array) -> tuple[Array, Array, 
 
     Returns start [1/Pa], (...); a [1/Pa], (..., m); rho [1/s], (..., m) for stiffness (...) [Pa].
     """
+    # 1/(g + c) = 1/c - 1/c^2/(1/c + 1/g): the modulus 1/(1/c + 1/g) is that of the material in series with the spring, so
+    # that J_c(t) = 1/c - G_series(t)/c^2, with the rates rho_k of G_series and a_k = w_k/c^2
     rho, weight = relaxation_modes(spectrum, 1.0 / stiffness)
     J0 = spectrum.instantaneous
     return J0 / (1.0 + stiffness * J0), weight / stiffness[..., None] ** 2, rho

@@ -71,6 +71,10 @@ class CohesiveLaw(Protocol):
     """Interface of a law of adhesion (``bodies.laws``), scaled: functions of the gap, cell by cell."""
 
     @property
+    def work(self) -> Array | float:
+        """The work of adhesion int_0^infinity s dg, ()."""
+
+    @property
     def largest_traction(self) -> Array:
         """The attraction at a gap of zero, ()."""
 
@@ -272,6 +276,8 @@ class Start(NamedTuple):
 
 
 class SearchState(NamedTuple):
+    """The state of a search after an iteration, on the padded grid."""
+
     displacement: Array  # (mx, my)
     pressure: Array  # K^-1 times it
     approach: Array
@@ -304,6 +310,7 @@ def faces_of(problem: Problem, held: Array, padded: tuple[int, ...]) -> HeldCell
 
 
 def pasted(field: Array, padded: tuple[int, ...]) -> Array:
+    """Return a field (nx, ny) on the padded grid, zero in the padding."""
     nx, ny = field.shape
     return jnp.zeros(padded, field.dtype).at[:nx, :ny].set(field)
 
@@ -319,6 +326,8 @@ class StateOnGrid(NamedTuple):
 
 
 def seen_on_grid(problem: Problem, tools: SearchTools, s: SearchState) -> StateOnGrid:
+    """Return gap, attraction, pressure and contact of a state in the cells of the grid. A cell touches if its p_c is
+    positive and its gap small beside what p_c closes."""
     nx, ny = problem.gap.shape
     law, cell = problem.law, tools.cell
     gap = s.displacement[:nx, :ny] + problem.gap - s.approach

@@ -113,34 +113,34 @@ class FreeDirections(NamedTuple):
     load_controlled: bool
 
     def along(self, v: Array) -> Array:
-        """v without what leads out of the discs, zero off contact."""
+        """Return v without what leads out of the discs, zero off contact."""
         return jnp.where(self.contact, v - jnp.sum(v * self.normal, 0) * self.normal, 0.0)
 
     def push(self, total: Array) -> Array:
-        """The vector (2,) which, the same on all cells, makes free tractions of this sum; zero if none are free."""
+        """Return the vector (2,) which, the same on all cells, makes free tractions of this sum; zero if none are free."""
         x, y = self.normal
         cells = (1.0 + LEAST) * jnp.sum(self.contact)
-        return _solved(cells - jnp.sum(x**2), cells - jnp.sum(y**2), -jnp.sum(x * y), total)
+        return _solve_symmetric(cells - jnp.sum(x**2), cells - jnp.sum(y**2), -jnp.sum(x * y), total)
 
     def uniform(self, total: Array) -> Array:
         """Return free tractions that are equal on all cells and of this sum."""
         return self.along(jnp.broadcast_to(self.push(total)[:, None, None], self.normal.shape))
 
     def __call__(self, v: Array) -> Array:
-        """The projection P of the module's formulas."""
+        """Return the projection P v of the module's formulas."""
         v = self.along(v)
         return v - self.uniform(jnp.sum(v, (1, 2))) if self.load_controlled else v
 
 
 def length(v: Array) -> Array:
-    """|v| of a field of vectors (2, nx, ny), with zero derivative at zero."""
+    """Return |v| of a field of vectors (2, nx, ny), with zero derivative at zero."""
     squares = jnp.sum(v**2, 0)
     some = squares > 0.0
     return jnp.where(some, jnp.sqrt(jnp.where(some, squares, 1.0)), 0.0)
 
 
 def clipped(q: Array, bound: Array) -> Array:
-    """Tractions within their discs, none of them turned."""
+    """Return tractions shortened to their discs |q| <= bound, none of them turned."""
     size = length(q)
     return q * jnp.where(size > bound, bound / jnp.where(size > 0.0, size, 1.0), 1.0)
 
@@ -156,8 +156,8 @@ def free_directions(problem: TangentialProblem, q: Array, slip: Array) -> FreeDi
     return FreeDirections(contact, slips, jnp.where(slips, normal, 0.0), curvature, problem.load_controlled)
 
 
-def _solved(xx: Array, yy: Array, xy: Array, right: Array) -> Array:
-    """The solution (2,) of a symmetric system; zero if it is singular."""
+def _solve_symmetric(xx: Array, yy: Array, xy: Array, right: Array) -> Array:
+    """Return the solution (2,) of a symmetric 2 x 2 system; zero if it is singular."""
     det = xx * yy - xy**2
     adjoint = jnp.stack([yy * right[0] - xy * right[1], xx * right[1] - xy * right[0]])
     return adjoint / jnp.where(det > 0.0, det, jnp.inf)
@@ -184,7 +184,7 @@ def level_of(bound: Array, y: Array, total: Array, start: Array) -> Array:
         nx, ny = jnp.where(outside, z / some, 0.0)
         cells = (1.0 + LEAST) * jnp.sum(weight)
         xx, yy = cells - jnp.sum(weight * nx**2), cells - jnp.sum(weight * ny**2)
-        newton = -_solved(xx, yy, -jnp.sum(weight * nx * ny), left)
+        newton = -_solve_symmetric(xx, yy, -jnp.sum(weight * nx * ny), left)
         farthest, far = jnp.max(jnp.where(bound > 0.0, size + bound, 0.0)), jnp.sqrt(jnp.sum(newton**2))
         newton = newton * jnp.minimum(1.0, farthest / jnp.where(far > 0.0, far, 1.0))
 
@@ -247,7 +247,10 @@ class _Iterate(NamedTuple):
 
 
 def _shift(problem: TangentialProblem, q: Array, moved: Array, guess: Array) -> Array:
-    """The shift (2,): as given, or the one with which q is closest to Coulomb's law."""
+    """Return the shift (2,): as given, or the one with which q is closest to Coulomb's law.
+
+    moved: K_tt q + drift, so that clip(q - (moved - shift)/c) has the given sum, c the mean eigenvalue of K_tt.
+    """
     if not problem.load_controlled:
         return problem.target
     local = problem.operator.local()
@@ -255,7 +258,10 @@ def _shift(problem: TangentialProblem, q: Array, moved: Array, guess: Array) -> 
 
 
 def _error(problem: TangentialProblem, q: Array, u: Array, slip: Array) -> Array:
-    """The dimensionless error of the module's formula; the compliance is the mean displacement over the mean bound."""
+    """Return the dimensionless error of the module's formula; the compliance is the mean displacement over the mean bound.
+
+    u: K_tt q, (2, nx, ny).
+    """
     b, local, squares = problem.bound, problem.operator.local(), jnp.sum(problem.bound**2)
     compliance = jnp.maximum(local, jnp.sum(b * length(u)) / jnp.where(squares > 0.0, squares, 1.0))
     wrong = compliance * jnp.sum(b * length(q - clipped(q - slip / compliance, b)))
@@ -263,7 +269,7 @@ def _error(problem: TangentialProblem, q: Array, u: Array, slip: Array) -> Array
     return jnp.where(wrong > 0.0, wrong / jnp.where(size > 0.0, size, 1.0), 0.0)
 
 
-def held(problem: TangentialProblem) -> Array:
+def friction_can_hold(problem: TangentialProblem) -> Array:
     """Return whether friction can sustain the given sum of tractions, () bool."""
     if not problem.load_controlled:
         return jnp.ones((), bool)
@@ -278,9 +284,10 @@ def solve(
     Each iteration applies K_tt once; the first leads to admissible tractions. Where friction cannot hold a given sum, all
     cells slip along it, and the error is one. The caller finds in ``error`` whether the tolerance was met.
     """
+    # ``sliding`` are the tractions of a sum that friction cannot hold: all cells slip along it
     operator, bound = problem.operator, problem.bound
-    asked, possible, sliding = problem.target, held(problem), start
-    if problem.load_controlled:  # all cells slip along a sum that cannot be held
+    asked, possible, sliding = problem.target, friction_can_hold(problem), start
+    if problem.load_controlled:
         size = jnp.sqrt(jnp.sum(asked**2))
         sliding = bound * (asked / jnp.where(size > 0.0, size, 1.0))[:, None, None]
         problem = replace(problem, target=jnp.where(possible, asked, jnp.sum(sliding, (1, 2))))
@@ -309,8 +316,8 @@ def solve(
         # that are not admissible, or if it is nearly the whole. ``bent`` is that part along the curved rim, where
         # slipping cells turn: it decides on the length of the next step.
         step = tried - q
-        lifted = operator.tangential_from_tangential(step)  # the product of the iteration
-        slope, curvature = jnp.sum(step * slip), jnp.sum(step * lifted)
+        displacement_of_step = operator.tangential_from_tangential(step)  # the product of the iteration
+        slope, curvature = jnp.sum(step * slip), jnp.sum(step * displacement_of_step)
         turning = jnp.where(s.steepest, 0.0, jnp.sum(free.curvature * jnp.sum(step**2, 0)))
         stiff, rounding = curvature > 0.0, ROUNDING * jnp.sum(bound * length(slip))
         straight = jnp.where(stiff, -slope / jnp.where(stiff, curvature, 1.0), 1.0)
@@ -323,7 +330,7 @@ def solve(
         # 4. The slip there, with the shift as given or as the multiplier of the sum. The steepest step has the length of
         # Barzilai and Borwein, <step, step>/<step, K_tt step>.
         q = jnp.where(whole, tried, q + share * step)
-        u = s.displacement + share * lifted
+        u = s.displacement + share * displacement_of_step
         moved = u + problem.drift
         shift = _shift(problem, q, moved, s.shift)
         new = moved - shift[:, None, None]
@@ -396,7 +403,7 @@ class SlipProblem:
     """One step, all of order one.
 
     operator; gap (nx, ny) and drift (2, nx, ny), with all earlier history in them; coefficient of friction (nx, ny);
-    target () and tangential_target (2,); lowest: of the profile, ().
+    target () and tangential_target (2,); lowest: of the profile, (); coupled: whether K_zt and K_tz are kept.
     """
 
     operator: TractionOperator
@@ -411,13 +418,13 @@ class SlipProblem:
     coupled: bool = static()
 
     def under(self, normal_shift: Array | float) -> Problem:
-        """The normal problem under a normal displacement (nx, ny) by the traction."""
+        """Return the normal problem under a normal displacement (nx, ny) by the traction."""
         return Problem(
             self.operator.normal, self.gap + normal_shift, self.target, self.lowest, self.load_controlled
         )
 
     def sheared(self, pressure: Array, tangential_shift: Array | float) -> TangentialProblem:
-        """The tangential problem under a pressure and the tangential displacement (2, nx, ny) by it."""
+        """Return the tangential problem under a pressure and the tangential displacement (2, nx, ny) by it."""
         bound, target = self.coefficient * pressure, self.tangential_target
         return TangentialProblem(
             self.operator, bound, self.drift + tangential_shift, target, self.tangential_load_controlled
@@ -441,8 +448,8 @@ class Round(NamedTuple):
 
 
 class _RoundSearch(NamedTuple):
-    """A round; y, and K_zt q - y after it, of this and earlier rounds, (KEPT, nx, ny) each, newest first; the share of the
-    change that is taken; the error; the part of it that is due to coupling."""
+    """A round; given: y, and change: K_zt q - y after it, of this and earlier rounds, (KEPT, nx, ny) each, newest first;
+    share: of the change that is taken next; error of both problems; unsettled: the part of it that is due to coupling."""
 
     round: Round
     given: Array
@@ -555,7 +562,7 @@ def _rounds(
         if problem.load_controlled:
             unsettled = jnp.where(problem.target > 0.0, unsettled, 0.0)
         pressed = replace(pressed, approach=approach, error=unsettled)
-        error = jnp.maximum(unsettled, jnp.where(held(tangential), sheared.error, 0.0))
+        error = jnp.maximum(unsettled, jnp.where(friction_can_hold(tangential), sheared.error, 0.0))
 
         # 4. The next step is shorter while the error does not fall.
         share = jnp.where((error > SLOW * s.error) & again, SHORTER, LONGER) * s.share

@@ -62,14 +62,14 @@ def conjugate_gradients(
 
     def step(state: tuple[Any, ...]) -> tuple[Any, ...]:
         x, image, r, direction, descent, count, _, _ = state
-        lifted, also = operator(direction)
-        curvature = total(direction * lifted)
+        product, also = operator(direction)
+        curvature = total(direction * product)
         bent = curvature <= 0.0
         # the least of the parabola along the direction, or as far as it may go where there is none
         size = descent / jnp.where(bent, 1.0, curvature)
         size = jnp.where(bent, 0.0 if reach is None else reach / jnp.max(jnp.abs(direction)), size)
         x, image = jax.tree.map(lambda sum_, part: sum_ + size * part, (x, image), (direction, also))
-        r = r - size * lifted
+        r = r - size * product
         z = inverse(r)
         new = total(r * z)
         # conjugate to all directions before it

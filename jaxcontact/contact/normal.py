@@ -277,17 +277,23 @@ def _search(
         if problem.load_controlled:
             tried = law.balanced(unclipped, problem.target, law.may_change(p, r))
         step = tried - p
-        lifted = problem.operator(step)  # the convolution of the iteration
+        displacement_of_step = problem.operator(step)  # the convolution of the iteration
 
         # 4. The part of the step d that leaves the least energy, part = -<d, r>/<d, K d>, since u is linear along it.
         # Where the magnitude s of p is free, the least over both: the 2 x 2 system of d and p, by Cramer's rule. Where
         # the energy does not fall, none of the step at a given approach, all of it under a given load.
         residual = s.displacement + problem.gap - s.approach
         if not sized:
-            falling, curvature = totals(step * residual, step * lifted)
+            falling, curvature = totals(step * residual, step * displacement_of_step)
             slope = -falling
         else:
-            products = step * residual, step * lifted, p * lifted, p * s.displacement, p * residual
+            products = (
+                step * residual,
+                step * displacement_of_step,
+                p * displacement_of_step,
+                p * s.displacement,
+                p * residual,
+            )
             falling, curvature, mixed, stiffness, shrinking = totals(*products)
             slope, growing = -falling, -shrinking
             apart = curvature * stiffness - mixed**2 > PARALLEL * curvature * stiffness
@@ -304,7 +310,7 @@ def _search(
         rises = least == 0.0
         moved = s._replace(
             pressure=jnp.where(part == 1.0, tried, law.admissible(p + part * step)),
-            displacement=s.displacement + part * lifted,
+            displacement=s.displacement + part * displacement_of_step,
             direction=t,
             before=r,
             descent=jnp.where(rises, 0.0, descent),

@@ -1,4 +1,4 @@
-"""The stepper of a contact with friction: the memory of tractions predicts, both contacts are solved.
+"""The stepper of a contact with friction: the memory of tractions predicts, pressure and traction are solved.
 
 Every step inherits tractions, displacements and work from the steps before, also on an elastic body.
 
@@ -52,8 +52,9 @@ class ShearCarry(NamedTuple):
 
 @pytree
 class ShearStepper(Stepper):
-    """A contact with friction, scaled; coefficient: of friction, (nx, ny); strength: the shear strength of a contact with
-    adhesion, (nx, ny), None without; the further input of its steps is the target of the tangential control, (2,)."""
+    """A contact with friction, scaled; coefficient: of friction, (nx, ny); coupled: whether traction and pressure move the
+    surface in each other's direction; strength: the shear strength of a contact with adhesion, (nx, ny), None without; the
+    further input of its steps is the target of the tangential control, (2,)."""
 
     summed = ("slip",)
 
@@ -84,7 +85,8 @@ class ShearStepper(Stepper):
         dt, before = step.dt, carry.traction[2]
 
         # 1. What earlier tractions have left, and the contact on it: the drift is the movement of the surface since the
-        # last step apart from that under the traction of this one.
+        # last step apart from that under the traction of this one. A given tangential displacement is counted from the
+        # start, and the shift from the last step on.
         operator, earlier, fields, *_ = self.memory.predict(carry.memory, carry.traction, dt)
         problem = SlipProblem(
             operator=operator,
@@ -98,9 +100,11 @@ class ShearStepper(Stepper):
             tangential_load_controlled=self.tangential_load_controlled,
             coupled=self.coupled,
         )
+
+        # 2. Pressure and traction, from an extrapolated pressure and the last traction; bounds: b before and after the step.
         guess = before + carry.rate[2] * dt
         adhering: Adhering | None = None
-        told: dict[str, Array] = {}
+        of_adhesion: dict[str, Array] = {}
         if self.strength is None:
             found = solve_partial_slip(
                 problem, guess, carry.traction[:2], self.tolerance, self.max_iterations
@@ -108,36 +112,42 @@ class ShearStepper(Stepper):
             pressed = found.normal
             bounds = self.coefficient * before, self.coefficient * pressed.pressure
         else:
-            # with adhesion the pressure first, and the traction within the bound of what contact carries
+            # with adhesion the pressure first, as in ``indent``: the traction does not change it
             normal = replace(problem.under(0.0), law=self.law)
             guess = jax.lax.stop_gradient(guess)
-            pressed, adhering, told = solve_step(
+            pressed, adhering, of_adhesion = solve_step(
                 normal, guess, carry.adhering, self.tolerance, self.max_iterations
             )
+            # then the traction, within b = mu p_c + tau where the surfaces touch
             assert carry.bound is not None and isinstance(operator, TractionOperator)
             carried, start = pressed.carried, carry.traction[:2]
-            bounds = (
-                carry.bound,
-                self.coefficient * carried + jnp.where(carried > 0.0, self.strength, 0.0),
-            )
+            bound = self.coefficient * carried + jnp.where(carried > 0.0, self.strength, 0.0)
+            bounds = carry.bound, bound
             tangential = TangentialProblem(
-                operator, bounds[1], problem.drift, problem.tangential_target, self.tangential_load_controlled
+                operator, bound, problem.drift, problem.tangential_target, self.tangential_load_controlled
             )
             displacement = operator.tangential_from_tangential(start)
             left = self.max_iterations - pressed.iterations
             sheared = solve_tangential(tangential, start, displacement, self.tolerance, left)
-            taken, once = pressed.iterations + sheared.iterations, jnp.ones((), int)
-            zero = jnp.zeros_like(start)
-            found = Round(pressed, sheared, zero, zero[0], taken, once, once > 0)
+            uncoupled = jnp.zeros_like(start)
+            found = Round(
+                normal=pressed,
+                tangential=sheared,
+                tangential_shift=uncoupled,
+                normal_shift=uncoupled[0],
+                taken=pressed.iterations + sheared.iterations,
+                rounds=jnp.ones((), int),
+                settled=jnp.ones((), bool),
+            )
         sheared, p = found.tangential, pressed.pressure
         traction = jnp.concatenate([sheared.traction, p[None]])
 
-        # 2. The friction work of the module; a stuck cell's slip is what the solver left.
+        # 3. The friction work of the module; a stuck cell's slip is what the solver left.
         mean = jnp.where(dt > 0.0, (bounds[0] + bounds[1]) / 2.0, bounds[1])
         slip = jnp.where(sheared.stick, 0.0, length(sheared.slip))
         work = carry.work + mean * slip
 
-        # 3. The errors of the time steps, both with the delayed compliance under the pressure.
+        # 4. The errors of the time steps, both with the delayed compliance under the pressure.
         judged: tuple[StepError, ...] = ()
         if carry.judged:
             lapse, along = Lapse(dt), jax.lax.stop_gradient(present(before, p))
@@ -156,6 +166,8 @@ class ShearStepper(Stepper):
                 ),
             )
 
+        # 5. The state after the step. Under a given tangential load an indenter without contact stays where it is, since
+        # nothing determines its shift.
         moves = jnp.any(pressed.carried > 0.0) | (not self.tangential_load_controlled)
         rate = jax.lax.stop_gradient(traction - carry.traction) / jnp.where(dt > 0.0, dt, jnp.inf)
         carry = ShearCarry(
@@ -170,7 +182,8 @@ class ShearStepper(Stepper):
             bound=None if self.strength is None else bounds[1],
         )
 
-        # 4. The status of the normal contact, unless the tangential one has no solution, or none was found.
+        # 6. The status of the normal contact, unless the tangential one has no solution, or none was found. There is none
+        # for a given load that exceeds the sum of the bounds.
         under = replace(problem.under(found.normal_shift), law=self.law)
         total = jnp.sum(sheared.traction, (1, 2))
         met = solved(sheared.error, self.tolerance, sheared.traction, sheared.slip, sheared.shift)
@@ -178,11 +191,12 @@ class ShearStepper(Stepper):
         status = most_serious((~met, Status.NOT_CONVERGED), status=status)
         if self.tangential_load_controlled:
             asked = length(problem.tangential_target[:, None, None])[0, 0]
-            room = jnp.sum(bounds[1])
-            status = most_serious(((asked > 0.0) & (asked >= room), Status.GROSS_SLIP), status=status)
+            largest = jnp.sum(bounds[1])
+            status = most_serious(((asked > 0.0) & (asked >= largest), Status.GROSS_SLIP), status=status)
             # with the derivative of the given load, free of rounding
             total = problem.tangential_target + jax.lax.stop_gradient(total - problem.tangential_target)
 
+        # 7. Fields and numbers of the result.
         numbers = contact_outcome(under, pressed, earlier[2])
         numbers |= self.memory.observe(carry.memory, traction, dt)
         shown = {
@@ -196,7 +210,7 @@ class ShearStepper(Stepper):
             shown["indenter_displacement"] = numbers.pop("indenter_displacement")
         if self.strength is not None:
             shown["contact_pressure"] = pressed.carried
-        numbers |= told
+        numbers |= of_adhesion
         numbers |= {
             "iterations": found.taken,
             "time_step_error": jnp.max(jnp.stack([jnp.zeros(()), *(each.estimate for each in judged)])),

@@ -334,6 +334,8 @@ class TractionMemory(Memory):
         return TractionFields(self.normal.start(shape), jnp.zeros((self.kernels.rates.size, 3, *shape)))
 
     def predict(self, fields: TractionFields, traction: Array, dt: Array) -> Prediction:
+        # as in ``RecursiveMemory.predict``, with t = (q_x, q_y, p): exp(-z_k) eta_k + dt psi(z_k) t is what is left of the
+        # fields, and dt phi2(z_k) goes into the operator; u_z under p has its own rates and is that of the normal memory
         k = self.kernels
         pressed = self.normal.predict(fields.pressure, traction[2], dt)
         decay, old, new = ramps(k.rates * dt)

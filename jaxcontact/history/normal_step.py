@@ -45,8 +45,9 @@ SMOOTH = 0.1  # a smooth change loses less than this part of <dp, dh>
 CERTAIN = 5.0  # a loss of this times that, half of <dp, dh>, is a jump also where no unstable state was met
 LEAST = 1e-4  # a loss below this part of the energy of the attraction is no jump
 CURVED = 3.0  # a paraboloid whose gap grows by the range over n cells is attracted on average as at a gap 1/(3 n^2) wider
-# contact modulus times confined compliance over the side of a cell; True: plane strain
-HELD = {False: 0.83, True: 1.27}
+# contact modulus E* times the confined compliance of a half-space over the side of a cell, by which E* is found from the
+# operator; True: plane strain
+CONFINED = {False: 0.83, True: 1.27}
 
 
 class Adhering(NamedTuple):
@@ -78,8 +79,9 @@ def solve_step(
     if before is None:
         return solve_contact(problem, guess, tolerance, max_iterations), None, {}
 
-    # 1. The contact with adhesion, from the state before; a pressure that is extrapolated from a contact that has gone, or
-    # over a much longer step, is no start.
+    # 1. The contact with adhesion, from the state before, of the law as the cells can resolve it. A pressure that is
+    # extrapolated from a contact that has gone, or over a much longer step, is no start. Operators that are not of one even
+    # kernel, and friction, take a sequence of contacts.
     even = problem.operator.even()
     law = replace(problem.law, law=problem.law.law.resolved(even.cell_compliance(problem.gap.shape)))
     problem = replace(problem, law=law)
@@ -87,8 +89,8 @@ def solve_step(
     far = largest(jnp.abs(guess - before.pressure)) > largest(jnp.abs(before.pressure))
     guess = jnp.where(apart | far, before.pressure, guess)
     start = Start(guess, before.contact, before.none)
-    alone = problem.operator.symmetric and problem.operator.weights is None and problem.drag is None
-    method = solve_adhesive if alone else solve_adhesive_in_turn
+    one_kernel = problem.operator.symmetric and problem.operator.weights is None and problem.drag is None
+    method = solve_adhesive if one_kernel else solve_adhesive_in_turn
     found = method(problem, start, tolerance, max_iterations)
     held, last = jax.lax.stop_gradient((problem, found))
     if not problem.operator.symmetric or problem.drag is not None:
@@ -97,15 +99,16 @@ def solve_step(
         last = replace(last, displacement=held.operator(last.pressure))
     assert last.separated is not None and last.unstable is not None
 
-    # 2. The energy that the step released: E before - E after, E = 1/2 <p, K p> - sum int s dg [- load x approach] with
-    # the operator of the step, and the work done on it in between by the trapezoidal rule.
+    # 2. The energy that the step released: E before - E after (``fallen``), E = 1/2 <p, K p> - sum int s dg [- load x
+    # approach] with the operator of the step, and the work done on it in between by the trapezoidal rule. ``moved`` is the
+    # change of the surface apart from K p, ``change`` the product <dp, dh> of which a smooth step loses a part.
     p, q = before.pressure, last.pressure
-    lifted = held.operator(p)
+    displacement_before = held.operator(p)
     gap = jnp.maximum(held.gap + last.displacement - last.approach, 0.0)
     attracted = held.law.energy(jnp.maximum(before.surface - before.approach, 0.0))
     later = held.law.energy(gap)
-    fallen = 0.5 * (jnp.sum(p * lifted) - jnp.sum(q * last.displacement)) - attracted + later
-    moved = held.gap - (before.surface - lifted)
+    fallen = 0.5 * (jnp.sum(p * displacement_before) - jnp.sum(q * last.displacement)) - attracted + later
+    moved = held.gap - (before.surface - displacement_before)
     climb = last.approach - before.approach
     load, more = jnp.sum(p + q) / 2.0, jnp.sum(q - p)
     if held.load_controlled:
@@ -150,7 +153,7 @@ def solve_step(
     some = (sum_ > 0.0) & (wider > 0.0)
     reach = held.law.law.characteristic_range / (CURVED * jnp.where(some, wider, 1.0))
     over_range = jnp.where(some, jnp.sqrt(jnp.where(some, reach, 1.0)), jnp.inf)
-    modulus = HELD[guess.shape[1] == 1] / even.confined_compliance(guess.shape)
+    modulus = CONFINED[guess.shape[1] == 1] / even.confined_compliance(guess.shape)
     zone = jnp.minimum(law.law.zone_length(modulus), over_range)
     return found, after, {"jumps": after.jumps, "jump_energy": after.energy, "cohesive_cells": zone}
 
@@ -204,27 +207,34 @@ class PressStepper(Stepper):
         return PressCarry(fields, zero, zero, at_rest(self.law, zero), judged, dent)
 
     def advance(self, carry: PressCarry, step: Steps) -> tuple[PressCarry, Outcome]:
-        # What earlier pressure has left, and the operator of this step; the contact on it; the memory with its pressure.
+        # 1. What earlier pressure has left, and the operator of this step. The gap contains the former, and what stays:
+        # growth raises the surface, a dent lowers it.
         operator, earlier, fields, raised, drag = self.memory.predict(carry.memory, carry.pressure, step.more)
         lowest, gap = jnp.min(self.profile), self.profile + earlier - raised
         if carry.dent is not None:
             gap = gap + carry.dent
+
+        # 2. The contact, from the pressure extrapolated over the step.
         problem = Problem(operator, gap, step.target, lowest, self.load_controlled, self.law, drag)
         guess = jax.lax.stop_gradient(carry.pressure + carry.rate * step.dt)
-        solution, adhering, told = solve_step(
+        solution, adhering, of_adhesion = solve_step(
             problem, guess, carry.adhering, self.tolerance, self.max_iterations
         )
         pressure = solution.pressure
-        if drag is not None:  # the traction is that of the pressure that contact carries
+
+        # 3. The memory takes the new pressure up, and with friction on adhesion the traction of what contact carries.
+        if drag is not None:
             step = step._replace(more=step.more._replace(sheared=drag.traction(solution.carried)))
         fields = self.memory.update(fields, pressure, step.more)
         rate = jax.lax.stop_gradient(pressure - carry.pressure) / jnp.where(step.dt > 0.0, step.dt, jnp.inf)
+
+        # 4. Numbers and fields of the result.
         numbers = contact_outcome(problem, solution, earlier if self.memory.inherits else None) | {
             "status": status_of(problem, solution, self.tolerance, self.edges)
         }
         if adhering is not None:
-            told |= self._energies(adhering, fields, pressure)
-        numbers |= self.memory.observe(fields, pressure, step.more) | told
+            of_adhesion |= self._energies(adhering, fields, pressure)
+        numbers |= self.memory.observe(fields, pressure, step.more) | of_adhesion
         shown = {
             "pressure": numbers.pop("pressure"),
             "displacement": earlier - raised + solution.displacement,
@@ -236,6 +246,8 @@ class PressStepper(Stepper):
         dent = self._dented(carry.dent, problem, solution)
         if dent is not None:  # a displacement that stays
             shown |= {"displacement": shown["displacement"] + dent, "dent": dent}
+
+        # 5. The error of the time steps.
         lapse = self._lapse(step, numbers["contact_area"])
         if adhering is not None:
             lapse = lapse._replace(touches=numbers["contact_area"] > 0.0)
@@ -269,7 +281,7 @@ class PressStepper(Stepper):
 
 
 def contact_outcome(problem: Problem, solution: Solution, earlier: Array | None = None) -> dict[str, Array]:
-    """Return what a solved contact says by itself, scaled, by the names of a result.
+    """Collect the scaled result fields of one solved contact, by the names of a result.
 
     earlier: the displacement (nx, ny) left by earlier pressure; None without memory.
     """

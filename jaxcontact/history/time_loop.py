@@ -291,7 +291,8 @@ class Delayed(NamedTuple):
 class Lapse(NamedTuple):
     """The time in a step [s], in which the pressure is linear; its reduced time, as it was extrapolated and as it turned
     out, both None where the body's time is that of the clock; drift: the way of the contact over the body, in its radii;
-    touches: false where surfaces attract each other without contact, so that the gap gives the pressure.
+    touches: false where surfaces attract each other without contact, so that the gap gives the pressure; bent: the way of a
+    contact whose velocity changes in the step, or None.
     """
 
     dt: Array

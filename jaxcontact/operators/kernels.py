@@ -336,6 +336,7 @@ def _of_surface(
     body: LayeredHalfSpace, grid: Grid, expansion: Expansion, scaled: Images, scale: Scale, nodes: int
 ) -> Kernels:
     """Return the kernels of one surface, from its expansion and its images in the scale of the contact."""
+    # C_0 and the S_m on the grid, with the displacement under a uniform pressure that a rigid base gives them
     top, (separable, _, errors) = top_layer(body), expansion
     mean = None
     if body.substrate is None:
@@ -343,12 +344,12 @@ def _of_surface(
         mean = mean.at[0].divide(scale.compliance)
     family, coefficients = on_grid(grid, scaled, mean)
     mix = separable.mix / scale.compliance
+
+    # the strain of the film, from S_1, the top layer's own shape
     film = None
     if top is not None:
         weights = separable.own_factors / scale.compliance
-        film = FilmStrain(
-            coefficients[1] * scale.length / top.thickness, weights
-        )  # of S_1, the top layer's own shape
+        film = FilmStrain(coefficients[1] * scale.length / top.thickness, weights)
     at_zero = separable.terms[1:, 0]
     horizon = jnp.asarray(separable.horizon)
     return Kernels(
@@ -557,7 +558,8 @@ class TractionKernels:
     """normal: as in ``indent``; family: the tangential operators C_0 and S_m; rates [1/s], (K,); mix (M, K); expansion: the
     tangential response that they come from; indenter: those of an indenter that creeps or is coated, or None.
 
-    The tangential rates are their own; what a pressure draws along, too, is remembered at them.
+    The tangential response has rates of its own, at which the tangential displacement under the pressure is remembered as
+    well.
     """
 
     normal: Kernels

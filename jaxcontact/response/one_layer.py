@@ -203,10 +203,10 @@ class OneLayer(Layered):
                 for other in np.delete(points, m):
                     value = value * (xi - other) / (points[m] - other)
                 weights.append(common[m] * value)
-            each = jnp.stack(weights)
-            flow = jnp.where(still, jnp.zeros_like(each).at[0].set(rho[..., k]), each)
+            polynomials = jnp.stack(weights)
+            factors = jnp.where(still, jnp.zeros_like(polynomials).at[0].set(rho[..., k]), polynomials)
 
-            shapes += list(jnp.sum(delayed[..., k] * flow, -1))
+            shapes += list(jnp.sum(delayed[..., k] * factors, -1))
             rates.append(jnp.where(still, 0.0, common))
 
         # lambda_k C_k: the fluidities times the own shape, and one shape for each rate of the bands.

@@ -195,9 +195,10 @@ class Indentation(Experiment):
         **given: Any,
     ) -> Self:
         """Check the arguments of ``indent``; given: further arguments of ``Experiment.of``."""
-        good, count = check_adhesion(adhesion), np.size(times)
-        body, thicknesses, thick = body_at_first(body, count)
-        body, film_map, in_range = separate_map(body, getattr(grid, "shape", ()), count)
+        # A thickness that is given over times or in the plane is taken apart: the body is then one of constant thickness.
+        law_valid, count = check_adhesion(adhesion), np.size(times)
+        body, thicknesses, thicknesses_valid = body_at_first(body, count)
+        body, film_map, map_valid = separate_map(body, getattr(grid, "shape", ()), count)
         adhesive = adhesion is not None
         experiment = Experiment.of(
             body,
@@ -208,12 +209,12 @@ class Indentation(Experiment):
             film_map=film_map,
             adhesive=adhesive,
             **given,
-        ).also(good)
+        ).also(law_valid)
         if thicknesses is not None or film_map is not None:
             plain = experiment.kernels is None and experiment.correspondence == "exact"
             varies = "over times" if film_map is None else "in the plane"
             checks.require(plain, f'layer thickness {varies}: expected no kernels and correspondence="exact"')
-            experiment = experiment.also(thick).also(in_range)
+            experiment = experiment.also(thicknesses_valid).also(map_valid)
         return cls(**vars(experiment), thicknesses=thicknesses, adhesion=as_float64(adhesion))
 
     @property
@@ -222,6 +223,7 @@ class Indentation(Experiment):
 
     def planned(self) -> Plan:
         """Return the march: the memory of the body, the step of a contact with it, and the input of the steps."""
+        # more: the input of the memory at each inner step, its time alone where the body stays the same
         substeps, film = self.substeps, self.film_map
         dt: Array = fine_steps(self.times, substeps)
         memory: Memory
@@ -266,6 +268,7 @@ class Indentation(Experiment):
         if self.kernels is not None:
             memory = with_indenter(memory, self.kernels)
 
+        # the contact, with adhesion by a law of attraction in the place of hard contact
         course, makes = {"times": self.times}, ContactHistory if self.adhesion is None else AdhesiveHistory
         contact = self.contact(scale)
         if self.adhesion is not None:

@@ -58,6 +58,8 @@ def shear(
     displacements; these vanish only if the two solids are elastically similar. The result depends on the order of
     loading: loads that increase simultaneously need several steps (``substeps``), while a tangential load that is applied
     after the normal one may be applied in a single step (R. D. Mindlin, H. Deresiewicz, J. Appl. Mech. 20 (1953) 327).
+    With adhesion the bound mu p is replaced by mu p_c + tau where the surfaces touch, with the pressure p_c that contact
+    carries and the shear strength tau.
 
     The fields of the result are differentiable with respect to all numbers, including the coefficient of friction; the
     derivatives are those at constant areas of stick, slip and separation. Differentiate a field and not the whole
@@ -78,15 +80,15 @@ def shear(
         save: as in ``indent``; the argument of a function has also ``.traction`` (2, nx, ny) [Pa], ``.slip`` [m],
             ``.stick``, ``.tangential_load`` [N] and others (``results.contact.ShearStep``).
         substeps, checkpoint: as in ``indent``.
-        adhesion: as in ``indent``; the control may then be negative. The bound of the traction is mu times the pressure that
-            contact carries, the net pressure plus the attraction (``contact_pressure`` of the result). It needs
-            coupled=False: the traction does not change the pressure, as between similar solids, or an incompressible and a
-            rigid one.
-        shear_strength: with adhesion, a shear stress [Pa] >= 0, a number or (nx, ny), which the contact holds beside mu
-            times the pressure wherever it touches; None for zero.
+        adhesion: as in ``indent``; the control may then be negative. p_c is the net pressure plus the attraction
+            (``contact_pressure`` of the result). It needs coupled=False: the traction does not change the pressure, as
+            between similar solids, or an incompressible and a rigid one.
+        shear_strength: tau, with adhesion alone: a shear stress [Pa] >= 0, a number or (nx, ny), which the contact holds
+            beside mu p_c wherever it touches; None for zero.
 
     Returns:
-        A ``ShearHistory``. Failures are reported in ``status`` and ``converged``; warnings are as in ``indent``.
+        A ``ShearHistory``, with adhesion with ``contact_pressure``, ``jumps`` and others. Failures are reported in
+        ``status`` and ``converged``; warnings are as in ``indent``.
 
     Raises:
         ValueError: invalid or unsupported input, before the computation starts.
@@ -139,18 +141,21 @@ class Shearing(Experiment):
         **given: Any,
     ) -> Self:
         """Check the arguments of ``shear``; contact and given: the arguments of ``Experiment.of``."""
-        adheres, adhesive = check_adhesion(adhesion), adhesion is not None
+        # What all verbs have in common, and adhesion.
+        adhesive, valid = adhesion is not None, check_adhesion(adhesion)
         experiment = Experiment.of(*contact, adhesive=adhesive, **given)
-        adheres = adheres & check_shear_strength(shear_strength, experiment.grid.shape, adhesive=adhesive)
+        valid = valid & check_shear_strength(shear_strength, experiment.grid.shape, adhesive=adhesive)
         checks.require(
             not (adhesive and coupled),
             "coupled: expected False with adhesion, got True: the traction is computed without its effect on the pressure",
         )
+
+        # What a tangential force needs: a grid with sides, layers that cannot move freely, a control and friction.
         check_free_along_x(experiment.grid, "shear")
         for each in experiment.surfaces:
             check_bonded(each, "shear")
-        valid = check_tangential(tangential, experiment.times.size)
-        experiment = experiment.also(valid & adheres & check_friction(friction, experiment.grid.shape))
+        valid = valid & check_tangential(tangential, experiment.times.size)
+        experiment = experiment.also(valid & check_friction(friction, experiment.grid.shape))
         names = ("tangential", "friction", "adhesion", "shear_strength")
         own = as_float64((tangential, friction, adhesion, shear_strength))
         return cls(**vars(experiment), **dict(zip(names, own, strict=True)), coupled=bool(coupled))
@@ -167,7 +172,9 @@ class Shearing(Experiment):
     def planned(self) -> Plan:
         """Return the march: the memory of pressure and traction, and the tangential control at the inner steps."""
         kernels: TractionKernels = self.kernels
-        scale, forced = kernels.normal.scale, isinstance(self.tangential, TangentialLoad)
+        scale = kernels.normal.scale
+
+        # With adhesion a law of attraction in the place of hard contact, and the shear strength at each cell.
         course, contact, strength = {"times": self.times}, self.contact(scale), None
         if self.adhesion is not None:
             contact["law"] = Attraction(
@@ -176,17 +183,20 @@ class Shearing(Experiment):
             course["tabor_number"] = tabor_numbers(self.adhesion, self)
             strength = 0.0 if self.shear_strength is None else self.shear_strength
             strength = scale.from_si("pressure", jnp.broadcast_to(strength, self.grid.shape))
+
+        load_given = isinstance(self.tangential, TangentialLoad)
         stepper = ShearStepper(
             memory=with_indenter(TractionMemory(kernels), kernels),
             coefficient=jnp.broadcast_to(self.friction, self.grid.shape),
-            tangential_load_controlled=forced,
+            tangential_load_controlled=load_given,
             coupled=self.coupled,
             strength=strength,
             **contact,
         )
-        name = "tangential_load" if forced else "tangential_displacement"
-        wanted = jnp.broadcast_to(scale.from_si(name, self.tangential.value), (self.times.size, 2))
-        targets = jnp.stack([fine_values(wanted[:, axis], self.substeps) for axis in (0, 1)], -1)
-        known = course, {"grid": self.grid}
-        errors = kernels.errors(self.duration)
-        return Plan(stepper, self.steps(scale, targets), scale, errors, *known, ShearHistory, ShearStep)
+
+        # The tangential control at the inner steps, (nt, substeps, 2).
+        name = "tangential_load" if load_given else "tangential_displacement"
+        at_times = jnp.broadcast_to(scale.from_si(name, self.tangential.value), (self.times.size, 2))
+        targets = jnp.stack([fine_values(at_times[:, axis], self.substeps) for axis in (0, 1)], -1)
+        steps, errors = self.steps(scale, targets), kernels.errors(self.duration)
+        return Plan(stepper, steps, scale, errors, course, {"grid": self.grid}, ShearHistory, ShearStep)
