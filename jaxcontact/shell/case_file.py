@@ -56,6 +56,8 @@ from jaxcontact.simulate.run import Experiment
 
 
 Table = dict[str, Any]
+# fields of results that a contact without adhesion does not have
+ADHESIVE_FIELDS = ("contact_pressure", "jumps", "jump_energy", "cohesive_cells", "tabor_number")
 
 
 class CaseError(ValueError):
@@ -350,7 +352,8 @@ def _case(tables: Table, folder: Path) -> Case:
         motion["adhesion"] = law(**values)
     options = dict(tables.get("solver", {}))
     absent = {"dent": "hardness" not in motion, "indenter_displacement": indenter.surface() is None}
-    absent["contact_pressure"] = not adhesive
+    if not adhesive:
+        absent |= dict.fromkeys(ADHESIVE_FIELDS, True)
     fields = [name for name in stored_fields(_result(kind, tables)) if not absent.get(name, False)]
     kept = options.pop("save", None) or kept_unless_said(fields, grid.shape, times.size)
     options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from
@@ -477,7 +480,11 @@ def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
     motion = {name: value for name, value in table.items() if name != "kind"}
     if "velocity" in motion:
         motion["velocity"] = _over_times("experiment.velocity", motion["velocity"], "[x, y]", nt)
-    maps = {"friction": "coefficients of friction (nx, ny)", "hardness": "hardnesses (nx, ny) [Pa]"}
+    maps = {
+        "friction": "coefficients of friction (nx, ny)",
+        "shear_strength": "shear strengths (nx, ny) [Pa]",
+        "hardness": "hardnesses (nx, ny) [Pa]",
+    }
     for name, meaning in maps.items():
         if isinstance(motion.get(name), str):
             motion[name] = _field(f"experiment.{name}", folder / motion[name], meaning)

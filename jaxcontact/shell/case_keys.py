@@ -360,6 +360,12 @@ HARDNESS = Key(
     "hardness [Pa] of surfaces that yield, or a file with one for each cell (nx, ny); none when absent",
     file=True,
 )
+SHEAR_STRENGTH = Key(
+    or_file(NOT_NEGATIVE),
+    "shear stress [Pa], beside that of friction, of all that touches under a table [adhesion], or a file with one for each"
+    " cell (nx, ny); none when absent",
+    file=True,
+)
 COUPLED = Key(FLAG, "whether tractions cause normal, and pressure tangential, displacement", default=True)
 
 TOLERANCE = Key(POSITIVE, "dimensionless error of a step", default=1e-8)

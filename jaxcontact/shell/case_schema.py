@@ -45,6 +45,7 @@ from jaxcontact.shell.case_keys import (
     SHAPE,
     SHAPES,
     SHARE,
+    SHEAR_STRENGTH,
     SLIDE_FRICTION,
     SLIP_FRICTION,
     SPACING,
@@ -238,12 +239,13 @@ KINDS: dict[str, Kind] = {
     "shear": Kind(
         shear,
         ShearHistory,
-        {"friction": SLIP_FRICTION, "coupled": COUPLED},
+        {"friction": SLIP_FRICTION, "shear_strength": SHEAR_STRENGTH, "coupled": COUPLED},
         {"load": LOAD_ON, "approach": APPROACH} | TANGENTIAL,
         {"tolerance": TOLERANCE, "max_iterations": MORE_ITERATIONS, "substeps": SUBSTEPS, "save": SAVE},
         example="fretting_coating",
         memory=8.0,
         tangential=("tangential", ("tangential_load", "tangential_displacement")),
+        adhesive=ShearHistory,
         stationary=True,
         times=TIMES_KEYS,
         march=Shearing.of,
@@ -254,6 +256,7 @@ KINDS: dict[str, Kind] = {
         {
             "velocity": Key(SPEEDS, f"{OVER_THE_BODY}, constant or one for each time", required=True),
             "friction": SLIDE_FRICTION,
+            "shear_strength": SHEAR_STRENGTH,
             "hardness": HARDNESS,
         },
         {"load": LOAD_ON, "approach": APPROACH},
@@ -291,6 +294,7 @@ KINDS: dict[str, Kind] = {
         },
         example="growing_tribofilm",
         memory=3.0,
+        adhesive=RubbingHistory,
         stationary=True,
         times=TIMES_KEYS,
         march=RubExperiment.of,
@@ -300,11 +304,16 @@ KINDS: dict[str, Kind] = {
     "steady-sliding": Kind(
         slide_steady,
         SteadySliding,
-        {"velocity": Key(SPEED, OVER_THE_BODY, required=True), "friction": SLIDE_FRICTION},
+        {
+            "velocity": Key(SPEED, OVER_THE_BODY, required=True),
+            "friction": SLIDE_FRICTION,
+            "shear_strength": SHEAR_STRENGTH,
+        },
         {"load": STEADY_LOAD, "approach": STEADY_APPROACH},
         {"tolerance": TOLERANCE, "max_iterations": ITERATIONS},
         example="sliding_film",
         memory=2000.0,
+        adhesive=SteadySliding,
     ),
     "steady-rolling": Kind(
         roll_steady,
@@ -334,9 +343,9 @@ KIND = Key(
 
 
 def sections_of(kind: str, *, adhesive: bool = False) -> dict[str, Keys]:
-    """Return the tables of a case of this kind in order, each with its keys; adhesive: a load may then be tensile."""
+    """Return the tables of a case of this kind in order, each with its keys; adhesive: a load over time may be tensile."""
     own = KINDS[kind]
-    control = own.control | ({"load": LOAD_WITH_ADHESION} if adhesive and "load" in own.control else {})
+    control = own.control | ({"load": LOAD_WITH_ADHESION} if adhesive and own.times else {})
     law = Key(
         choice(*LAWS),
         "attraction between the surfaces, whose parameters are keys of the same table",

@@ -79,18 +79,79 @@ def test_a_load_is_not_tensile_without_adhesion(case, capfd):
 
 
 @pytest.mark.slow
-def test_shear_has_no_adhesion_and_sliding_has_it_with_and_without_friction(case, capfd):
-    case.write_text('[experiment]\nkind = "shear"\nfriction = 0.3\n' + CASE)
+def test_rolling_has_no_adhesion_and_sliding_has_it_with_and_without_friction(case, capfd):
+    rolling = CASE.replace("load = [1e-6, 0.0, -0.5e-6]", "load = 1e-6\ncreepage = [1e-3, 0.0]")
+    case.write_text('[experiment]\nkind = "steady-rolling"\nvelocity = 1e-6\nfriction = 0.3\n' + rolling)
     assert main(["run", str(case), "-o", str(case.parent / "out")]) == 2
-    found = 'found with experiment.kind = "shear", accepted: with "indentation" or "sliding"'
+    found = 'found with experiment.kind = "steady-rolling", accepted: with '
     assert found in capfd.readouterr().err
     sliding = '[experiment]\nkind = "sliding"\nvelocity = 1e-6\n'
     case.write_text(sliding + CASE)
     read = read_case(case)
     assert read.result is jc.AdhesiveSlidingHistory and read.motion["adhesion"].work == 0.05
     assert main(["check", str(case)]) == 0 and "Tabor number of the surface" in capfd.readouterr().out
-    case.write_text(sliding + "friction = 0.3\n" + CASE)
-    assert main(["check", str(case)]) == 0 and read_case(case).motion["friction"] == 0.3
+    case.write_text(sliding + "friction = 0.3\nshear_strength = 1e4\n" + CASE)
+    read = read_case(case)
+    assert main(["check", str(case)]) == 0 and (read.motion["friction"], read.motion["shear_strength"]) == (
+        0.3,
+        1e4,
+    )
+
+
+SHEARED = CASE.replace(
+    "load = [1e-6, 0.0, -0.5e-6]", "load = 1e-6\ntangential_load = [[0, 0], [1e-8, 0], [2e-8, 0]]"
+)
+AT_ONCE = CASE.replace("load = [1e-6, 0.0, -0.5e-6]", "load = 1e-7").replace(
+    "[times]\nvalues = [0.0, 0.4, 0.8]\n", ""
+)
+OTHERS = {
+    "shear": 'kind = "shear"\nfriction = 0.3\nshear_strength = "0.1 MPa"\ncoupled = false\n' + SHEARED,
+    "rubbing": 'kind = "rubbing"\nvelocity = 1e-6\nwears = "indenter"\n[wear]\ncoefficient = 1e-18\n' + CASE,
+    "steady sliding": 'kind = "steady-sliding"\nvelocity = 1e-5\nfriction = 0.2\nshear_strength = 1e4\n'
+    + AT_ONCE,
+}
+
+
+@pytest.mark.filterwarnings("ignore:only 9.1 cells across the largest contact")
+@pytest.mark.filterwarnings("ignore:the time steps have an estimated error")
+@pytest.mark.slow
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_run_of_the_other_verbs_stores_what_python_gives(name, case, capfd):
+    case.write_text("[experiment]\n" + OTHERS[name])
+    assert main(["check", str(case)]) == 0 and "Tabor number of the surface" in capfd.readouterr().out
+    assert main(["run", str(case), "-o", str(case.parent / "out")]) == 0
+    read = read_case(case)
+    ball, work = jc.Sphere(5e-6), jc.DugdaleAdhesion(0.05, 0.3e6)
+    common = {"grid": jc.Grid.square(32, 8e-6), "adhesion": work}
+    times, stored = np.array([0.0, 0.4, 0.8]), jc.read_result(case.parent / "out" / "result.npz")
+    if name == "shear":
+        along = jc.TangentialLoad(np.array([[0, 0], [1e-8, 0], [2e-8, 0]]))
+        wanted = jc.shear(
+            read.body,
+            ball,
+            jc.Load(1e-6),
+            along,
+            times,
+            friction=0.3,
+            shear_strength=1e5,
+            coupled=False,
+            **common,
+        )
+    elif name == "rubbing":
+        pressed = jc.Load(np.array([1e-6, 0.0, -0.5e-6]))
+        wanted = jc.rub(
+            read.body, ball, pressed, times, velocity=1e-6, law=jc.Archard(1e-18), wears="indenter", **common
+        )
+    else:
+        wanted = jc.slide_steady(
+            read.body, ball, jc.Load(1e-7), velocity=1e-5, friction=0.2, shear_strength=1e4, **common
+        )
+    for field in ("load", "approach", "pressure", "tabor_number"):
+        value = getattr(wanted, field)
+        np.testing.assert_allclose(
+            getattr(stored, field), value, rtol=1e-9, atol=1e-9 * np.max(np.abs(value))
+        )
+    assert np.any(np.asarray(stored.pressure) < 0.0)
 
 
 @pytest.mark.filterwarnings("ignore:the time steps have an estimated error")
