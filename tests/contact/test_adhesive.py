@@ -179,11 +179,24 @@ def test_a_rough_periodic_contact_is_that_of_an_independent_minimisation():
     assert 0.02 < touching.mean() < 0.9 and np.mean(touching != (g < 1e-7)) < 2e-3
 
 
+# in .ci/run each grid, each control and each law twice
+IN_CI = (
+    ("free", True, "ramp"),
+    ("free", False, "exponential"),
+    ("periodic", True, "exponential"),
+    ("strip", False, "ramp"),
+)
+ATTRACTIONS = {"exponential": EXPONENTIAL, "ramp": DUGDALE}
+ALL = [(kind, load, name) for kind in GRIDS for load in (False, True) for name in ATTRACTIONS]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("law", [EXPONENTIAL, DUGDALE], ids=["exponential", "ramp"])
-@pytest.mark.parametrize("load", [False, True], ids=["approach", "load"])
-@pytest.mark.parametrize("kind", GRIDS)
-def test_derivatives_are_those_of_central_differences(kind, load, law):
+@pytest.mark.parametrize(
+    ("kind", "load", "name"),
+    [pytest.param(*one, marks=() if one in IN_CI else pytest.mark.long) for one in ALL],
+)
+def test_derivatives_are_those_of_central_differences(kind, load, name):
+    law = ATTRACTIONS[name]
     gap = jnp.asarray(bumps((16, 1) if kind == "strip" else (10, 9)))
     target = 0.4 if load else 0.25
     base = problem_of(gap, target, law, load=load, periodic=GRIDS[kind])

@@ -208,7 +208,8 @@ def test_hertz_at_random_places_on_the_grid(n, radius, cells):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("n", "radius", "mean", "spread"), [
-    (12, 2.5, 0.04, 0.1), (24, 5.0, 0.015, 0.025), (48, 10.0, 0.004, 0.008), (96, 20.0, 0.001, 0.0025),
+    (12, 2.5, 0.04, 0.1), pytest.param(24, 5.0, 0.015, 0.025, marks=pytest.mark.long), (48, 10.0, 0.004, 0.008),
+    pytest.param(96, 20.0, 0.001, 0.0025, marks=pytest.mark.long),
 ])  # fmt: skip
 def test_the_slope_of_hertz_at_random_places_on_the_grid(n, radius, mean, spread):
     """dA/d log W = 2/3 A: the mean and root-mean-square error of the slope fall to a third with half the cell, and a step

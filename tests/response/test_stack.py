@@ -364,7 +364,9 @@ ON_MELT = {  # with the longest relaxation time [s], and the error after 500 of 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ON_MELT)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.long if "standard" in name else ()) for name in ON_MELT]
+)
 def test_layers_over_what_flows_against_interface_conditions_and_de_hoogs_inversion(name):
     """The sum of products and its images, up to a thousand relaxation times, at all wavenumbers from a thousandth of 1/h:
     values, and the derivative along one direction of all leaves against central differences of the oracle."""
@@ -459,7 +461,9 @@ CREEPING = {  # with the largest error of derivatives of the sum of products, an
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", CREEPING)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.long if "standard" in name else ()) for name in CREEPING]
+)
 def test_images_of_creeping_bodies_have_the_derivatives_of_the_response(name):
     """By every leaf of film and base, at first and later, from waves of a thousand thicknesses on: first of the sum of
     products, then of its images, against those of the exact response; in reverse mode as in forward mode."""

@@ -70,7 +70,7 @@ CASES = {0.1: (9.0, 2), 0.5: (5.6, 3), 1.0: (4.9, 3), 2.0: (4.9, 3)}
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "parameter", [pytest.param(each, marks=pytest.mark.long if each == 1.0 else ()) for each in CASES]
+    "parameter", [pytest.param(each, marks=pytest.mark.long if each in (1.0, 2.0) else ()) for each in CASES]
 )
 def test_the_branch_and_the_pull_off_load_are_those_of_maugis(parameter):
     """256 x 256 cells, under an approach down past the lowest load."""

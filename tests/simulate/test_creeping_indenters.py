@@ -186,7 +186,7 @@ def test_friction_under_a_creeping_ball_on_a_stiff_flat_is_that_of_a_stiff_ball_
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("friction", MU)
+@pytest.mark.parametrize("friction", [MU[0], pytest.param(MU[1], marks=pytest.mark.long)])
 def test_slide_with_friction_of_two_creeping_surfaces_tends_to_slide_steady(friction):
     body, ball = as_body(solid(1.5)), jc.Sphere(R, coated())
     times = np.array([0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 12.0])
@@ -200,7 +200,7 @@ def test_slide_with_friction_of_two_creeping_surfaces_tends_to_slide_steady(fric
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("steady", [True, False])
+@pytest.mark.parametrize("steady", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_gradients_of_friction_under_a_creeping_ball(steady):
     """By the ball's moduli and viscosity, and the coefficient: both modes and central differences."""
 
@@ -221,7 +221,7 @@ def test_gradients_of_friction_under_a_creeping_ball(steady):
     np.testing.assert_allclose(backward, np.stack(moved, 1), atol=CENTRAL_DIFFERENCE * np.abs(backward).max())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_adhesion_and_friction_under_a_ball_coated_with_its_own_material():
     """Steady and over time, with Coulomb's friction and a shear strength."""
     steel = jc.Elastic(G=1.2e6, nu=0.45)
@@ -282,7 +282,7 @@ SHEARED = (
 
 @pytest.mark.slow
 @pytest.mark.parametrize("coupled", [False, pytest.param(True, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.long)])
 def test_shear_of_two_equal_bodies_is_that_on_twice_the_compliance(material, coupled):
     expected = sheared(as_body(material(0.5)), jc.Sphere(R), coupled=False)
     found = sheared(as_body(material()), jc.Sphere(R, material()), coupled=coupled)
@@ -293,7 +293,7 @@ def test_shear_of_two_equal_bodies_is_that_on_twice_the_compliance(material, cou
         np.testing.assert_allclose(found.indenter_displacement, found.displacement / 2.0, atol=1e-11)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_shear_of_a_creeping_ball_on_a_stiff_base_is_the_opposite_one_of_a_stiff_ball_on_the_solid():
     stiff = jc.Elastic(G=1e12, nu=0.4)
     for material in (solid(), coated()):
@@ -383,10 +383,10 @@ def sheared_in_steps(body, ball, grid):
     "verb",
     [
         pytest.param(pressed, marks=pytest.mark.slow),
-        pytest.param(sheared_in_steps, marks=pytest.mark.slow),
-        pytest.param(rolled_for_ever, marks=pytest.mark.slow),
+        pytest.param(sheared_in_steps, marks=pytest.mark.long),
+        pytest.param(rolled_for_ever, marks=pytest.mark.long),
         pytest.param(slid, marks=pytest.mark.slow),
-        pytest.param(slid_for_ever, marks=pytest.mark.slow),
+        pytest.param(slid_for_ever, marks=pytest.mark.long),
     ],
 )
 def test_derivatives_by_each_leaf_of_the_indenters_material(verb):

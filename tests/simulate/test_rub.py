@@ -241,6 +241,7 @@ def test_friction_heats_the_surface_and_heat_drives_growth(tmp_path):
     assert work == pytest.approx(0.3 * 2.0 * 2.0 * 10.0, rel=1e-6)
 
 
+@pytest.mark.long
 def test_derivatives_of_a_heated_film():
     """Of final thickness, peak pressure and peak temperature by all that growth under shear stress, removal and heat depend
     on: forward and reverse mode, and central differences."""
@@ -262,7 +263,9 @@ def test_derivatives_of_a_heated_film():
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize(("kelvin", "noted"), [(100.0, True), (373.0, False)])
+@pytest.mark.parametrize(
+    ("kelvin", "noted"), [(100.0, True), pytest.param(373.0, False, marks=pytest.mark.long)]
+)
 def test_degrees_celsius_are_noticed(kelvin, noted):
     law = jc.StressActivated(1e-9, 0.0, 0.0, kelvin)
     run = jax.jit(lambda: in_full_contact(law))()
@@ -392,6 +395,7 @@ def test_a_film_without_growth_has_no_peaks_by_rounding():
     assert not any("grown peaks" in note for note in still.notes)
 
 
+@pytest.mark.long
 def test_behind_a_step_that_is_too_long_the_derivatives_are_as_finite_as_the_values():
     """Wear that a step cannot follow, for 120 steps: perturbations grow in each, and would overflow if none were held."""
     times = np.linspace(0.0, 100.0, 120)

@@ -64,7 +64,7 @@ def test_reciprocity(name):
 @pytest.mark.filterwarnings("ignore:the time steps have an estimated error")  # which both runs share
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long if name == "strip" else ()) for name in GRIDS]
+    "name", [pytest.param(name, marks=pytest.mark.long if name != "free" else ()) for name in GRIDS]
 )
 def test_a_uniform_map_is_the_layer(name):
     """Held, and over times; the pressure, the displacement, the approach and the film's strain."""
@@ -213,7 +213,7 @@ def test_relief_enters_the_gap_and_growth_raises_the_surface():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("over_times", [False, True])
+@pytest.mark.parametrize("over_times", [pytest.param(False, marks=pytest.mark.long), True])
 def test_derivatives_by_the_map(over_times):
     """Along a direction in the space of maps: forward, reverse, central differences."""
     grid = GRIDS["plane strain"]
