@@ -229,7 +229,7 @@ def imprint_of(p):
     return jc.LayeredHalfSpace([], substrate=solid)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:the time steps have an estimated error")
 def test_a_rotated_residual_imprint_finds_the_retardation_time_and_the_angle():
     """The displacement under no load after a hold, under a ball of two radii, on a grid of twice the cells; the image is

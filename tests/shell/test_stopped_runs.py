@@ -155,7 +155,7 @@ def started(case, out, pauses=False):
     return process, wait
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("long_case", ["shear"], indirect=True)
 def test_a_process_that_is_killed_twice_ends_as_if_it_had_not_been(long_case, tmp_path):
     """For shear, whose checkpoint has the most fields; the test above resumes all three kinds within one process."""

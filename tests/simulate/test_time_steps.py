@@ -179,7 +179,9 @@ def test_the_foretold_error_is_that_of_a_relaxation_in_closed_form():
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("index", [5, 9, 14, 15, 25, 26])
+@pytest.mark.parametrize(
+    "index", [5, 9, *(pytest.param(i, marks=pytest.mark.long) for i in (14, 15, 25, 26))]
+)
 def test_the_estimate_is_within_a_factor_of_three(index):
     case = list(cases())[index]
     coarse = case.run()
@@ -189,7 +191,7 @@ def test_the_estimate_is_within_a_factor_of_three(index):
         assert not np.any(coarse.status == jc.Status.STEP_TOO_LONG)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings(*HEAT)
 def test_automatic_substeps_of_a_film_that_friction_warms():
     """The temperature turns between the times of a Maxwell film, whose times it changes by a factor of a hundred."""
