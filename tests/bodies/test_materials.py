@@ -201,7 +201,6 @@ def test_a_shifted_material_has_the_creep_of_another_time(material):
     assert jax.jit(jax.grad(lambda a: jnp.sum(material.shifted(a).creep(3.0))))(2.0) <= 0.0
 
 
-@pytest.mark.slow
 def test_relaxation_of_many_branches_is_that_of_few(monkeypatch):
     """Above ``MANY`` rates products over the rates are loops of the program: 360 branches once took 10 GB."""
     times = np.geomspace(1e-4, 1e4, 9)

@@ -37,7 +37,6 @@ def press(control, grid, indenter=None, body=None, **options):
         return jc.indent(half_space() if body is None else body, indenter, control, NOW, grid=grid, **options)
 
 
-@pytest.mark.slow
 @pytest.mark.versions
 @pytest.mark.parametrize("shape", [pytest.param((101, 101), marks=pytest.mark.slow), (96, 130)])
 def test_hertz(shape):

@@ -50,7 +50,6 @@ def fit(data, indenter=BALL, **options):
     return fitting.fit_indentation(data, model=jc.Burgers, indenter=indenter, nu=NU, **options)
 
 
-@pytest.mark.slow
 @pytest.mark.versions
 def test_load_control_recovers_lee_and_radok():
     found = fit(hold())

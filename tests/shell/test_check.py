@@ -25,7 +25,6 @@ SLOW = TRACED | {"adhesive_bead", "growing_tribofilm"}
 BEYOND = {"tribofilm_creep", "tribofilm_relaxation"}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "path",
     [pytest.param(p, marks=pytest.mark.slow if p.stem in SLOW else ()) for p in READY_MADE],
@@ -43,7 +42,6 @@ def test_a_ready_made_case_is_checked_without_running(path, capfd, monkeypatch):
         assert err == ""
 
 
-@pytest.mark.slow
 def test_check_foretells_the_films_strain(case, tmp_path, capfd):
     """Its number is that of the run which follows, nearly, and the warning is there for both or for neither."""
     assert main(["check", str(case)]) == 0
@@ -56,7 +54,6 @@ def test_check_foretells_the_films_strain(case, tmp_path, capfd):
     assert solved > 0.2 and "inaccurate" in err and any("inaccurate" in note for note in summary["warnings"])
 
 
-@pytest.mark.slow
 def test_check_says_of_what_it_foretells_no_strain(case, capfd):
     several = CASE.replace("[layer]", "[[layer]]").replace(
         "[substrate]", '[[layer]]\nmaterial = "elastic"\nE = 1e9\nnu = 0.3\nthickness = 1e-6\n[substrate]'
@@ -106,7 +103,6 @@ width = 200e-6
 """
 
 
-@pytest.mark.slow
 def test_check_foretells_the_error_of_the_time_steps(case, capfd):
     """A relaxation with a time of 0.1 s in steps of 3 s and more loses contact; a film of 150 nm on steel, whose compliance
     is that of the steel, has an error of 0.1 % in three steps of 200 s, and no warning."""

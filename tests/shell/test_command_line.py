@@ -70,7 +70,6 @@ def case(tmp_path):
     return path
 
 
-@pytest.mark.slow
 def test_a_run_writes_what_indent_gives(case, tmp_path, capfd):
     out = tmp_path / "out"
     assert main(["run", str(case), "-o", str(out)]) == 0
@@ -171,7 +170,6 @@ def test_what_no_machine_can_do_is_one_line_before_anything_is_computed(name, co
     assert len(errors[0]) < 400 + len(str(case)) and not out.exists()
 
 
-@pytest.mark.slow
 def test_a_full_disk_is_known_before_the_run(case, tmp_path, monkeypatch, capfd):
     for free, status in ((1e5, 2), (1e6, 0)):
         usage = types.SimpleNamespace(free=free)
@@ -235,7 +233,6 @@ def test_a_ready_made_case_runs(name, tmp_path, capfd):
         assert summary["coulomb_force_end_N"] == pytest.approx(0.3 * summary["load_end_N"], rel=1e-6)
 
 
-@pytest.mark.slow
 def test_plot_and_convert_take_a_saved_result_and_overwrite_nothing(case, tmp_path, capfd):
     out = tmp_path / "out"
     assert main(["run", str(case), "-o", str(out)]) == 0
@@ -264,7 +261,6 @@ def test_plot_and_convert_take_a_saved_result_and_overwrite_nothing(case, tmp_pa
     assert set(summary["arrays_in_result_npz"]) == set(np.load(out / "result.npz").files) - {"kind", "case"}
 
 
-@pytest.mark.slow
 def test_a_finished_run_has_nothing_left_to_resume_and_that_is_no_error(case, tmp_path, capfd):
     """Status 0 and the same files; another case, or a run whose result is gone, is refused as before."""
     out = tmp_path / "out"
@@ -302,7 +298,6 @@ def test_an_error_is_red_on_a_terminal_unless_its_user_wants_no_colour(no_color,
     assert terminal.getvalue() == (plain if no_color else red)
 
 
-@pytest.mark.slow
 def test_a_packaged_case_goes_by_its_name_and_a_file_of_that_name_before_it(tmp_path, monkeypatch, capfd):
     monkeypatch.chdir(tmp_path)
     assert main(["check", "maxwell_half_space"]) == 0

@@ -36,7 +36,6 @@ def test_help_ends_with_examples_that_are_commands(name, capsys):
         assert words[:2] == ["jaxcontact", name] and _parser().parse_args(words[1:])
 
 
-@pytest.mark.slow
 def test_examples_of_the_fits_are_commands(capsys):
     """Every kind of fit has examples, which its help shows and its parser understands."""
     with pytest.raises(SystemExit):

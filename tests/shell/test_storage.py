@@ -302,7 +302,6 @@ def test_what_cannot_be_read_again_is_not_written(case, told, ending, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.slow
 def test_a_netcdf_file_names_the_version_and_has_no_internal_numbers_among_its_attributes(tmp_path):
     """The numbers that the notes are formed from are attributes of a variable of their own, and are read from there."""
     xarray = pytest.importorskip("xarray")

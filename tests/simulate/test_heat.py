@@ -175,7 +175,6 @@ def test_derivatives_by_a_film_agree_with_differences():
         )
 
 
-@pytest.mark.slow
 @pytest.mark.versions
 def test_a_disc_at_rest_has_the_closed_form_at_its_centre():
     grid = jc.Grid.square(129, 2.58e-3)

@@ -164,7 +164,6 @@ def test_re_contact_remembers_the_imprint():
     assert float(late.load[4]) == pytest.approx(float(late.load[0]), rel=1e-6)
 
 
-@pytest.mark.slow
 @pytest.mark.versions
 @pytest.mark.parametrize(("load", "approach", "peak", "radius", "papers"), [
     pytest.param(10.0, 0.780865e-6, 0.630787e9, 89.94e-6, 0.7796e-6, marks=pytest.mark.slow),

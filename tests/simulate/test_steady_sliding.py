@@ -72,7 +72,6 @@ def sunk(exact, speed, datum):
     return -(1.0 - NU) / np.pi * np.sum(load * ((J0 + J1) * np.log(away / datum) + J1 * lag))
 
 
-@pytest.mark.slow
 @pytest.mark.versions
 @pytest.mark.parametrize(
     "speed", [pytest.param(0.1, marks=pytest.mark.slow), 0.02, pytest.param(0.5, marks=pytest.mark.slow)]
