@@ -127,7 +127,7 @@ def test_friction_that_varies_over_the_contact():
     assert np.max(np.abs(p - p[:, ::-1])) > 0.01 * np.max(p)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivative_by_a_friction_that_varies():
     """Along a random change of the field, in both modes, against a difference."""
     mu, change = MU * np.ones(GRID.shape), np.random.default_rng(1).uniform(0.0, 1.0, GRID.shape)

@@ -7,6 +7,7 @@ from scripts import DOCS, script
 
 answers, references = script("benchmarks/answers.py"), script("benchmarks/references.py")
 QUICK = {"hertz", "line-contact"}
+DEAR = {"kalker", "bentall-johnson", "jkr", "spence", "cattaneo-mindlin"}  # ten to thirty seconds each
 
 
 def test_every_problem_can_be_read_and_solved_by_anybody():
@@ -31,7 +32,8 @@ def test_reference_values_are_those_of_the_formulas(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [
-    name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in answers.PROBLEMS
+    name if name in QUICK else pytest.param(name, marks=pytest.mark.long if name in DEAR else pytest.mark.slow)
+    for name in answers.PROBLEMS
 ])  # fmt: skip
 def test_every_answer_is_within_its_tolerance(name, capsys):
     assert answers.outside(name, answers.answer(name)) == [], capsys.readouterr().out

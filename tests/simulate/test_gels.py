@@ -116,7 +116,9 @@ def force(theta, bonded, base):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("bonded", "base"), [(False, None), (True, None), (False, 1)])
+@pytest.mark.parametrize(
+    ("bonded", "base"), [pytest.param(False, None, marks=pytest.mark.long), (True, None), (False, 1)]
+)
 def test_derivatives_of_a_contact(bonded, base):
     """Forward and reverse against central differences, 1e-6."""
     theta, f = jnp.array([1.0, 0.012, 2.0, 5.0]), jax.jit(lambda x: force(x, bonded, base))

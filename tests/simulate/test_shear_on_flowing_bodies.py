@@ -23,7 +23,7 @@ def test_shear_of_a_layer_on_its_own_material():
     np.testing.assert_allclose(layered.approach, plain.approach, rtol=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")
 def test_shear_beyond_the_latest_time_of_the_response_is_told():
     """An elastic layer on a Maxwell substrate, before and after the horizon of its response."""
@@ -56,7 +56,7 @@ def test_steady_sliding_with_friction_of_a_layer_on_its_own_material():
     assert not int(plain.status) and not int(layered.status)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")
 def test_fast_steady_sliding_with_friction_is_that_of_an_elastic_body():
     """Of the modulus at once, under the traction mu p, which moves the pressure; also of an elastic layer on a fluid."""
@@ -94,7 +94,7 @@ def rolled(body, velocity):
     return jc.roll_steady(body, BALL, LOAD, velocity=velocity, creepage=creepage, friction=MU, grid=GRID)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")
 def test_rolling_on_a_layer_on_its_own_material():
     """Slow enough for the material to relax in the contact, and so fast that it is elastic."""

@@ -161,8 +161,13 @@ def numbers_of(verb, L):
     return values, slopes, said, notes
 
 
+DEAR = ("rub", "subsurface", "roll_steady")  # a minute each
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", VERBS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.long if name in DEAR else ()) for name in VERBS]
+)
 def test_lengths_of_a_nanometre_and_of_a_metre_give_the_same_numbers(name):
     small, large = numbers_of(VERBS[name], 1e-9), numbers_of(VERBS[name], 1.0)
     for key, values in small[0].items():

@@ -110,6 +110,7 @@ def test_a_patchy_film_passes_under_the_indenter():
     assert np.ptp(run.peak_pressure) > 0.1 * run.peak_pressure.max()
 
 
+@pytest.mark.long
 def test_derivatives_of_a_track():
     """Of the depth by coefficient, load and length of the path: both modes, and central differences."""
     film = jc.Maxwell(20e9, 2e10, 0.3)
