@@ -130,6 +130,14 @@ def bicgstab_solution(operator: Linear, inverse: Linear, b: Array) -> Array:
     return jnp.where(met, x, jnp.nan)
 
 
+def conjugate_gradients_solution(operator: Linear, inverse: Linear, b: Array) -> Array:
+    """Solve a symmetric positive linear system, preconditioned; nan if it is not positive, or the search fails."""
+    found = conjugate_gradients(
+        lambda x: (operator(x), None), inverse, b, TANGENT_TOLERANCE, TANGENT_ITERATIONS
+    )
+    return jnp.where(found.met, found.x, jnp.nan)
+
+
 def gmres_solution(operator: Linear, b: Array) -> Array:
     """Solve a linear system; nan if it fails."""
     x, _ = gmres(
@@ -332,12 +340,8 @@ def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solut
     right = tangent.unbalanced(start, forcing, explicit, change.target)
     right = jnp.where(found.separated, 0.0, right)
 
-    def search(_: Linear, b: Array) -> Array:
-        """Solve by conjugate gradients; nan if the tangent is not positive, or they fail."""
-        there, back = lambda x: (model(x), None), lambda r: model.faces(tangent.operator(r))
-        found = conjugate_gradients(there, back, model.faces(b), TANGENT_TOLERANCE, TANGENT_ITERATIONS)
-        return jnp.where(found.met, found.x, jnp.nan)
-
+    back = lambda r: model.faces(tangent.operator(r))
+    search = lambda _, b: conjugate_gradients_solution(model, back, model.faces(b))
     rest = jax.lax.custom_linear_solve(model, -right, search, symmetric=True)
     dp, du, d_approach, attraction = tangent.result(tangent.added(start, rest), forcing, explicit)
     apart = lambda a, otherwise: jnp.where(found.separated, otherwise, a)
@@ -475,11 +479,8 @@ def _solve_tangential_jvp(primals, tangents):
     shift = 0.0 * change.target if sum_given else change.target
     right = shift[:, None, None] - forcing - stiffness(dq)
 
-    def search(matrix: Linear, b: Array) -> Array:
-        there, back = lambda x: (matrix(x), None), preconditioner(operator, free)
-        rest = conjugate_gradients(there, back, free(b), TANGENT_TOLERANCE, TANGENT_ITERATIONS)
-        return jnp.where(rest.met, rest.x, jnp.nan)
-
+    back = preconditioner(operator, free)
+    search = lambda matrix, b: conjugate_gradients_solution(matrix, back, free(b))
     matrix = lambda x: free(stiffness(free(x)))
     dq = dq + free(jax.lax.custom_linear_solve(matrix, free(right), search, symmetric=True))
     lifted = operator.tangential_from_tangential(dq)
