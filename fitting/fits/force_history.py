@@ -783,10 +783,10 @@ def fit_history(
     found = conclude(problem, solved)
 
     # 4. Errors of the calibration and of the drag, from fits to curves that are changed by one standard deviation of each
-    # cause. spread: standard deviations of the logarithms of the parameters by the causes so far; moves: the change of the
-    # coordinates [SI] by each of them.
+    # cause. changes: of the logarithms of the parameters, and after them of the coordinates [SI], by each cause.
     size, values, best = force.sought.structure.size, found.common.values, found.common.estimate.best
-    spread, moves, causes = np.zeros(len(values)), [], []
+    changes: list[np.ndarray] = []
+    causes: list[str] = []
 
     def refitted(changed: ForceCurve) -> np.ndarray:
         """Return the logarithms of the parameters, and after them the coordinates [SI], of a changed curve."""
@@ -796,11 +796,6 @@ def fit_history(
         logs = np.log([float(v) for v in force.sought.structure.parameters(own).values()])
         return np.concatenate([logs, own])
 
-    def add(change: np.ndarray) -> np.ndarray:
-        """Keep the changes by one standard deviation of a cause, as of ``refitted``, and return the spread with it."""
-        moves.append(change[len(values) :])
-        return np.hypot(spread, change[: len(values)])
-
     if errors:
         if errors.get("spring_constant"):
             # moduli are proportional to the spring constant, compliances to its inverse; not an order, nor what is held
@@ -808,10 +803,10 @@ def fit_history(
             scales = {name: float(name != "alpha" and table[name][0] < table[name][1]) for name in values}
             scaled = np.ones(size)
             scaled[[where[name] for name in scales]] = list(scales.values())
-            spread = add(errors["spring_constant"] * np.concatenate([list(scales.values()), best * scaled]))
+            changes.append(errors["spring_constant"] * np.concatenate([list(scales.values()), best * scaled]))
         if errors.get("sensitivity"):
             slopes = by_sensitivity(lambda change: refitted(curve.recalibrated(change, spring_constant)))
-            spread = add(errors["sensitivity"] * slopes)
+            changes.append(errors["sensitivity"] * slopes)
         causes.append(calibration_in_words(errors))
     nuisances: dict[str, tuple[float, float, float]] = {}
     if dragged is not None:
@@ -823,10 +818,12 @@ def fit_history(
                 refitted(without_tension(ForceCurve.whole(one)).near_contact(point).thinned(MOST))
                 for one in changed
             ]
-            spread = add(0.5 * (ends[0] - ends[1]))
+            changes.append(0.5 * (ends[0] - ends[1]))
             causes.append("drag")
     common = found.common
-    if np.any(spread > 0.0):
+    if np.any(changes):
+        spread = np.linalg.norm([change[: len(values)] for change in changes], axis=0)
+        moves = [change[len(values) :] for change in changes]
         further = dict(zip(values, spread.tolist(), strict=True))
         percent = ", ".join(f"{name} {100 * sd:.3g} %" for name, sd in further.items())
         note = f"the intervals include the standard deviations of the {' and '.join(causes)}: {percent}"
