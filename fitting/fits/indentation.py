@@ -286,9 +286,9 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
         fine = layered.scene(
             press, coating, mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER * mesh.fine)
         )
-        bare = {"weights": np.ones(press.t.size), "response": np.zeros(press.t.size)}
-        changed, plain = (layered.evaluate(coarse.theta, one._replace(**bare))[0] for one in (fine, film))
-        film = film._replace(correction=changed - plain)
+        bare = film._replace(weights=np.ones(press.t.size), response=np.zeros(press.t.size))
+        plain = layered.linearise(coarse.theta, press.space.free, bare)[0]
+        film = film._replace(correction=layered.evaluate(coarse.theta, fine) - plain)
         best, objective = _minimise(press, film, coarse.theta)
 
         # the bias that remains over the standard errors of the coordinates, which are infinite where held
@@ -315,7 +315,7 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
     notes, few = list(press.notes), int(np.sum(fitted & ~press.kept))
     if few:
         notes.append(f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across")
-    strain = float(np.max(layered.evaluate(best.theta, film)[3]))
+    strain = float(np.max(layered.linearise(best.theta, press.space.free, film)[4]))
     if strain > STRAIN:
         notes.append(
             f"the strain of the top layer reaches {told_apart(strain, STRAIN)}: beyond {STRAIN:g} linear theory is doubtful"
@@ -348,10 +348,17 @@ def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, flo
 
 def _minimise(press: IndentationProblem, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
     """Minimise from theta with a loose tolerance on RSS, because each evaluation is expensive."""
+    last: dict[bytes, Any] = {}  # the Jacobian is wanted where the residuals were found before
+
+    def linearised(theta: np.ndarray) -> Any:
+        if theta.tobytes() not in last:
+            last.clear()
+            last[theta.tobytes()] = layered.linearise(theta, press.space.free, film)
+        return last[theta.tobytes()]
+
     objective = Objective(
-        lambda theta: layered.evaluate(theta, film)[0],
-        lambda theta, free: layered.slopes(theta, free, film),
-        *press.space.bounds, ftol=1e-5, close=1e-2,
+        lambda theta: linearised(theta)[0], lambda theta, _: linearised(theta)[1], *press.space.bounds,
+        ftol=1e-5, close=1e-2,
     )  # fmt: skip
     return minimise(objective, theta), objective
 
@@ -368,7 +375,7 @@ def _resolved(
     while True:
         film = layered.scene(press, coating, mesh)
         best, objective = _minimise(press, film, theta)
-        statuses = np.asarray(layered.evaluate(best.theta, film)[1])
+        statuses = np.asarray(layered.linearise(best.theta, press.space.free, film)[2])
         failed = [code for code in PRECEDENCE[:-1] if code in statuses and code != jc.Status.TOO_COARSE]
         status = failed[0] if failed else jc.Status.FINE
         if status == jc.Status.AT_EDGE and chosen:
@@ -390,7 +397,7 @@ def _coarse_left_out(
     press: IndentationProblem, film: FilmTest, theta: np.ndarray, mesh: Mesh
 ) -> IndentationProblem:
     """Return the test without the samples at which the contact at theta is fewer than ``ACROSS`` cells across."""
-    _, statuses, radius, _ = layered.evaluate(theta, film)
+    _, _, statuses, radius, _ = layered.linearise(theta, press.space.free, film)
     few = 2.0 * np.asarray(radius) < ACROSS * mesh.width / mesh.cells
     kept = press.kept & ~_touching(film, few | (np.asarray(statuses) == jc.Status.TOO_COARSE))
     if kept.sum() < max(LEAST_POINTS, press.space.free.size + 1):

@@ -198,18 +198,27 @@ def respond(theta: Array, film: FilmTest) -> tuple[Array, Array, Array, Array]:
 
 
 @functools.partial(Program, work=lambda theta, film: _march(film))
-def evaluate(theta: Array, film: FilmTest) -> tuple[Array, Array, Array, Array]:
-    """Return the weighted residuals (n,), and status, contact radius [m] and strain of the top layer at the march times
-    (m,)."""
-    found, status, radius, strain = respond(theta, film)
-    return film.weights * (found + film.correction - film.response), status, radius, strain
+def evaluate(theta: Array, film: FilmTest) -> Array:
+    """Return the scaled depth (or load) at the samples (n,), for a mesh on which it is needed once."""
+    return respond(theta, film)[0]
 
 
-@functools.partial(Program, work=lambda theta, free, film: _march(film))
-def slopes(theta: Array, free: Array, film: FilmTest) -> Array:
-    """Return the Jacobian (n, k) of the residuals with respect to the coordinates at the places ``free`` (k,)."""
-    some = lambda x: film.weights * respond(theta.at[free].set(x), film)[0]
-    return jax.jacfwd(some)(theta[free])
+@Program
+def linearise(theta: Array, free: Array, film: FilmTest) -> tuple[Array, Array, Array, Array, Array]:
+    """Return the weighted residuals (n,), their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,),
+    and status, contact radius [m] and strain of the top layer at the march times (m,).
+
+    A fit runs it a hundred times. The tangents take a quarter of the time of the march that they share, and one program
+    compiles in half the time of two.
+    """
+
+    def some(x: Array) -> tuple[Array, tuple[Array, ...]]:
+        found, status, radius, strain = respond(theta.at[free].set(x), film)
+        residual = film.weights * (found + film.correction - film.response)
+        return residual, (residual, status, radius, strain)
+
+    jacobian, (residual, *others) = jax.jacfwd(some, has_aux=True)(theta[free])
+    return residual, jacobian, *others
 
 
 @functools.partial(Program, static_argnames=("name",), work=lambda theta, film, name: _march(film))
@@ -224,11 +233,11 @@ def nuisance_slope(theta: Array, film: FilmTest, name: str) -> Array:
     return jax.jacfwd(some, 0)(*held) if name == "thickness" else jax.jacfwd(some, 1)(*held)[name]
 
 
-@Program
+@functools.partial(Program, optimised=False)
 def elastic(
     J: Array, volume: dict[str, Array], indenter: Any, coating: Coating, load: Array, grid: Any
 ) -> Array:
-    """Return the approach and contact radius [m] on an elastic film of compliance J [1/Pa]."""
+    """Return the approach and contact radius [m] on an elastic film of compliance J [1/Pa], of a few runs."""
     body = coating.body(jc.Elastic(1.0 / J, **volume))
     run = jc.indent(body, indenter, jc.Load(load), jnp.zeros(1), grid=grid, save="last")
     return jnp.stack([run.approach[0], run.contact_radius[0]])

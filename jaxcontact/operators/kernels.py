@@ -845,7 +845,11 @@ def build_varying(
     return assembled_varying(body, indenter, grid, of_body, own, thickness, nodes=nodes, terms=terms)
 
 
-@functools.partial(Program, static_argnames=("nodes", "terms"))
+@functools.partial(
+    Program,
+    static_argnames=("nodes", "terms"),
+    work=lambda body, indenter, grid, *_, terms, **__: float(terms * math.prod(grid.shape)),
+)
 def assembled_varying(
     body: LayeredHalfSpace,
     indenter: Indenter,
@@ -897,7 +901,7 @@ def _as_one(terms: Family, count: int) -> Family:
     )
 
 
-@Program
+@functools.partial(Program, work=lambda *_: EXPANDED)
 def series_errors(body: LayeredHalfSpace, grid: Grid, expansion: Expansion, thickness: Array) -> Array:
     """Return the errors of the series of ``FEWER`` terms, (6,)."""
     cell = cell_of(grid)

@@ -169,10 +169,16 @@ def _noted(rubs: RubExperiment) -> RubbingHistory:
     history: RubbingHistory = marched(rubs)
     if rubs.moves:  # the sum of the largest errors of places far apart
         return history
-    change = jnp.max(jnp.abs(history.thickness - rubs.at_first))
-    share = jnp.where(change > 0.0, history.step_error[-1] / jnp.where(change > 0.0, change, 1.0), 0.0)
+    share = _share_of_change(history.step_error[-1], history.thickness, rubs.at_first)
     told = replace(history.diagnostics, relative_step_error=jax.lax.stop_gradient(share))
     return replace(history, diagnostics=told)
+
+
+@jax.jit
+def _share_of_change(error: Array, thickness: Array, at_first: Array) -> Array:
+    """Return an error [m] over the largest change of the thickness (t, nx, ny), 0 without a change."""
+    change = jnp.max(jnp.abs(thickness - at_first))
+    return jnp.where(change > 0.0, error / jnp.where(change > 0.0, change, 1.0), 0.0)
 
 
 def _is_short(rubs: RubExperiment, history: RubbingHistory) -> bool:

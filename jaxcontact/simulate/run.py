@@ -505,15 +505,13 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
         told["coldest"] = jax.lax.stop_gradient(jnp.min(jnp.stack(each)))
     if experiment.film_map is not None:
         told["thickness_error"] = jnp.asarray(errors.thickness)
-        told |= _told_of_thickness(experiment.film_map, experiment, result)
+        grown = getattr(result, "thickness", None)
+        told |= _told_of_thickness(experiment.film_map, experiment.grid, experiment.body, grown)
 
-    # the errors of the response are those until each time; a steady state lasts for one passage of its grid
     if hasattr(result, "times"):
         status = _doubted_until_now(result.status, result.times, errors, result.time_step_error)
     else:
-        speed = jnp.sqrt(jnp.sum(jnp.asarray(result.velocity) ** 2))
-        width = jnp.max(jnp.stack(result.grid.width))
-        status = doubted(result.status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
+        status = _doubted_in_a_passage(result.status, result.velocity, result.grid, errors)
     diagnostics = replace(result.diagnostics, **told)
     result, valid = replace(result, status=status, diagnostics=diagnostics), experiment.valid
     if valid is None:
@@ -532,12 +530,13 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
     return result
 
 
-def _told_of_thickness(film_map: ThicknessMap, experiment: Experiment, result: Any) -> dict[str, Array]:
+@functools.partial(Program, optimised=False)
+def _told_of_thickness(
+    film_map: ThicknessMap, grid: Grid, body: Any, thickness: Array | None
+) -> dict[str, Array]:
     """Return the largest slope of a film's thickness, given or formed, whether the film is stiffer than its base, and how
-    narrow its growth is."""
-    grid, maps = experiment.grid, [film_map.values]
-    if hasattr(result, "thickness"):
-        maps.append(result.thickness)
+    narrow its growth is; thickness: None of a film that does not grow."""
+    maps = [film_map.values] if thickness is None else [film_map.values, thickness]
     axes = [axis for axis, n in enumerate(grid.shape) if n > 1]
     slopes = []
     for values in maps:
@@ -545,13 +544,15 @@ def _told_of_thickness(film_map: ThicknessMap, experiment: Experiment, result: A
             wraps = grid.periodic[axis]
             step = values - jnp.roll(values, 1, axis - 2) if wraps else jnp.diff(values, axis=axis - 2)
             slopes.append(jnp.max(jnp.abs(step)) / grid.spacing[axis])
-    ratio = stiffness_ratio(experiment.body)
-    found = {"thickness_slope": jnp.max(jnp.stack(slopes)), "stiff_film": jnp.asarray(ratio > 1.0)}
-    if not hasattr(result, "thickness"):
+    found = {
+        "thickness_slope": jnp.max(jnp.stack(slopes)),
+        "stiff_film": jnp.asarray(stiffness_ratio(body) > 1.0),
+    }
+    if thickness is None:
         return found
 
     # how far a cell has grown beyond all its neighbours, relative to the largest change
-    last = result.thickness[-1] if result.thickness.ndim == 3 else result.thickness
+    last = thickness[-1] if thickness.ndim == 3 else thickness
     grown, least = last - film_map.at_first, ROUNDED * jnp.max(jnp.abs(last))
     grown = jnp.where(jnp.abs(grown) > least, grown, 0.0)
     highest = jnp.full_like(grown, -jnp.inf)
@@ -569,8 +570,16 @@ def _told_of_thickness(film_map: ThicknessMap, experiment: Experiment, result: A
 
 @jax.jit
 def _doubted_until_now(status: Array, times: Array, errors: Errors, step_error: Array) -> Array:
-    """Return ``doubted`` at the times of a result."""
+    """Return ``doubted`` at the times of a result, each with the errors of the response until then."""
     return doubted(status, times - times[0], errors, step_error)
+
+
+@jax.jit
+def _doubted_in_a_passage(status: Array, velocity: Array, grid: Grid, errors: Errors) -> Array:
+    """Return ``doubted`` of a steady state, which lasts for one passage of its grid."""
+    speed = jnp.sqrt(jnp.sum(jnp.asarray(velocity) ** 2))
+    width = jnp.max(jnp.stack(grid.width))
+    return doubted(status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
 
 
 @jax.jit  # one program instead of one for each operation

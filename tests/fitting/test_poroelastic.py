@@ -59,7 +59,9 @@ def test_parameters_come_back(indenter, ramp):
     np.testing.assert_allclose([fit.values[name] for name in ("G", "nu", "D")], [G, NU, D], rtol=2e-3)
     k = D * 1e-3 * (1 - 2 * NU) / (2 * (1 - NU) * G)
     np.testing.assert_allclose(fit.permeability[0], k, rtol=4e-3)
-    assert fit.verdict == "accepted" and fit.permeability[1] < k < fit.permeability[2]
+    # without noise and ramp the interval is as wide as rounding
+    low, high = fit.permeability[1:]
+    assert fit.verdict == "accepted" and low * (1 - 1e-12) < k < high * (1 + 1e-12)
     assert fit.ramps == pytest.approx([ramp])
 
 
