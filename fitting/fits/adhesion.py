@@ -707,7 +707,7 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
     sample = Sample.of(("load", "N", data.t, data.load), weights, label, blocks, own_trends=True)
     problem = FitProblem(data, sought, space, sample, float(np.ptp(data.t)), choices.level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
-    best, objective = solved.whole
+    best, objective = solved.search_result
     change = lambda load: np.abs(moved(best, objective.free, solved.weights * load))
 
     def with_range() -> np.ndarray:
@@ -720,10 +720,10 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
     # Systematic deviations: a trend, an error of the zero of the load, and on a film a range of the attraction.
     solved = solved._replace(kept=seen.contact)
     off = deviation(test, problem, solved, with_range if model is JKR and film is None else None)
-    left, notes = off.left + (change(test.zero) if test.zero > 0.0 else 0.0), off.notes
+    systematic, notes = off.systematic + (change(test.zero) if test.zero > 0.0 else 0.0), off.notes
     if film is not None:
-        left, notes = left + change(TENSION * np.minimum(data.load, 0.0)), (*notes, FILM_NOTE)
-    solved = solved._replace(left=left, against=off.against, notes=(*solved.notes, *notes))
+        systematic, notes = systematic + change(TENSION * np.minimum(data.load, 0.0)), (*notes, FILM_NOTE)
+    solved = solved._replace(systematic=systematic, against=off.against, notes=(*solved.notes, *notes))
     found = conclude(problem, solved)
     values, intervals = found.common.values, found.common.intervals
     G, work = values["G"], values["work"]
@@ -771,13 +771,15 @@ def interval_of_tension(force: float, slope: np.ndarray, solved: Any, concluded:
 
     slope (k,): derivative of log force with respect to the free coordinates.
     """
-    best, objective = solved.whole
+    best, objective = solved.search_result
     inside = (best.theta > objective.lower)[objective.free] & (best.theta < objective.upper)[objective.free]
     slope = np.where(inside, slope, 0.0)
     rise = float(concluded.assessment.levels(slope[:, None])[0]) - best.rss
     spread = slope[inside] @ inverse(best.jacobian[:, inside]) @ slope[inside]
-    left = 0.0 if solved.left is None else float(np.abs(slope) @ np.abs(solved.left)[objective.free])
-    growth = math.exp(math.sqrt(max(rise * spread, 0.0)) + left)
+    systematic = (
+        0.0 if solved.systematic is None else float(np.abs(slope) @ np.abs(solved.systematic)[objective.free])
+    )
+    growth = math.exp(math.sqrt(max(rise * spread, 0.0)) + systematic)
     return force, force / growth, force * growth
 
 
@@ -891,13 +893,15 @@ def _found_creep(test: CreepingFilm, label: str, zero: float, choices: AdhesiveC
     run = run._replace(correction=test.correction(coarse.theta, space, run))
     solved = _solved(test, problem, run, [coarse.theta])
     _count(coarse, solved)
-    left = np.abs(solved.theta - coarse.theta) / LEFT
-    best, objective = solved.whole
+    discretisation = np.abs(solved.theta - coarse.theta) / LEFT
+    best, objective = solved.search_result
     off = np.abs(moved(best, objective.free, solved.weights * zero))
     solved = solved._replace(
-        left=left + off, kept=test.seen.contact, against=_against(*_contact(test, solved, run))
+        systematic=discretisation + off,
+        kept=test.seen.contact,
+        against=_against(*_contact(test, solved, run)),
     )
-    first = coarse.whole[0]
+    first = coarse.search_result[0]
     return _Fitted(test, problem, solved, run, (first.starts, first.agreed))
 
 
@@ -907,8 +911,8 @@ def _solved(test: CreepingFilm, problem: FitProblem, run: Run, starts: list[np.n
 
 def _count(first: Solved, last: Solved) -> None:
     """Add the evaluations of the first search to those of the last."""
-    last.whole[1].residual_runs += first.whole[1].residual_runs
-    last.whole[1].jacobian_runs += first.whole[1].jacobian_runs
+    last.search_result[1].residual_runs += first.search_result[1].residual_runs
+    last.search_result[1].jacobian_runs += first.search_result[1].jacobian_runs
 
 
 def _contact(test: CreepingFilm, solved: Solved, run: Run) -> tuple[np.ndarray, float]:
@@ -941,7 +945,7 @@ def _concluded_creep(
     found: _Fitted, concluded: Conclusion, body: Body, choices: AdhesiveChoices, started: float
 ) -> AdhesiveFit:
     """Return the fit that follows from the search."""
-    test, space, (best, objective) = found.test, found.problem.space, found.solved.whole
+    test, space, (best, objective) = found.test, found.problem.space, found.solved.search_result
     values = dict(concluded.common.values)
     work = values.pop("work")
     law = with_work(test.film.law, work)

@@ -677,7 +677,7 @@ def fit_force(
         *hysteresis_note(bare, approach, float(theta[POINT] * deepest)), *notes, *off.notes,
     )  # fmt: skip
     against = (*too_deep(indenter, depth), *off.against)
-    solved = solved._replace(left=off.left, against=against, notes=said)
+    solved = solved._replace(systematic=off.systematic, against=against, notes=said)
     found = conclude(problem, solved)
 
     # Errors of the calibration and of the drag, from fits to curves that are changed by them.

@@ -149,11 +149,11 @@ def projected(
     out = g - along @ q
     own = jnp.maximum(out @ out, 1e-300)
     c = jnp.maximum(out @ y / own, 0.0)
-    left = y - c * out
+    rest = y - c * out
     x = q @ (weights * curve.load) - c * along  # of the orthonormal rows
     k = x[1] / R[1, 1]
     b = (x[0] - R[0, 1] * k) / R[0, 0]
-    return Projected(left @ left, c, b, k, own, f, slope)
+    return Projected(rest @ rest, c, b, k, own, f, slope)
 
 
 def refined(
@@ -599,7 +599,7 @@ def prepared(
     curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, unbonded: bool
 ) -> Prepared:
     """Return the approaches about the contact, as ``fit_force`` takes them."""
-    whole, places, failed = [], [], {}
+    full, places, failed = [], [], {}
     for k, data in enumerate(curves):
         if isinstance(data, str):
             failed[k] = data
@@ -610,22 +610,22 @@ def prepared(
             failed[k] = str(error)
             continue
         if one.t.size >= LEAST_CURVE and np.ptp(one.load) > 0.0 and one.depth[-1] > 0.0 and one.t[-1] > 0.0:
-            whole.append(one)
+            full.append(one)
             places.append(k)
         else:
             failed[k] = (
                 f"data: expected load, depth and time to change over at least {LEAST_CURVE} points, got ranges"
                 f" {np.ptp(one.load):g} N, {one.depth[-1]:g} m, {one.t[-1]:g} s over {one.t.size} points"
             )
-    if not whole:
+    if not full:
         return Prepared([], np.zeros(0, dtype=int), failed)
     # the contact points among the trial points, on a few means of neighbours
-    few = [one.thinned(force.COARSE) for one in whole]
+    few = [one.thinned(force.COARSE) for one in full]
     rows = Rows.of(few, indenter, nu, thickness, unbonded)
     run = coarse_program(rows.power)
     points = [np.asarray(run(rows.at(places), rows.layer))[:count] for count, places in rows.batches()]
     approaches, kept = [], []
-    for one, k, thin, share in zip(whole, places, few, np.concatenate(points), strict=True):
+    for one, k, thin, share in zip(full, places, few, np.concatenate(points), strict=True):
         if share < 0.0:
             failed[k] = NO_CONTACT
             continue
@@ -730,15 +730,21 @@ def all_together(
     # half widths with the factors of the calibration, then the change with half the depth, which noise does not include
     good = out["verdict"][ready.places] == VERDICTS[0]
     factors = calibrated(found, rows, good, level)
-    found_left = found["doubted"] & ~found["few"] & (out["stage"][ready.places] == "")
+    judged_by_change = found["doubted"] & ~found["few"] & (out["stage"][ready.places] == "")
     logs, contact = found["log_G"], found["contact"]
     sides = np.array([-1.0, 1.0])
-    left = [np.where(found_left, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "shift")]
-    logs = np.column_stack([logs[:, 0], logs[:, :1] + factors[0] * (logs[:, 1:] - logs[:, :1]) + left[0]])
+    systematic = [
+        np.where(judged_by_change, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "shift")
+    ]
+    logs = np.column_stack(
+        [logs[:, 0], logs[:, :1] + factors[0] * (logs[:, 1:] - logs[:, :1]) + systematic[0]]
+    )
     contact = np.column_stack(
         [
             contact[:, 0],
-            np.clip(contact[:, :1] + factors[1] * (contact[:, 1:] - contact[:, :1]) + left[1], 0.0, 1.0),
+            np.clip(
+                contact[:, :1] + factors[1] * (contact[:, 1:] - contact[:, :1]) + systematic[1], 0.0, 1.0
+            ),
         ]
     )
     # errors of the calibration of the cantilever (``data/contact.py``, ``conclusion.widened``)

@@ -103,9 +103,9 @@ def search_half_space(press: IndentationProblem) -> Found:
 
     # The lowest minimum on some of the points, evenly spaced and with the largest depth, and from there on all of
     # them.
-    whole = np.arange(n)
+    every = np.arange(n)
     few = np.unique(np.append(np.linspace(0, n - 1, min(FEW, n)).round().astype(int), np.argmax(press.depth)))
-    objective = _objective(press, whole, knots, values, kind)
+    objective = _objective(press, every, knots, values, kind)
     coarse = _objective(press, few, knots, values, kind) if few.size < n else objective
     low = nonlinear.minimise_from(coarse, starts)
     best = low if coarse is objective else nonlinear.minimise(objective, low.theta).after(low)
@@ -125,7 +125,7 @@ def search_half_space(press: IndentationProblem) -> Found:
             notes.append(
                 f"the contact shrinks (depth falls by {100 * fall:.1f} %): Lee and Radok only approximate"
             )
-    curve = _curve(press, whole, knots, values)
+    curve = _curve(press, every, knots, values)
     moves = functools.partial(_half_space_moves, press, best, curve, kind)
     residual = functools.partial(_residual_at, curve, kind, n)
     medium = Medium(thickness, unbonded=press.pressing.unbonded)
@@ -134,7 +134,7 @@ def search_half_space(press: IndentationProblem) -> Found:
         return found
 
     # With adhesion: the opposite limit of the edge, and how far the theory holds.
-    slow = nonlinear.minimise(_objective(press, whole, knots, values, kind, edge=1.0), best.theta)
+    slow = nonlinear.minimise(_objective(press, every, knots, values, kind, edge=1.0), best.theta)
     alpha, creep = (np.asarray(part)[:n] for part in halfspace.sticky_area(best.theta, curve, kind))
     radius = float(press.pressing.indenter.radius)
     widest = float(np.sqrt(radius * deepest * alpha.max()))
@@ -295,9 +295,9 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
         spread = np.full(best.theta.size, np.inf)
         variance = 1.0 if press.label == "sigma" else best.rss / (press.kept.sum() - best.jacobian.shape[1])
         spread[press.space.free] = np.sqrt(np.diag(inverse(best.jacobian)) * variance)
-        left = np.abs(best.theta - coarse.theta) / order
-        bias = left / np.maximum(spread, 1e-300)
-        small = np.all((bias < SMALL) | (left < PER_MILLE))
+        discretisation = np.abs(best.theta - coarse.theta) / order
+        bias = discretisation / np.maximum(spread, 1e-300)
+        small = np.all((bias < SMALL) | (discretisation < PER_MILLE))
         if small or grid is not None or 2 * mesh.cells > MOST_CELLS:
             break
         theta, mesh = best.theta, mesh._replace(cells=2 * mesh.cells)
@@ -308,7 +308,7 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
         coating.thickness,
         coating.substrate,
         jc.Grid.square(n=mesh.cells, width=mesh.width),
-        left,
+        discretisation,
         named,
         unbonded=coating.unbonded,
     )
@@ -633,11 +633,11 @@ def fit_indentation(
 
         def solve(weights: np.ndarray) -> Solved:
             found = search_half_space(press._replace(weights=np.where(press.kept, weights * unit, 0.0)))
-            return solution(found.objective, found.best, weights, press.kept)._replace(whole=found)
+            return solution(found.objective, found.best, weights, press.kept)._replace(search_result=found)
 
         # points that are not fitted have a weight for the reweighting alone
         first = np.where(press.kept, sample.weights, sample.weights.max())
-        found = reweighted_until_stable(sample, solve(first), solve, press.space.free.size).whole
+        found = reweighted_until_stable(sample, solve(first), solve, press.space.free.size).search_result
 
     # A ball that is not a paraboloid has a note, with adhesion one by the contact radius.
     press, best, objective = found.press, found.best, found.objective
@@ -648,7 +648,7 @@ def fit_indentation(
         notes = (*notes, *paraboloid_note(pressing.indenter, deepest, thickness=thickness))
     problem = FitProblem(press.data, sought, space, _sample(press), press.units.duration, level)
     solved = solution(objective, best, problem.sample.weights, press.kept)._replace(
-        notes=notes, moves=found.moves, left=found.medium.left, against=found.against,
+        notes=notes, moves=found.moves, systematic=found.medium.discretisation, against=found.against,
         landscape=found.residual and space.landscape(theta, found.residual),
     )  # fmt: skip
     concluded = conclude(problem, solved)
@@ -674,7 +674,7 @@ def _reweighed(press: IndentationProblem, best: Best, objective: Objective) -> n
     sample, on = _sample(press), press.kept
     if not sample.adjustable:
         return press.weights
-    solved = solution(objective, best, sample.weights, on).some(on)
+    solved = solution(objective, best, sample.weights, on).only(on)
     weights = np.zeros(on.size)
     weights[on] = sample.only(on).reweighed(solved, press.space.free.size) * _response_unit(press)
     return weights

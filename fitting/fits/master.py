@@ -314,8 +314,10 @@ class Shifting:
         """Return the derivatives (n, v + c) of the residuals by the linear coordinates, with the basis of a ``Master``."""
         if not self.vertical:
             return basis
-        lifted = -(np.eye(self.sweeps.temperature.size)[self.sweeps.which] * (self.sweeps.part == 0)[:, None])
-        return np.concatenate([lifted[:, self.sweeps.others], basis], axis=1)
+        by_log_b = -(
+            np.eye(self.sweeps.temperature.size)[self.sweeps.which] * (self.sweeps.part == 0)[:, None]
+        )
+        return np.concatenate([by_log_b[:, self.sweeps.others], basis], axis=1)
 
     def linear(self, shifts: np.ndarray) -> tuple[np.ndarray, float]:
         """Return the best linear coordinates (v + c,) at ln a_T (m,), and their RSS; inf where data leave some open."""
@@ -785,8 +787,8 @@ class MasterFit(Fit):
     def _combination_lines(self) -> list[str]:
         lines = [f"  shift factors about {self.reference:.5g} K, with {100 * self.level:g} % intervals:"]
         for T, (a, low, high), b in zip(self.temperatures, self.factors, self.vertical, strict=True):
-            lifted = f", b_T = {b:.4g}" if self.shifting.vertical else ""
-            lines.append(f"    {T:.5g} K: a_T = {a:.4g}, {low:.4g} to {high:.4g}{lifted}")
+            vertical = f", b_T = {b:.4g}" if self.shifting.vertical else ""
+            lines.append(f"    {T:.5g} K: a_T = {a:.4g}, {low:.4g} to {high:.4g}{vertical}")
         lines.append(f"  rms deviation of the factors from the law: {self.deviation:.2g} K")
         if "activation_energy" in self.values:
             ends = (self.values["activation_energy"], *self.intervals["activation_energy"])
@@ -887,7 +889,7 @@ def _superposed(
     sought, duration = Sought(shifting.structure, table, None), float(np.exp(-sweeps.x.min()))
     problem = FitProblem(curves, sought, shifting.space(), sample, duration, level)
     solved = least_squares(problem, shifting.objective, [shifting.first()])
-    best, objective = solved.whole
+    best, objective = solved.search_result
     traced = np.arange(best.theta.size) < shifting.count[0]
     shifts = shifting.shifts(best.theta)[0]
     own = (
@@ -949,12 +951,12 @@ def _off(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the reasons against a law: those against the superposition itself, and the deviation from the law; and
     notes."""
-    own, whole = free.found.assessment.evidence, free.found.common
+    own, common = free.found.assessment.evidence, free.found.common
     q = free.shifting.count[0] - lawful.space().free.size + sum(lawful.count[1:])
     away = deviation(lawful.sweeps.temperature, shifts, free.shifts)
     dof = best.residual.size - own.p
     off = off_law(str(lawful.law), away, best.rss - own.rss, q, own.rss, dof) if q > 0 else ()
-    return (*whole.refused, *off), whole.notes
+    return (*common.refused, *off), common.notes
 
 
 def _finished(lawful: Superposed, free: Superposed) -> MasterFit:

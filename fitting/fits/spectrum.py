@@ -322,9 +322,9 @@ def fit_spectrum(
         A * step, e * equilibrium, sample.measured, float(np.max(np.abs(sample.measured)))
     )
     start = _solved(search(unweighted.weighted(sample.weights)), sample.weights)
-    again = lambda weights: _solved(search(unweighted.weighted(weights), start.whole), weights)
+    again = lambda weights: _solved(search(unweighted.weighted(weights), start.search_result), weights)
     solved = reweighted_until_stable(sample, start, again, start.theta.size)
-    found, assessment = solved.whole, sample.assess(solved, solved.theta.size, level)
+    found, assessment = solved.search_result, sample.assess(solved, solved.theta.size, level)
     quality = assessment.evidence
     if not found.converged:
         why = f"the search for the spectrum did not converge within {EVALUATIONS} evaluations"
@@ -359,7 +359,9 @@ def _solved(found: SpectrumOptimum, w: np.ndarray) -> Solved:
     p = int(np.clip(round(np.trace(resolution)), 1, w.size - 2))
     U, S, _ = np.linalg.svd(found.jacobian, full_matrices=False)
     on = np.ones(w.size, dtype=bool)
-    return Solved(np.zeros(p), found.residual, U[:, :p] * S[:p], np.ones(p, dtype=bool), on, w, whole=found)
+    return Solved(
+        np.zeros(p), found.residual, U[:, :p] * S[:p], np.ones(p, dtype=bool), on, w, search_result=found
+    )
 
 
 def _spectrum(found: SpectrumOptimum, tau: np.ndarray, widening: float, level: float) -> dict[str, Any]:

@@ -439,7 +439,9 @@ def fit_stiffness(
                 f"{name} ends at the bound of the search, {one * np.exp(at):.3g}: {more} ones may describe the data better"
             )
     notes += () if tip.known else paraboloid_note(indenter, float(depth.max()), STIFFNESS)
-    solved = solved._replace(left=off.left, against=(*off.against, *apart), notes=(*off.notes, *notes))
+    solved = solved._replace(
+        systematic=off.systematic, against=(*off.against, *apart), notes=(*off.notes, *notes)
+    )
     found = conclude(problem, solved._replace(moves=no_moves))
 
     # Young's modulus of all depths, and of single ones with and without the base.

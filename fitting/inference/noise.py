@@ -405,8 +405,9 @@ class ErrorModels(NamedTuple):
 class Noise(NamedTuple):
     """The posterior of the noise model of a fit.
 
-    lag1: correlation of neighbouring residuals about their mean; likeliest: the most likely rho; left: lag-1
-    correlation that remains after an AR(1) series of that rho; white: whether the noise is more likely white than not.
+    lag1: correlation of neighbouring residuals about their mean; likeliest: the most likely rho;
+    lag1_of_innovations: that of what remains after an AR(1) series of that rho is subtracted; white: whether the noise is
+    more likely white than not.
     share (m,): probability of each noise model in the mixture; variance (m, k, k): its covariance in the space of the
     Jacobian's columns, of weighted residuals; columns (k, p): the Jacobian in that space; dof: degrees of freedom of s,
     infinite where the variance is known; ratio: a/b averaged over the mixture. sizes (n,): standard deviations along the
@@ -417,7 +418,7 @@ class Noise(NamedTuple):
 
     lag1: float
     likeliest: float
-    left: float
+    lag1_of_innovations: float
     white: bool
     share: np.ndarray
     variance: np.ndarray
@@ -552,7 +553,7 @@ def noise_model(
 
 
 def variation(
-    residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int, whole: bool = False
+    residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int, with_largest: bool = False
 ) -> np.ndarray | None:
     """Return the standard deviations (n,) of noise that changes along the abscissa t (n,), relative to their quadratic
     mean; None where they do not change significantly.
@@ -563,8 +564,8 @@ def variation(
     by the variance of its score where the tails are heavy, has a chi-square distribution with two degrees of freedom for
     the polynomial, and about that with three for a step whose place is sought (D. W. K. Andrews, Econometrica 61 (1993)
     821). A change is accepted at the level ``CHANGES`` for each of the two; with fewer than ``ENOUGH`` degrees of freedom
-    of the residuals none is sought. whole: whether the largest residual counts as any other; otherwise the change must be
-    significant without it as well.
+    of the residuals none is sought. with_largest: whether the largest residual counts as any other; otherwise the
+    change must be significant without it as well.
     """
     n = residual.size
     if n - p < ENOUGH or np.unique(t).size < ENOUGH:
@@ -572,10 +573,10 @@ def variation(
     # a single large residual is an outlier and no change: what is found must be there without it
     most = int(np.argmax(np.abs(residual)))
     others = np.arange(n) != most
-    if not whole and variation(residual[others], Q[others], t[others], p, whole=True) is None:
+    if not with_largest and variation(residual[others], Q[others], t[others], p, with_largest=True) is None:
         return None
-    left = np.maximum(1.0 - np.sum(Q * Q, 1), 1e-3)
-    square = residual**2 / left
+    one_minus_leverage = np.maximum(1.0 - np.sum(Q * Q, 1), 1e-3)
+    square = residual**2 / one_minus_leverage
     square = square / max(float(square.mean()), TINY)
     # equal abscissae have the mean of their ranks
     _, places, count = np.unique(t, return_inverse=True, return_counts=True)
@@ -607,7 +608,7 @@ def variation(
     chosen = None
     for log, dof in ((smooth, DEGREE), (stepped, DEGREE + 1))[: 2 if costs.size else 1]:
         # of the likelihood ratio the part that heavy tails leave
-        tails = float(excess(residual / np.sqrt(left) * np.exp(-0.5 * log)))
+        tails = float(excess(residual / np.sqrt(one_minus_leverage) * np.exp(-0.5 * log)))
         chance = float(special.chdtrc(dof, max(n - loss(log), 0.0) / tails))
         if chance <= CHANGES and (chosen is None or loss(log) + 2.0 * dof < loss(chosen) + 2.0 * DEGREE):
             chosen = log

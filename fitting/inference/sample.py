@@ -114,7 +114,7 @@ class Sample(NamedTuple):
     def of_solution(self, solved: "Solved") -> tuple["Sample", "Solved"]:
         """Return the fitted points with the weights of a solution, and the solution restricted to them."""
         on = solved.kept
-        return self._replace(weights=solved.weights).only(on), solved.some(on)
+        return self._replace(weights=solved.weights).only(on), solved.only(on)
 
     def only(self, on: np.ndarray) -> "Sample":
         """Return the sample of the points ``on`` (n,) bool."""
@@ -198,8 +198,8 @@ class Sample(NamedTuple):
 
     def assess(self, solved: "Solved", p: int, level: float) -> "Assessment":
         """Return the evidence from the residuals of a fit of p parameters, for intervals at a level."""
-        some, left = self.of_solution(solved)
-        return assess(some, left, some.noise(left, p), p, level)
+        points, at_points = self.of_solution(solved)
+        return assess(points, at_points, points.noise(at_points, p), p, level)
 
     def reweighed(self, found: "Solved", p: int) -> np.ndarray:
         """Return the weights (n,) that follow from a solution.
@@ -215,10 +215,10 @@ class Sample(NamedTuple):
             lowest = np.maximum(ratio * size, least * float(np.max(size)))
             own = self.magnitude(fitted) if self.paired else np.sign(self.measured) * fitted
             return 1.0 / np.maximum(own, lowest)
-        some, left = self.of_solution(found)
-        if not some.real(left.residual, p):
+        points, at_points = self.of_solution(found)
+        if not points.real(at_points.residual, p):
             return found.weights
-        model = some.noise(left, p)
+        model = points.noise(at_points, p)
         sizes = np.ones(fitted.size)
         if model.sizes is not None:  # points that are left out are given the size of their neighbours
             sizes = np.interp(np.arange(fitted.size), np.flatnonzero(found.kept), model.sizes)
@@ -356,12 +356,12 @@ class Solved(NamedTuple, Generic[Search]):
     theta (m,): coordinates; residual (n,): weighted; jacobian (n, k): of the free coordinates; inside (k,) bool: the
     free coordinates that are not at a bound; kept (n,) bool: the fitted points; weights (n,); find_ends(assessment):
     interval ends (m, 2) of the coordinates, with further rows that the search adds, and the number of searches along the
-    intervals that did not converge; whole: the result of the search itself, a ``Minimum``, or (``TauProblem``,
-    ``Optimum``) of a variable projection, or that of a search of the fit's own.
+    intervals that did not converge; search_result: a ``Minimum``, or (``TauProblem``, ``Optimum``) of a variable
+    projection, or that of a search of the fit's own.
 
     notes; moves(name) (m,): derivative of the coordinates with respect to a quantity that was held; landscape: the
-    residuals as a function of the parameters, None where they are expensive; left (m,): a remaining bias of the
-    coordinates that the intervals must include; against: reasons for rejection beyond those of the residuals.
+    residuals as a function of the parameters, None where they are expensive; systematic (m,): the systematic
+    error of the coordinates, which the intervals must include; against: reasons for rejection beyond those of the residuals.
     """
 
     theta: np.ndarray
@@ -371,14 +371,14 @@ class Solved(NamedTuple, Generic[Search]):
     kept: np.ndarray
     weights: np.ndarray
     find_ends: Callable[[Assessment], tuple[np.ndarray, int]] | None = None
-    whole: Search = None  # type: ignore[assignment]  # not given where nothing reads it
+    search_result: Search = None  # type: ignore[assignment]  # not given where nothing reads it
     notes: Sequence[str] = ()
     moves: Callable[[str], np.ndarray] | None = None
     landscape: Landscape | None = None
-    left: np.ndarray | None = None
+    systematic: np.ndarray | None = None
     against: tuple[str, ...] = ()
 
-    def some(self, on: np.ndarray) -> "Solved":
+    def only(self, on: np.ndarray) -> "Solved":
         """Return the solution restricted to the points ``on`` (n,) bool."""
         return self._replace(
             residual=self.residual[on],
@@ -406,8 +406,8 @@ def assess(
     """
     residuals, jacobian, inside = solved.residual, solved.jacobian, solved.inside
     own = basis(sample.smooth(residuals, jacobian[:, inside])) if Q is None else Q
-    bound = Q is None and not np.all(inside)
-    whole = basis(sample.smooth(residuals, jacobian)) if bound else None
+    at_bound = Q is None and not np.all(inside)
+    of_all = basis(sample.smooth(residuals, jacobian)) if at_bound else None
     measured, weights, n, known = sample.measured, sample.weights, sample.t.size, sample.known
     rss, dof = float(residuals @ residuals), n - p
     fitted, scale = measured + residuals / weights, math.sqrt(rss / dof)
@@ -429,8 +429,8 @@ def assess(
             order = np.argsort(blocks, kind="stable")
         where = Places(sample.t[order], blocks[order], *sample.abscissa)
         sizes = None if found.spreads is None else found.spreads[order]
-        spanned = None if whole is None else whole[order]
-        why = reasons(level_residuals[order], own[order], found, where, sizes, spanned)
+        of_all = None if of_all is None else of_all[order]
+        why = reasons(level_residuals[order], own[order], found, where, sizes, of_all)
     # ... and too little of the data explained, in a fit of any kind: R2, or its counterpart with the weights of the
     # points, is not positive, unless the model is a constant, which the tests for a trend judge; or the standard
     # deviation of the points exceeds the fitted values, as quadratic means of weighted values.
@@ -439,12 +439,15 @@ def assess(
         mean = float(np.sum(weights**2 * measured) / np.sum(weights**2))
         about = float(np.sum((weights * (measured - mean)) ** 2))
         off = weights * (fitted - measured)
-        left = float(off @ off)
+        weighted_rss = float(off @ off)
         constant = p <= 1 and np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
-        if not constant and (r2 <= 0.0 or left >= about * (1.0 - FLAT)):
-            worst = r2 if r2 <= 0.0 else 1.0 - left / max(about, 1e-300)
+        if not constant and (r2 <= 0.0 or weighted_rss >= about * (1.0 - FLAT)):
+            worst = r2 if r2 <= 0.0 else 1.0 - weighted_rss / max(about, 1e-300)
             few.append(no_better(worst))
-        scatter, signal = math.sqrt(left / max(dof, 1)), math.sqrt(float(np.mean((weights * fitted) ** 2)))
+        scatter, signal = (
+            math.sqrt(weighted_rss / max(dof, 1)),
+            math.sqrt(float(np.mean((weights * fitted) ** 2))),
+        )
         if scatter > signal:
             few.append(scattered(scatter / max(signal, 1e-300)))
         why = (*few, *why)
@@ -533,10 +536,13 @@ def all_reweighted_until_stable(
 
 
 class Deviation(NamedTuple):
-    """left (m,): change of the coordinates that the intervals must include; against: reasons for rejection; notes; trended:
-    whether a trend of the residuals is the reason."""
+    """The systematic deviation of a fit.
 
-    left: np.ndarray
+    systematic (m,): change of the coordinates that the intervals must include; against: reasons for rejection; notes;
+    trended: whether a trend of the residuals is the reason.
+    """
+
+    systematic: np.ndarray
     against: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     trended: bool = False
@@ -564,7 +570,7 @@ def judged_by_size(
 
     # 2. The changes from these fits to that to all points, of all coordinates and of those of interest.
     changes, seen = solved.theta - np.array(found), size()
-    left = np.max(np.abs(changes), axis=0)
+    systematic = np.max(np.abs(changes), axis=0)
     moved = (
         changes
         if isinstance(watched, int)
@@ -575,4 +581,4 @@ def judged_by_size(
     # 3. A reason for a rejection beyond the limits, otherwise a note.
     rejected = bool(seen > limits[0] or most > limits[1])
     said = (words(seen, moved, rejected),)
-    return Deviation(left, said, trended=True) if rejected else Deviation(left, notes=said)
+    return Deviation(systematic, said, trended=True) if rejected else Deviation(systematic, notes=said)

@@ -208,8 +208,8 @@ def prepare(
         _check_growth(data, pressing)
     if not work:  # under adhesion the load falls before it rises
         _check_contact(data, kept, probe.power, pressing.stiffened)
-    left = np.sum(selected & ~kept)
-    few = (f"{left} points before contact or during the rise not fitted",) if left else ()
+    count = np.sum(selected & ~kept)
+    few = (f"{count} points before contact or during the rise not fitted",) if count else ()
     response = data.depth if control == "load" else data.load
     return IndentationProblem(
         data, sought, pressing, probe, units, t / T, data.load / P, data.depth / d, kept,
@@ -385,14 +385,14 @@ def _linear_box(space: Parameters) -> np.ndarray:
 class Medium(NamedTuple):
     """The indented body: thickness [m], substrate, grid of the solver, and whether the layer slides on the substrate.
 
-    left (m,): the discretisation bias of the coordinates that remains; bias: {coordinate: that bias over its standard
-    error}. For a half-space None, zero and empty.
+    discretisation (m,): the discretisation bias of the coordinates that remains; bias: {coordinate: that bias over its
+    standard error}. For a half-space None, zero and empty.
     """
 
     thickness: float | None = None
     substrate: Any = None
     grid: Any = None
-    left: np.ndarray = np.zeros(1)
+    discretisation: np.ndarray = np.zeros(1)
     bias: dict[str, float] = {}  # noqa: RUF012
     unbonded: bool = False
 
