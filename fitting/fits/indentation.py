@@ -12,15 +12,11 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.fits.adhesion import (
-    AdhesiveChoices,
     AdhesiveFit,
     body_of,
     check_fitted,
-    check_none,
-    check_side,
     fit_adhesive,
     fit_creeping_film,
-    is_fitted,
     is_law,
 )
 from fitting.inference.conclusion import FitProblem, conclude, solution
@@ -588,20 +584,33 @@ def fit_indentation(
     started = time.perf_counter()
     any_layer = [given for given in (thickness, layer, layers) if given is not None]
     thin_layer.check_unbonded(unbonded, any_layer[0] if any_layer else None)
-    if is_fitted(adhesion):
-        film = layer is not None or substrate is not None
-        others = {"tau": tau, "rise": rise, "layers": layers, "grid": grid, "thickness": thickness}
-        instrument = Instrument(contact_point, drift, machine_compliance)
-        choices = AdhesiveChoices(instrument, weights, sigma, fixed, bounds, level)
-        check_none(others | {"bulk_modulus": bulk_modulus, "unbonded": unbonded or None})
+    instrument = Instrument(contact_point, drift, machine_compliance)
+
+    # With a work of adhesion that is fitted: fits of their own (``adhesion.py``).
+    if isinstance(adhesion, str) and adhesion.lower() not in ("fit", "jkr"):
+        raise ValueError(
+            f'adhesion: expected "fit", "JKR", a law of adhesion or a work [J/m2], got {adhesion!r}'
+        )
+    if isinstance(adhesion, str) or is_law(adhesion):
+        others = {
+            "tau": tau, "rise": rise, "layers": layers, "grid": grid, "thickness": thickness,
+            "bulk_modulus": bulk_modulus, "unbonded": unbonded or None,
+        }  # fmt: skip
+        for name, given in others.items():
+            if given is not None:
+                raise ValueError(f"{name}: expected none with a fit of the work of adhesion")
+        choices: dict[str, Any] = {
+            "instrument": instrument, "weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "level": level,
+        }  # fmt: skip
         if is_law(adhesion):
             return fit_creeping_film(
-                data, adhesion, (model, control), (indenter, nu, layer, substrate), choices
-            )
-        check_fitted(adhesion, model, film, control)
-        body = body_of(indenter, nu, layer, substrate)
-        check_side(body, choices)
-        return fit_adhesive(data, adhesion, body, choices)
+                data, adhesion, model, control=control, indenter=indenter, nu=nu, thickness=layer, substrate=substrate,
+                **choices,
+            )  # fmt: skip
+        check_fitted(adhesion, model, layer is not None or substrate is not None, control)
+        return fit_adhesive(data, adhesion, body_of(indenter, nu, layer, substrate), **choices)
+
+    # The problem of a half-space, of a thin sample on a rigid base, or of a film.
     structure = structure_of(model, tau)
     sought = Sought.of(structure, fixed, bounds, nu, bulk_modulus)
     control = control.lower() if isinstance(control, str) else control
@@ -617,7 +626,6 @@ def fit_indentation(
             raise ValueError("indenter: expected a rigid one on a thin layer, got one with a material")
         thin_layer.check(thickness, sought.volume.value)
     pressing = Pressing(indenter, control, rise, adhesion, film, thickness, bool(unbonded))
-    instrument = Instrument(contact_point, drift, machine_compliance)
     press = prepare(data, sought, pressing, instrument, weights, sigma)
     check_count(level, _sample(press).least_count, press.space.free.size)
 
@@ -653,17 +661,15 @@ def fit_indentation(
     )  # fmt: skip
     concluded = conclude(problem, solved)
 
-    # Nuisance parameters that were fitted, and the parameters with the relaxed compliance at an adhesive edge, in SI
-    # units.
-    rows = np.stack([space.to_si(vector) for vector in (theta, *concluded.ends.T)], -1)
-    nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
+    # The parameters with the relaxed compliance at an adhesive edge.
     slow_edge = {}
     if found.slow is not None:
         values = space.opened(found.slow.theta) * space.unit[space.material]
         slow_edge = {name: float(value) for name, value in structure.parameters(values).items()}
     return concluded.fit(
         IndentationFit, indenter=pressing.indenter, **press.sought.volume.keyword, control=pressing.control,
-        film=found.medium, nuisances=nuisances, kept=press.kept, adhesion=pressing.adhesion, slow_edge=slow_edge,
+        film=found.medium, nuisances=space.fitted_nuisances(theta, concluded.ends), kept=press.kept,
+        adhesion=pressing.adhesion, slow_edge=slow_edge,
         starts=(best.starts, best.agreed), runs=(objective.residual_runs, objective.jacobian_runs),
         seconds=time.perf_counter() - started,
     )  # fmt: skip
