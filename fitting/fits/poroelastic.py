@@ -46,7 +46,7 @@ import jaxcontact as jc
 from fitting.data.contact import sample_noise
 from fitting.data.indentation import IndentationData, check_depth, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
-from fitting.inference.conclusion import FitProblem, conclude, least_squares
+from fitting.inference.conclusion import FitProblem, conclude, least_squares, no_moves
 from fitting.inference.noise import two_sided
 from fitting.inference.result import Fit, plain
 from fitting.inference.sample import Sample
@@ -557,7 +557,10 @@ def fit_poroelastic(
             f"a ramp from t = 0 to the first point, {first_point:.3g} s, would change {', '.join(changes)}",
         ]
     solved = solved._replace(
-        systematic=np.abs(by_ramp), notes=tuple(notes), against=tuple(against), moves=_no_moves
+        systematic=np.abs(by_ramp),
+        notes=tuple(notes),
+        against=tuple(against),
+        moves=functools.partial(no_moves, "a poroelastic fit"),
     )
     solved = solved._replace(landscape=space.landscape(theta, solved.search_result[1].residual))
     found = conclude(problem, solved)
@@ -649,8 +652,3 @@ def _moved(
 def _each(indenter: Any, holds: Sequence[Hold]) -> list[Any]:
     """Return the indenter of each hold."""
     return list(indenter) if isinstance(indenter, list | tuple) else [indenter] * len(holds)
-
-
-def _no_moves(name: str) -> np.ndarray:
-    """Raise ValueError: the change of the parameters with a held quantity is not computed."""
-    raise ValueError(f"spread: a poroelastic fit is conditional on its {name}; fit at other values of it")

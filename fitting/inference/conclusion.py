@@ -207,6 +207,11 @@ def _moved(
     return moves(name)[own] * slope if moves else np.zeros(slope.size)
 
 
+def no_moves(fit: str, name: str) -> np.ndarray:
+    """Raise ValueError: the change of the parameters of a fit, named in words, with a held quantity is not computed."""
+    raise ValueError(f"spread: {fit} is conditional on its {name}; fit at other values of it")
+
+
 def widened(
     fit: Fit, problem: FitProblem, spread: Mapping[str, float], moves: Sequence[np.ndarray], note: str
 ) -> Fit:

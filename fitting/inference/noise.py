@@ -489,6 +489,7 @@ def noise_model(
     inside (k,): coordinates that are not at a bound; p: number of parameters; known: whether the variance of the noise
     is known; real: whether the residuals exceed rounding.
     """
+    # 1. The likelihood of every error model and correlation, (models, RHO), without the directions that the fit takes up.
     shapes, ratios = tried
     shapes = shapes if sizes is None else shapes * sizes
     n, rss, Q = residual.size, float(residual @ residual), basis(jacobian)
@@ -510,7 +511,9 @@ def noise_model(
         likelihood = -0.5 * (logdet + (n - k) * np.log(diagonal[..., k] ** 2))
         best = likelihood.max(1, keepdims=True)
         likelihood = likelihood - best + best / (excess(residual) if len(shapes) > 1 else 1.0)
-    # the grid of RHO is uniform in artanh(rho), so that d rho is proportional to 1 - rho^2
+
+    # 2. The mixture: shares of the likelihood times the prior, and white noise alone where that is more likely. The grid of
+    # RHO is uniform in artanh(rho), so that d rho is proportional to 1 - rho^2.
     prior = np.sqrt(1.0 - RHO**2)
     prior *= (1.0 - WHITE) / prior.sum()
     prior[0] += WHITE
@@ -522,7 +525,8 @@ def noise_model(
     share[:, 1:] *= not white
     places = np.argwhere(share > NEGLIGIBLE * share.max())
     share = share[tuple(places.T)] / share[tuple(places.T)].sum()
-    # Q^T D V D Q of each noise model that remains
+
+    # 3. The covariance of the coefficients of Q: Q^T D V D Q of each noise model that remains, times s^2.
     spread, square = np.zeros((len(places), Q.shape[1], Q.shape[1])), shapes[places[:, 0]] ** 2
     for j in np.unique(places[:, 1]):
         here = places[:, 1] == j
@@ -543,8 +547,10 @@ def noise_model(
         # weights and variances that were fitted to the same residuals make both smaller, by two degrees of freedom
         # for each parameter of the change to leading order
         variance = variance / max(1.0 - 2.0 * (DEGREE + 1) / max(n - p, 1), 0.5)
+
+    # 4. Correlations of neighbours, before and after the AR(1) noise is subtracted.
     level, same = residual if sizes is None else residual / shapes[0], within(blocks)
-    after = lag_one((level[1:] - rho * level[:-1])[same], blocks[1:][same])  # AR(1) noise is subtracted
+    after = lag_one((level[1:] - rho * level[:-1])[same], blocks[1:][same])
     return Noise(
         lag_one(level, blocks), rho, after, white, share, variance, Q.T @ jacobian,
         math.inf if known else float(n - p), ratio,
@@ -567,6 +573,7 @@ def variation(
     of the residuals none is sought. with_largest: whether the largest residual counts as any other; otherwise the
     change must be significant without it as well.
     """
+    # 1. Residuals over 1 - leverage, and the ranks of their abscissae.
     n = residual.size
     if n - p < ENOUGH or np.unique(t).size < ENOUGH:
         return None
@@ -582,6 +589,8 @@ def variation(
     _, places, count = np.unique(t, return_inverse=True, return_counts=True)
     rank = (np.cumsum(count) - 0.5 * (count + 1))[places] / (n - 1.0)
     columns = np.polynomial.legendre.legvander(2.0 * rank - 1.0, DEGREE)
+
+    # 2. The polynomial of the log variance, by Fisher scoring with halved steps.
     found = np.zeros(DEGREE + 1)
     loss = lambda log: float(np.sum(log + square * np.exp(-np.clip(log, -60.0, 60.0))))
     for _ in range(STEPS):
@@ -594,7 +603,8 @@ def variation(
         if np.max(np.abs(step)) <= 1e-6:
             break
     smooth = columns @ found
-    # the mean square before and after each place at which the variance may have a step
+
+    # 3. The step: the mean square before and after each place at which the variance may have one.
     ranked, along = np.unique(rank), np.argsort(rank, kind="stable")
     before = np.searchsorted(rank[along], ranked[1:])
     before = before[(before >= SIDE * n) & (before <= (1.0 - SIDE) * n)]
@@ -605,6 +615,8 @@ def variation(
     stepped = np.empty(n)
     if costs.size:
         stepped[along] = np.log(np.where(np.arange(n) < before[at], first[at], last[at]) + TINY)
+
+    # 4. The likelier of both that is significant.
     chosen = None
     for log, dof in ((smooth, DEGREE), (stepped, DEGREE + 1))[: 2 if costs.size else 1]:
         # of the likelihood ratio the part that heavy tails leave

@@ -127,21 +127,19 @@ class Sample(NamedTuple):
 
         Runs at equal abscissae that were joined are series of their own, each with a common factor as a random error.
         """
+        # 1. The residuals, of joined runs without the runs' own factors, in which neighbours are those of a run.
         residual, slopes = solved.residual, self.smooth(solved.residual, solved.jacobian)
         fitted, real, runs = self.measured + residual / self.weights, self.real(residual, p), None
         labels = None if self.final else noise.runs_of(self.t, self.blocks)
         order, blocks = np.arange(residual.size), self.blocks
         if labels is not None and real:
-            # neighbours are those of a run, and a run's own factor is no noise of its points
             Q = basis(slopes[:, solved.inside])
             runs = noise.compared(residual, Q, self.weights * fitted, labels, p, self.known)
             residual = residual - runs.offset
             blocks = self.blocks * (int(labels.max()) + 1) + labels
             order = np.argsort(blocks, kind="stable")
-        dof = residual.size - p
-        rss = float(residual @ residual)
-        # a stated standard deviation that the scatter contradicts is replaced by that of the residuals
-        side = 0 if self.final or not self.known else contradicted(rss, dof)
+
+        # 2. The error models that are tried: constant weighted errors, or of estimated weights (a^2 + (b f)^2)^(1/2).
         shapes, ratios = np.ones((1, self.t.size)), np.zeros(1)
         if self.label == "estimated":
             # a/b from nearly zero to nearly infinite
@@ -152,15 +150,22 @@ class Sample(NamedTuple):
             shapes = np.hypot(ratios[:, None], fitted) * self.weights
         tried = noise.ErrorModels(shapes[:, order], ratios)
         given = residual[order], slopes[order], solved.inside, blocks[order], tried, p
+
+        # 3. Their probabilities with those of correlations; the size of the noise is as stated, or that of the residuals.
+        dof = residual.size - p
+        rss = float(residual @ residual)
+        # a stated standard deviation that the scatter contradicts is replaced by that of the residuals
+        side = 0 if self.final or not self.known else contradicted(rss, dof)
         found = noise.noise_model(*given, self.known and not side, real)
         correlated = BEYOND_CHANCE / math.sqrt(residual.size)
         if side < 0 and (found.lag1 > correlated or rss < NOISELESS * dof):
             # smaller than stated, but no noise of its own: nothing better is known than what was stated
             real = rss > 0.5 * dof
             found = noise.noise_model(*given, True, real)
+
+        # 4. Changes along the curve, beyond those that follow from the fitted values: of the estimated error model, or of
+        # one of its two terms alone where that describes the residuals better.
         if real and not self.final:
-            # changes along the curve, beyond those that follow from the fitted values: of the estimated error model,
-            # or of one of its two terms alone where that describes the residuals better
             size, best = float(np.max(np.abs(fitted))), None
             bases = (found.ratio, FAINT * size, size / FAINT) if self.label == "estimated" else (None,)
             for ratio in bases:
@@ -192,6 +197,8 @@ class Sample(NamedTuple):
                 one = residual[order], slopes[order], solved.inside, blocks[order], tried, p
                 best, changed = cost, noise.noise_model(*one, False, real, sizes[order])
                 found = changed._replace(sizes=sizes, spreads=spreads)
+
+        # 5. The factors of joined runs as a further random error.
         if runs is not None:
             found = noise.between_runs(found, runs, basis(slopes[order]), self.weights * fitted, order)
         return found
