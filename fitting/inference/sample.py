@@ -22,7 +22,7 @@ from scipy import special
 
 from fitting.inference import noise
 from fitting.inference.noise import BEYOND_CHANCE, Noise, basis, lag_one
-from fitting.inference.verdict import STATED, TOO_FEW, Places, contradicted, no_better, reasons, scattered
+from fitting.inference.verdict import STATED, TOO_FEW, contradicted, no_better, reasons, scattered
 from fitting.models.parameters import Landscape
 from fitting.search.nonlinear import Best, Objective
 
@@ -434,10 +434,18 @@ def assess(
             level_residuals = residuals - found.runs.offset
             blocks = sample.blocks * found.runs.factors.size + found.runs.labels
             order = np.argsort(blocks, kind="stable")
-        where = Places(sample.t[order], blocks[order], *sample.abscissa)
         sizes = None if found.spreads is None else found.spreads[order]
         of_all = None if of_all is None else of_all[order]
-        why = reasons(level_residuals[order], own[order], found, where, sizes, of_all)
+        why = reasons(
+            level_residuals[order],
+            own[order],
+            found,
+            sample.t[order],
+            blocks[order],
+            sample.abscissa,
+            sizes,
+            of_all,
+        )
     # ... and too little of the data explained, in a fit of any kind: R2, or its counterpart with the weights of the
     # points, is not positive, unless the model is a constant, which the tests for a trend judge; or the standard
     # deviation of the points exceeds the fitted values, as quadratic means of weighted values.

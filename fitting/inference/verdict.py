@@ -6,7 +6,7 @@ outliers (``reasons``). Together they reject less than 1.5 % of right fits.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy import special
@@ -41,20 +41,13 @@ def scattered(share: float) -> str:
     return f"the scatter of the points exceeds the signal: its standard deviation is {percent} of the fitted values"
 
 
-class Places(NamedTuple):
-    """The places of points in their data: abscissa t (n,) in ``unit``, blocks (n,) of neighbours, and its symbol."""
-
-    t: np.ndarray
-    blocks: np.ndarray
-    symbol: str
-    unit: str
-
-
 def reasons(
     residuals: np.ndarray,
     Q: np.ndarray,
     noise: Noise,
-    at: Places,
+    t: np.ndarray,
+    blocks: np.ndarray,
+    abscissa: tuple[str, str],
     sizes: np.ndarray | None = None,
     of_all: np.ndarray | None = None,
 ) -> tuple[str, ...]:
@@ -66,12 +59,13 @@ def reasons(
       Durbin-Watson statistic is as far on its side by chance with probability ``TREND`` at most.
     - A slip (``slipped``) and outliers that move the fit (``outlying``), at the level ``CHANCE``.
 
-    residuals (weighted) (n,); Q (n, k): orthonormal columns that span the Jacobian, or their rows for these points where
+    residuals (weighted) (n,); t (n,), blocks (n,): their abscissae, of the symbol and unit in ``abscissa``, and blocks of
+    neighbours; Q (n, k): orthonormal columns that span the Jacobian, or their rows for these points where
     they are part of the data; sizes (n,): their standard deviations up to a factor, where they change along the curve.
     A slip or an outlier is then one both with and without them. of_all (n, q): as Q, with the coordinates at a bound,
     if there are some; the truth may have them off the bound, so that the less certain of both tests for a trend counts.
     """
-    t, blocks, symbol, unit = at
+    symbol, unit = abscissa
     found, before, rows, spanned = [], residuals, Q, [Q if of_all is None else of_all, Q]
     if sizes is not None:
         spanned = [basis(one / sizes[:, None]) for one in spanned]
