@@ -184,19 +184,20 @@ def find_contact(
     way = depth[first] - depth[0]
     moved = abs(way) > SURE * sample_noise(depth)
     back = way * (depth[first:][:LEAST][-1] - depth[max(first - 1, 0)]) < 0.0
-    whole = FirstTouch(float(t[0]), 0.0, 0.0, 1, 1, 0)
+    from_the_start = FirstTouch(float(t[0]), 0.0, 0.0, 1, 1, 0)
     if at is None and (force.max() <= PRESENT * abs(base) or not moved or back or changed.sum() < LEAST):
-        return whole
+        return from_the_start
     depth_sign, load_sign = signs(load - base, depth)
     x, y = depth_sign * depth, load_sign * (load - base)
     top = int(np.argmax(y >= ONSET * y.max())) + 1
     rise = Rise(x[:top], y[:top], power)
     course = smooth(x[:top])
-    lifted = course[0] - course.min() > SURE * sample_noise(depth)  # then the curve did not begin in contact
-    point = rise.contact(film, lifted) if at is None else depth_sign * at
+    # a tip that first moves outwards was not yet in contact
+    began_outside = course[0] - course.min() > SURE * sample_noise(depth)
+    point = rise.contact(film, began_outside) if at is None else depth_sign * at
     before = int(np.flatnonzero(x[:top] <= point).max(initial=-1)) + 1
     if at is None and (before < FEW or point == -np.inf):
-        return whole
+        return from_the_start
     offset = base + load_sign * rise.single(point).offset
     began = np.interp(point, x[before - 1 : before + 1], t[before - 1 : before + 1]) if before else t[0]
     return FirstTouch(float(began), depth_sign * point, offset, load_sign, depth_sign, before)
@@ -244,17 +245,17 @@ class Rise(NamedTuple):
     y: np.ndarray
     power: float
 
-    def contact(self, film: bool, lifted: bool) -> float:
-        """Return the depth of first contact, -inf if the curve begins in contact."""
+    def contact(self, film: bool, began_outside: bool) -> float:
+        """Return the depth of first contact, -inf if the curve begins in contact, as it cannot with ``began_outside``."""
         few = self._thinned()
-        if few.x.size <= LEAST and not lifted:
+        if few.x.size <= LEAST and not began_outside:
             return -np.inf
         laws = {law: few._best(law) for law in (few.single, few.summed)}
         best = min(laws, key=lambda law: law(laws[law]).squares)
         allowed = few._allowed(best(laws[best]).residual)
         simple = few.single(laws[few.single]).squares <= allowed
         highest = 1.0 if simple and not film else POWERS[-1]
-        if not lifted and few.summed(float(few.x[0]), highest).squares <= allowed:
+        if not began_outside and few.summed(float(few.x[0]), highest).squares <= allowed:
             return -np.inf
         return self._best(self.single) if simple else laws[few.summed]
 

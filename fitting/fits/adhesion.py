@@ -223,11 +223,11 @@ def sizes_of(data: IndentationData) -> np.ndarray:
     return depth / np.array([1.0, float(np.ptp(data.t)), load])
 
 
-def log_bounds(given: tuple[float, float], unit: float, whole: tuple[float, float]) -> tuple[float, float]:
+def log_bounds(given: tuple[float, float], unit: float, widest: tuple[float, float]) -> tuple[float, float]:
     """Return the bounds of a logarithm, those of the parameter where they are given and else those of the search."""
     low, high = given
-    return (math.log(low / unit) if low > 0.0 else whole[0]), (
-        math.log(high / unit) if math.isfinite(high) else whole[1]
+    return (math.log(low / unit) if low > 0.0 else widest[0]), (
+        math.log(high / unit) if math.isfinite(high) else widest[1]
     )
 
 
@@ -344,11 +344,11 @@ def deviation(
 #
 # The difference between the load on a grid of twice the cells with steps of half the length and that on the grid of
 # the search, at the optimum, is added to the model, and the fit is repeated. What this changes in the coordinates,
-# divided by ``LEFT``, remains as a systematic error.
+# divided by ``REMAINING``, remains as a systematic error.
 
 
 CELLS, FINER = 32, 2  # cells along a side, and the factor on cells and steps of the run that corrects
-LEFT = 3.0  # second order: of the change, a third remains
+REMAINING = 3.0  # change over the error that remains after it: of a second order, a third
 MARGIN = 2.2  # width of the grid over the diameter of the contact that is expected
 ITERATIONS = 1000  # of the solver in a step
 SHARES: dict[type, tuple[float, ...]] = {
@@ -393,8 +393,7 @@ class Run(NamedTuple):
 class CreepingFilm(NamedTuple):
     """A force curve ready for a search.
 
-    data; seen: its ``PullOff``; film; material: the class; start: {parameter: value}; radius: of the contact that is
-    expected [m]; weights (n,) [1/N], 0 out of contact.
+    data; seen: its ``PullOff``; film; material: the class; start: {parameter: value}; weights (n,) [1/N], 0 out of contact.
     """
 
     data: IndentationData
@@ -402,7 +401,6 @@ class CreepingFilm(NamedTuple):
     film: AdhesiveFilm
     material: type
     start: dict[str, float]
-    radius: float
     weights: np.ndarray
 
     def space(self, table: dict[str, tuple[float, float]], instrument: Instrument) -> Parameters:
@@ -606,35 +604,9 @@ class AdhesiveFit(Fit):
         return [*chosen, f"  the parameters are conditional on nu = {self.nu:.4g} and {body}; {runs}"]
 
 
-class AdhesiveChoices(NamedTuple):
-    """Keywords of a fit of an adhesive curve, as in ``fit_indentation``."""
-
-    instrument: Instrument
-    weights: str | None
-    sigma: Any
-    fixed: dict[str, float] | None
-    bounds: dict[str, tuple] | None
-    level: float
-
-
 def is_law(adhesion: Any) -> bool:
     """Return whether an ``adhesion=`` is a law of adhesion, whose work is fitted and whose range is held."""
     return isinstance(adhesion, jc.ExponentialAdhesion | jc.DugdaleAdhesion)
-
-
-def is_fitted(adhesion: Any) -> bool:
-    """Return whether an ``adhesion=`` asks for a fit of the work of adhesion; ValueError for anything but a number else."""
-    if isinstance(adhesion, str) and adhesion.lower() not in ("fit", "jkr"):
-        raise ValueError(
-            f'adhesion: expected "fit", "JKR", a law of adhesion or a work [J/m2], got {adhesion!r}'
-        )
-    return isinstance(adhesion, str) or is_law(adhesion)
-
-
-def check_none(others: dict[str, Any]) -> None:
-    """Raise ValueError for keywords of ``fit_indentation`` that a fit of the work of adhesion does not take."""
-    for name in (name for name, given in others.items() if given is not None):
-        raise ValueError(f"{name}: expected none with a fit of the work of adhesion")
 
 
 def check_fitted(adhesion: Any, model: Any, film: bool, control: Any) -> None:
@@ -656,25 +628,8 @@ def body_of(indenter: Any, nu: Any, layer: Any = None, substrate: Any = None) ->
     if not isinstance(indenter, jc.Sphere):
         raise ValueError(f"adhesion: expected a Sphere, got {type(indenter).__name__}")
     nu = float(Compressibility.of(nu, None).value)
-    return Body(nu, indenter, None if layer is None and substrate is None else _film_of(layer, substrate))
-
-
-def check_side(body: Body, choices: AdhesiveChoices) -> None:
-    """Raise ValueError for a film that may be softer or stiffer than its base, where both can have the same curve."""
-    if body.film is None or "G" in (choices.fixed or {}):
-        return
-    low, high = (choices.bounds or {}).get("G") or (None, None)
-    softer, stiffer = high is not None and high <= body.film.base, low is not None and low >= body.film.base
-    if not (softer or stiffer):
-        raise ValueError(
-            f"bounds: expected an upper bound of G up to that of the base, {body.film.base:.4g} Pa, for a softer film, or a"
-            f" lower bound from it on for a stiffer one, with a fit of the work of adhesion, got {(low, high)!r}: a film"
-            " softer and one stiffer than the base can have the same curve"
-        )
-
-
-def _film_of(layer: Any, substrate: Any) -> FilmOnBase:
-    """Return a film with a thickness [m] on an elastic base; ValueError for anything else."""
+    if layer is None and substrate is None:
+        return Body(nu, indenter)
     if not isinstance(layer, int | float | np.number) or not 0.0 < float(layer) < math.inf:
         raise ValueError(
             f"layer: expected a thickness > 0 m with a fit of the work of adhesion, got {layer!r}"
@@ -683,52 +638,74 @@ def _film_of(layer: Any, substrate: Any) -> FilmOnBase:
         raise ValueError(
             f"substrate: expected Elastic with nu beside a fit of the work of adhesion, got {substrate!r}"
         )
-    return FilmOnBase(float(layer), float(substrate.G), float(substrate.nu))
+    return Body(nu, indenter, FilmOnBase(float(layer), float(substrate.G), float(substrate.nu)))
 
 
-def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: AdhesiveChoices) -> AdhesiveFit:
-    """Fit G, the work of adhesion and, with "fit" (Maugis) but not with "JKR", the strength of the attraction."""
-    started = time.perf_counter()
+def read_adhesive(
+    data: IndentationData, ball: Any, weights: str | None, sigma: Any
+) -> tuple[IndentationData, float, PullOff, np.ndarray, str]:
+    """Return a curve with the zero of its load after the pull-off, the standard deviation of that zero [N], the pull-off,
+    and the weights (n,) [1/N] of the points, 0 out of contact, with their label."""
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     data, zero_sd = zeroed(data)
-    check_signs(data, float(body.ball.radius))
+    check_signs(data, float(ball.radius))
     seen = read_pull_off(data)
-    weights, label = indentation_weights(data, seen.contact, "depth", choices.weights, choices.sigma)
-    model = {"jkr": JKR, "fit": MaugisDugdale}[adhesion.lower()]
-    test = AdhesiveTest(data, seen, body, model, weights, noise.two_sided(choices.level) * zero_sd)
+    return data, zero_sd, seen, *indentation_weights(data, seen.contact, "depth", weights, sigma)
+
+
+def fit_adhesive(
+    data: IndentationData, adhesion: str, body: Body, *, instrument: Instrument, weights: str | None = None,
+    sigma: Any = None, fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None, level: float = 0.95,
+) -> AdhesiveFit:  # fmt: skip
+    """Fit G, the work of adhesion and, with "fit" (Maugis) but not with "JKR", the strength of the attraction; the keywords
+    are those of ``fit_indentation``."""
+    started = time.perf_counter()
     film, radius = body.film, float(body.ball.radius)
 
-    # The search.
-    table = table_of(model, choices.fixed, choices.bounds)
-    space = test.space(table, choices.instrument)
+    # 1. A film that may be softer or stiffer than its base can have the same curve on either side.
+    if film is not None and "G" not in (fixed or {}):
+        low, high = (bounds or {}).get("G") or (None, None)
+        if not ((high is not None and high <= film.base) or (low is not None and low >= film.base)):
+            raise ValueError(
+                f"bounds: expected an upper bound of G up to that of the base, {film.base:.4g} Pa, for a softer film, or a"
+                f" lower bound from it on for a stiffer one, with a fit of the work of adhesion, got {(low, high)!r}: a film"
+                " softer and one stiffer than the base can have the same curve"
+            )
+    data, zero_sd, seen, point_weights, label = read_adhesive(data, body.ball, weights, sigma)
+    model = {"jkr": JKR, "fit": MaugisDugdale}[adhesion.lower()]
+    test = AdhesiveTest(data, seen, body, model, point_weights, noise.two_sided(level) * zero_sd)
+
+    # 2. The search; each segment of the curve is a series of its own.
+    table = table_of(model, fixed, bounds)
+    space = test.space(table, instrument)
     sought = Sought(space.structure, table, Compressibility.of(body.nu, None))
     blocks = np.cumsum(np.append(False, data.segments[1:] != data.segments[:-1]))
-    sample = Sample.of(("load", "N", data.t, data.load), weights, label, blocks, own_trends=True)
-    problem = FitProblem(data, sought, space, sample, float(np.ptp(data.t)), choices.level)
+    sample = Sample.of(("load", "N", data.t, data.load), point_weights, label, blocks, own_trends=True)
+    problem = FitProblem(data, sought, space, sample, float(np.ptp(data.t)), level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
-    best, objective = solved.whole
+    best, objective = solved.search_result
     change = lambda load: np.abs(moved(best, objective.free, solved.weights * load))
 
     def with_range() -> np.ndarray:
         """Return the coordinates (m,) of the fit of Maugis's theory, without that of the strength."""
         other = test._replace(model=MaugisDugdale)
-        ranged = other.space(table_of(other.model, choices.fixed, choices.bounds), choices.instrument)
+        ranged = other.space(table_of(other.model, fixed, bounds), instrument)
         found = minimise_from(other.objective(ranged, solved.weights), other.starts(ranged))
         return np.delete(found.theta, MaugisDugdale._fields.index("strength"))
 
-    # Systematic deviations: a trend, an error of the zero of the load, and on a film a range of the attraction.
+    # 3. Systematic deviations: a trend, an error of the zero of the load, and on a film a range of the attraction.
     solved = solved._replace(kept=seen.contact)
     off = deviation(test, problem, solved, with_range if model is JKR and film is None else None)
-    left, notes = off.left + (change(test.zero) if test.zero > 0.0 else 0.0), off.notes
+    systematic, notes = off.systematic + (change(test.zero) if test.zero > 0.0 else 0.0), off.notes
     if film is not None:
-        left, notes = left + change(TENSION * np.minimum(data.load, 0.0)), (*notes, FILM_NOTE)
-    solved = solved._replace(left=left, against=off.against, notes=(*solved.notes, *notes))
+        systematic, notes = systematic + change(TENSION * np.minimum(data.load, 0.0)), (*notes, FILM_NOTE)
+    solved = solved._replace(systematic=systematic, against=off.against, notes=(*solved.notes, *notes))
     found = conclude(problem, solved)
     values, intervals = found.common.values, found.common.intervals
     G, work = values["G"], values["work"]
 
-    # The law of adhesion, none for JKR, and whether the curve determines its range.
+    # 4. The law of adhesion, none for JKR, and whether the curve determines its range.
     law, tabor, notes = None, math.nan, found.common.notes
     if model is not JKR:
         of = lambda law: float(law.tabor_number(radius, body.modulus(G)))
@@ -743,7 +720,7 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
                 f" {text.span(*ends)}; the interval of the work of adhesion allows for it",
             )
 
-    # The largest tension of the fitted curve. On a half-space with JKR it is 3/2 pi w R, whose interval is that of
+    # 5. The largest tension of the fitted curve. On a half-space with JKR it is 3/2 pi w R, whose interval is that of
     # the work; otherwise it depends on the other parameters too, and its interval is that of its logarithm by
     # linearisation.
     if film is None and model is JKR:
@@ -754,14 +731,13 @@ def fit_adhesive(data: IndentationData, adhesion: str, body: Body, choices: Adhe
         force, slope = test.pull_off(space, best.theta)
         pull_off = interval_of_tension(force, slope[space.free], solved, found)
 
-    rows = np.stack([space.to_si(v) for v in (best.theta, *found.ends.T)], -1)
-    nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
-    deepest = float(data.depth.max()) - dict(zip(space.names, rows[:, 0], strict=True))["contact_point"]
+    deepest = float(data.depth.max() - space.to_si(best.theta)[space.names.index("contact_point")])
     return found.fit(
         AdhesiveFit, material=jc.Elastic(G, body.nu), law=law, tabor_number=tabor,
         notes=(*notes, *paraboloid_note(body.ball, deepest)), pull_off=pull_off,
-        separation_work=seen.separation_work(noise.two_sided(choices.level)), nu=body.nu, indenter=body.ball,
-        film=film, nuisances=nuisances, kept=seen.contact, starts=(best.starts, best.agreed),
+        separation_work=seen.separation_work(noise.two_sided(level)), nu=body.nu, indenter=body.ball,
+        film=film, nuisances=space.fitted_nuisances(best.theta, found.ends), kept=seen.contact,
+        starts=(best.starts, best.agreed),
         runs=(objective.residual_runs, objective.jacobian_runs), seconds=time.perf_counter() - started,
     )  # fmt: skip
 
@@ -771,13 +747,15 @@ def interval_of_tension(force: float, slope: np.ndarray, solved: Any, concluded:
 
     slope (k,): derivative of log force with respect to the free coordinates.
     """
-    best, objective = solved.whole
+    best, objective = solved.search_result
     inside = (best.theta > objective.lower)[objective.free] & (best.theta < objective.upper)[objective.free]
     slope = np.where(inside, slope, 0.0)
     rise = float(concluded.assessment.levels(slope[:, None])[0]) - best.rss
     spread = slope[inside] @ inverse(best.jacobian[:, inside]) @ slope[inside]
-    left = 0.0 if solved.left is None else float(np.abs(slope) @ np.abs(solved.left)[objective.free])
-    growth = math.exp(math.sqrt(max(rise * spread, 0.0)) + left)
+    systematic = (
+        0.0 if solved.systematic is None else float(np.abs(slope) @ np.abs(solved.systematic)[objective.free])
+    )
+    growth = math.exp(math.sqrt(max(rise * spread, 0.0)) + systematic)
     return force, force / growth, force * growth
 
 
@@ -789,14 +767,22 @@ FEW_COHESIVE = 3  # cells across the zone of attraction, as in the notes of ``in
 BAD = jc.Status.NOT_CONVERGED, jc.Status.INHERITED
 
 
-def check_creeping(adhesion: Any, model: Any, control: Any, film: tuple[Any, Any], bounds: Any) -> type:
-    """Return the class of the material; ValueError for what a fit with a law of adhesion does not take.
+def fit_creeping_film(
+    data: IndentationData, law: Any, model: Any, *, control: Any, indenter: Any, nu: Any, thickness: Any, substrate: Any,
+    instrument: Instrument, weights: str | None, sigma: Any, fixed: dict[str, float] | None,
+    bounds: dict[str, tuple] | None, level: float,
+) -> AdhesiveFit:  # fmt: skip
+    """Fit the material and the work of adhesion of a film, with the range or strength of the law held.
 
-    film: thickness and base, as given.
+    law: a law of adhesion, whose work is the start; thickness [m] of the film; the other arguments are those of
+    ``fit_indentation``.
     """
-    if film == (None, None):
+    started = time.perf_counter()
+
+    # 1. The material, and bounds that keep it softer than its base: a stiffer film can have the same curve.
+    if thickness is None and substrate is None:
         raise ValueError(
-            f'adhesion: expected "fit", "JKR" or a work of adhesion [J/m2] on a half-space, got {adhesion!r}'
+            f'adhesion: expected "fit", "JKR" or a work of adhesion [J/m2] on a half-space, got {law!r}'
         )
     material = resolve(model).model
     if material not in SHARES:
@@ -807,167 +793,106 @@ def check_creeping(adhesion: Any, model: Any, control: Any, film: tuple[Any, Any
         )
     if control != "depth":
         raise ValueError(f'control: expected "depth" with a law of adhesion, got {control!r}')
-    _check_softer(material, bounds, film[1])
-    return material
-
-
-def _check_softer(material: type, bounds: dict[str, tuple] | None, base: Any) -> None:
-    """Raise ValueError for a film that may be stiffer than its base: a softer one can have the same curve."""
-    name = "G" if material is jc.Maxwell else "G1"
-    most = ((bounds or {}).get(name) or (None, None))[1]
-    if isinstance(base, jc.Elastic) and (most is None or not most <= float(base.G)):
+    spring = "G" if material is jc.Maxwell else "G1"
+    most = ((bounds or {}).get(spring) or (None, None))[1]
+    if isinstance(substrate, jc.Elastic) and (most is None or not most <= float(substrate.G)):
         raise ValueError(
-            f"bounds: expected an upper bound of {name} up to the modulus of the base, {float(base.G):.4g} Pa, got {most!r}:"
-            " a film softer and one stiffer than the base can have the same curve"
+            f"bounds: expected an upper bound of {spring} up to the modulus of the base, {float(substrate.G):.4g} Pa, got"
+            f" {most!r}: a film softer and one stiffer than the base can have the same curve"
         )
 
-
-class _Fitted(NamedTuple):
-    """The test with its problem, the solution, the run that it belongs to, and the numbers of starts of the first search."""
-
-    test: CreepingFilm
-    problem: FitProblem
-    solved: Solved
-    run: Run
-    starts: tuple[int, int]
-
-
-def fit_creeping_film(
-    data: IndentationData,
-    law: Any,
-    described: tuple[Any, Any],
-    given: tuple[Any, Any, Any, Any],
-    choices: AdhesiveChoices,
-) -> AdhesiveFit:
-    """Fit the material and the work of adhesion, with the range or strength of the law held.
-
-    described: model and control; given: indenter, Poisson's ratio, thickness [m] of the film and substrate.
-    """
-    started = time.perf_counter()
-    material = check_creeping(law, *described, given[2:], choices.bounds)
-    if not isinstance(data, IndentationData):
-        raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
-    body = body_of(*given)
-    data, zero_sd = zeroed(data)
-    check_signs(data, float(body.ball.radius))
-    seen = read_pull_off(data)
-    weights, label = indentation_weights(data, seen.contact, "depth", choices.weights, choices.sigma)
-    half_space = AdhesiveTest(data, seen, Body(body.nu, body.ball), JKR, weights, 0.0)
+    # 2. Starting values: the modulus of a half-space with the same curve, and the contact radius that it has.
+    body = body_of(indenter, nu, thickness, substrate)
+    data, zero_sd, seen, point_weights, label = read_adhesive(data, body.ball, weights, sigma)
+    half_space = AdhesiveTest(data, seen, Body(body.nu, body.ball), JKR, point_weights, 0.0)
     G, work, duration = half_space.start()["G"], float(law.work), float(np.ptp(data.t))
-    film = AdhesiveFilm(body.nu, Coating.of(given[2], None, given[3]), body.ball, law)
-    radius = _radius(body, G, work, float(np.ptp(data.depth[seen.contact])))
-    test = CreepingFilm(
-        data, seen, film, material, starting_values(material, G, work, duration), radius, weights
-    )
-    found = _found_creep(test, label, noise.two_sided(choices.level) * zero_sd, choices)
-    return _concluded_creep(found, conclude(found.problem, found.solved), body, choices, started)
-
-
-def _radius(body: Body, G: float, work: float, depth: float) -> float:
-    """Return the contact radius [m] that is expected at the deepest point."""
     R = float(body.ball.radius)
     neck = np.cbrt(math.pi * work * R**2 / float(body.modulus(G)))
-    return float(math.sqrt(R * depth) + neck)
+    radius = float(math.sqrt(R * float(np.ptp(data.depth[seen.contact]))) + neck)
+    film = AdhesiveFilm(body.nu, Coating.of(thickness, None, substrate), body.ball, law)
+    test = CreepingFilm(
+        data, seen, film, material, starting_values(material, G, work, duration), point_weights
+    )
 
+    # 3. The search on a grid that is widened while the contact reaches its edge.
+    structure = structure_with_work(material)
+    table = limits(structure, fixed, bounds)
+    space = test.space(table, instrument)
+    blocks = np.cumsum(np.append(False, data.segments[1:] != data.segments[:-1]))
+    sample = Sample.of(("load", "N", data.t, data.load), point_weights, label, blocks)
+    sought = Sought(structure, table, Compressibility.of(body.nu, None))
+    problem = FitProblem(data, sought, space, sample, duration, level)
 
-def _found_creep(test: CreepingFilm, label: str, zero: float, choices: AdhesiveChoices) -> _Fitted:
-    """Return the solution on a grid that is wide enough, corrected by a finer one."""
-    structure = structure_with_work(test.material)
-    table = limits(structure, choices.fixed, choices.bounds)
-    space = test.space(table, choices.instrument)
-    blocks = np.cumsum(np.append(False, test.data.segments[1:] != test.data.segments[:-1]))
-    curve = ("load", "N", test.data.t, test.data.load)
-    sample = Sample.of(curve, test.weights, label, blocks)
-    sought = Sought(structure, table, Compressibility.of(test.film.nu, None))
-    problem = FitProblem(test.data, sought, space, sample, float(np.ptp(test.data.t)), choices.level)
-    run = test.run(space, 2.0 * MARGIN * test.radius)
-    starts = test.starts(space)
+    def searched(run: Run, starts: list[np.ndarray]) -> Solved:
+        return least_squares(problem, lambda weights: test.objective(space, weights, run), starts)
+
+    def statuses_and_cells(solved: Solved) -> tuple[np.ndarray, float]:
+        """Return statuses up to the last point in contact, and the fewest cells across the zone of attraction (finer
+        grid)."""
+        last = float(run.t[np.flatnonzero(seen.contact)[-1]])
+        _, status, cells = loads(solved.theta, run, material)
+        reached = np.asarray(run.times) <= last
+        return np.asarray(status)[reached], FINER * float(np.min(np.asarray(cells)[reached]))
+
+    run, starts = test.run(space, 2.0 * MARGIN * radius), test.starts(space)
     for _ in range(WIDENINGS):
-        coarse = _solved(test, problem, run, starts)
-        statuses, _ = _contact(test, coarse, run)
+        coarse = searched(run, starts)
+        statuses, _ = statuses_and_cells(coarse)
         if not np.any(statuses == jc.Status.AT_EDGE):
             break
         run, starts = test.run(space, WIDER_GRID * float(run.grid.width[0])), [coarse.theta]
+
+    # 4. The same with the correction of the finer grid. What it changes, and an error of the zero of the load, give the
+    # systematic errors of the coordinates.
     run = run._replace(correction=test.correction(coarse.theta, space, run))
-    solved = _solved(test, problem, run, [coarse.theta])
-    _count(coarse, solved)
-    left = np.abs(solved.theta - coarse.theta) / LEFT
-    best, objective = solved.whole
-    off = np.abs(moved(best, objective.free, solved.weights * zero))
-    solved = solved._replace(
-        left=left + off, kept=test.seen.contact, against=_against(*_contact(test, solved, run))
-    )
-    first = coarse.whole[0]
-    return _Fitted(test, problem, solved, run, (first.starts, first.agreed))
+    solved = searched(run, [coarse.theta])
+    (first, first_objective), (best, objective) = coarse.search_result, solved.search_result
+    objective.residual_runs += first_objective.residual_runs
+    objective.jacobian_runs += first_objective.jacobian_runs
+    discretisation = np.abs(solved.theta - coarse.theta) / REMAINING
+    zero = noise.two_sided(level) * zero_sd
+    by_zero = np.abs(moved(best, objective.free, solved.weights * zero))
 
-
-def _solved(test: CreepingFilm, problem: FitProblem, run: Run, starts: list[np.ndarray]) -> Solved:
-    return least_squares(problem, lambda weights: test.objective(problem.space, weights, run), starts)
-
-
-def _count(first: Solved, last: Solved) -> None:
-    """Add the evaluations of the first search to those of the last."""
-    last.whole[1].residual_runs += first.whole[1].residual_runs
-    last.whole[1].jacobian_runs += first.whole[1].jacobian_runs
-
-
-def _contact(test: CreepingFilm, solved: Solved, run: Run) -> tuple[np.ndarray, float]:
-    """Return statuses up to the last point in contact, and the fewest cells across the zone of attraction (finer grid)."""
-    last = float(run.t[np.flatnonzero(test.seen.contact)[-1]])
-    _, status, cells = loads(solved.theta, run, test.material)
-    reached = np.asarray(run.times) <= last
-    return np.asarray(status)[reached], FINER * float(np.min(np.asarray(cells)[reached]))
-
-
-def _against(statuses: np.ndarray, cells: float) -> tuple[str, ...]:
-    """Return the reasons for rejecting a fit whose model is not solved at all times in contact, or not resolved."""
-    bad = int(np.sum(np.isin(statuses, BAD)))
-    edge = int(np.sum(statuses == jc.Status.AT_EDGE))
-    reasons = []
-    if bad:
-        reasons.append(f"the contact of the best fit did not converge at {bad} of {statuses.size} times")
-    if edge:
-        reasons.append(f"the contact of the best fit reaches the edge of the grid at {edge} times")
+    # 5. Reasons against a fit whose model is not solved at all times in contact, or not resolved.
+    statuses, cells = statuses_and_cells(solved)
+    not_converged = int(np.sum(np.isin(statuses, BAD)))
+    at_edge = int(np.sum(statuses == jc.Status.AT_EDGE))
+    against = []
+    if not_converged:
+        against.append(
+            f"the contact of the best fit did not converge at {not_converged} of {statuses.size} times"
+        )
+    if at_edge:
+        against.append(f"the contact of the best fit reaches the edge of the grid at {at_edge} times")
     if cells < FEW_COHESIVE:
-        reasons.append(
+        against.append(
             f"{told_apart(cells, FEW_COHESIVE)}"
             f" cells across the zone of attraction at the edge of contact, and below {FEW_COHESIVE} the fit"
             " depends on the grid: give a law of longer range, which hardly changes the pull-off at Tabor numbers above 3"
         )
-    return tuple(reasons)
+    solved = solved._replace(systematic=discretisation + by_zero, kept=seen.contact, against=tuple(against))
+    concluded = conclude(problem, solved)
 
-
-def _concluded_creep(
-    found: _Fitted, concluded: Conclusion, body: Body, choices: AdhesiveChoices, started: float
-) -> AdhesiveFit:
-    """Return the fit that follows from the search."""
-    test, space, (best, objective) = found.test, found.problem.space, found.solved.whole
+    # 6. The fitted law and material, and the largest tension: the lowest load of the fitted curve in contact, with its
+    # slope by the coordinates from that row of the Jacobian.
     values = dict(concluded.common.values)
-    work = values.pop("work")
-    law = with_work(test.film.law, work)
-    material = test.material(**values, nu=body.nu)
-    tabor = float(law.tabor_number(float(body.ball.radius), body.modulus(1.0 / float(material.creep(0.0)))))
-    rows = np.stack([space.to_si(v) for v in (best.theta, *concluded.ends.T)], -1)
-    nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
-    # the lowest load of the fitted curve in contact, and its slope by the coordinates from that row of the Jacobian
-    model = test.data.load + np.divide(
-        best.residual,
-        found.solved.weights,
-        out=np.full(test.data.t.size, np.inf),
-        where=found.solved.weights > 0.0,
-    )
-    lowest = int(np.argmin(model))
-    force = -float(model[lowest])
-    slope = -best.jacobian[lowest] / (found.solved.weights[lowest] * force)
-    z, seen, width = noise.two_sided(choices.level), test.seen, float(found.run.grid.width[0])
+    law = with_work(law, values.pop("work"))
+    fitted = material(**values, nu=body.nu)
+    tabor = float(law.tabor_number(R, body.modulus(1.0 / float(fitted.creep(0.0)))))
+    outside = np.full(data.t.size, np.inf)
+    load = data.load + np.divide(best.residual, solved.weights, out=outside, where=solved.weights > 0.0)
+    lowest = int(np.argmin(load))
+    force = -float(load[lowest])
+    slope = -best.jacobian[lowest] / (solved.weights[lowest] * force)
     note = (
         f"the range of the attraction is held at {float(law.characteristic_range):.3g} m; grid of {CELLS} x {CELLS} cells"
-        f" over {width:.3g} m, corrected by a finer one"
+        f" over {float(run.grid.width[0]):.3g} m, corrected by a finer one"
     )
     return concluded.fit(
-        AdhesiveFit, material=material, law=law, tabor_number=tabor, notes=(*concluded.common.notes, note),
-        pull_off=interval_of_tension(force, slope, found.solved, concluded), separation_work=seen.separation_work(z),
-        nu=body.nu, indenter=body.ball, film=body.film, nuisances=nuisances, kept=seen.contact,
-        runs=(objective.residual_runs, objective.jacobian_runs), starts=found.starts,
+        AdhesiveFit, material=fitted, law=law, tabor_number=tabor, notes=(*concluded.common.notes, note),
+        pull_off=interval_of_tension(force, slope, solved, concluded),
+        separation_work=seen.separation_work(noise.two_sided(level)), nu=body.nu, indenter=body.ball, film=body.film,
+        nuisances=space.fitted_nuisances(best.theta, concluded.ends), kept=seen.contact,
+        runs=(objective.residual_runs, objective.jacobian_runs), starts=(first.starts, first.agreed),
         seconds=time.perf_counter() - started,
     )  # fmt: skip

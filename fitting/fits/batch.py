@@ -89,7 +89,7 @@ def fit_creep_batch(
     if intervals or samples[0].adjustable:
         solve = lambda weights: _solve(samples, problems, weights)
         found = all_reweighted_until_stable(samples, solve([one.weights for one in samples]), solve, p)
-        problems, best = found[0].whole
+        problems, best = found[0].search_result
     else:  # the residuals are not needed
         best = _minimise_all(problems)
     unit = np.array([structure.units(s.compliance, s.time) for s in scaled])
@@ -115,9 +115,11 @@ def _solve(samples: list[Sample], problems: varpro.TauProblem, weights: list[np.
     best = _minimise_all(problems)
     parts, residual, J = (np.asarray(a) for a in (best.parts, best.residual, _jacobian_all(problems, best)))
     inside = np.asarray(varpro.strictly_inside(parts, *_limits_all(problems)))
-    every, whole = np.ones(n, dtype=bool), (problems, best)
+    every, result = np.ones(n, dtype=bool), (problems, best)
     return [
-        Solved(parts[k], residual[k, :n], J[k, :n][:, free], inside[k, free], every, own, whole=whole)
+        Solved(
+            parts[k], residual[k, :n], J[k, :n][:, free], inside[k, free], every, own, search_result=result
+        )
         for k, own in enumerate(weights)
     ]
 

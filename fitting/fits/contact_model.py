@@ -11,6 +11,7 @@ Maugis's.
 """
 
 import dataclasses
+import functools
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -20,7 +21,7 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.contact import baseline, directions, sample_noise
 from fitting.data.indentation import IndentationData, read_pull_off, zeroed
-from fitting.fits.adhesion import AdhesiveChoices, AdhesiveFit, body_of, fit_adhesive
+from fitting.fits.adhesion import AdhesiveFit, body_of, fit_adhesive
 from fitting.inference.result import plain
 from fitting.search.press import Instrument
 
@@ -142,8 +143,11 @@ def choose_contact_model(
 
     # Maugis's theory, whose strength and work give the Tabor number with its interval, and the limits for comparison.
     known = None if bounds is None else {name: pair for name, pair in bounds.items() if name == "G"}
-    choices = AdhesiveChoices(Instrument(contact_point="fit"), weights, sigma, None, known, level)
-    maugis, jkr = (fit_adhesive(turned, name, body, choices) for name in ("fit", "jkr"))
+    instrument = Instrument(contact_point="fit")
+    fitted = functools.partial(
+        fit_adhesive, turned, body=body, instrument=instrument, weights=weights, sigma=sigma, bounds=known, level=level,
+    )  # fmt: skip
+    maugis, jkr = fitted("fit"), fitted("jkr")
     G, work, strength = (maugis.values[name] for name in ("G", "work", "strength"))
     modulus = float(body.modulus(G))
     number = lambda s: (
@@ -152,7 +156,7 @@ def choose_contact_model(
     tabor = (number(strength), *(number(s) for s in maugis.intervals["strength"]))
     # lambda = 2 s (R/(pi w K^2))^(1/3), K = 4 E*/3
     least = 0.5 * DMT_PARAMETER * float(np.cbrt(math.pi * work * (4.0 * modulus / 3.0) ** 2 / radius))
-    dmt = fit_adhesive(turned, "fit", body, choices._replace(fixed={"strength": least}))
+    dmt = fitted("fit", fixed={"strength": least})
     fits: dict[str, AdhesiveFit] = {"DMT": dmt, "Maugis": maugis, "JKR": jkr}
     candidates = tuple(
         Candidate(name, 2.0 * (1.0 + nu) * fit.values["G"], fit.values["work"], fit.bic, fit.verdict)

@@ -48,7 +48,7 @@ MOST = 0.05  # largest fraction of the points that may be left out
 def leave_out(problem: TauProblem, n: int) -> tuple[np.ndarray, TauProblem, Optimum]:
     """Return which of n points remain without outliers (n,) bool, the problem with zero weight on the others, and its
     optimum; those of all points if there are too many outliers. One outlier, or a pair, is dropped in each turn."""
-    found = whole = np.ones(n, dtype=bool), problem, varpro.minimise(problem)
+    found = of_all_points = np.ones(n, dtype=bool), problem, varpro.minimise(problem)
     while True:
         kept, fewer, best = found
         fitted = np.flatnonzero(kept)
@@ -94,7 +94,7 @@ def leave_out(problem: TauProblem, n: int) -> tuple[np.ndarray, TauProblem, Opti
         if worst is None:
             return found
         if np.sum(~worst[0]) > max(MOST * n, 2):
-            return whole
+            return of_all_points
         found = worst
 
 
@@ -292,14 +292,14 @@ def _fit(
 
     def solve(weights: np.ndarray) -> Solved:
         """Return the optimum with weights (n,) [1/unit of the response], with residuals and Jacobian at all points."""
-        whole = scaled.tau_problem._replace(weights=nonlinear.without_weight(weights * size))
+        weighted = scaled.tau_problem._replace(weights=nonlinear.without_weight(weights * size))
         if sample.label == "estimated" and not sample.final:  # isolated points may be left out
-            kept, fewer, best = leave_out(whole, n)
+            kept, fewer, best = leave_out(weighted, n)
         else:
-            kept, fewer, best = np.ones(n, dtype=bool), whole, varpro.minimise(whole)
-        residual = np.asarray(varpro.residuals(whole, best))[:n]
-        jacobian = np.asarray(varpro.jacobian(whole, best))[:n, free]
-        inside = np.asarray(varpro.strictly_inside(best.parts, *whole.limits))[free]
+            kept, fewer, best = np.ones(n, dtype=bool), weighted, varpro.minimise(weighted)
+        residual = np.asarray(varpro.residuals(weighted, best))[:n]
+        jacobian = np.asarray(varpro.jacobian(weighted, best))[:n, free]
+        inside = np.asarray(varpro.strictly_inside(best.parts, *weighted.limits))[free]
         own_scaled = scaled._replace(tau_problem=fewer)
         find_ends = lambda assessment: (interval_ends(own_scaled, best, assessment, data.t[-1:]), 0)
         return Solved(
@@ -308,7 +308,7 @@ def _fit(
 
     # 2. The weights and the optimum follow from each other. fewer: the problem without the points that were left out.
     solved = reweighted_until_stable(sample, solve(sample.weights), solve, problem.p)
-    (fewer, best), kept = solved.whole, solved.kept
+    (fewer, best), kept = solved.search_result, solved.kept
     scaled = scaled._replace(tau_problem=fewer)
     notes = []
     if not kept.all():

@@ -799,10 +799,10 @@ class FieldSearch:
         # the standard deviations were estimated from the same residuals, which cannot contradict them
         return Sample.of(curve, weights, "sigma", np.concatenate(lines))._replace(final=True)
 
-    def notes(self, theta: np.ndarray, moved: np.ndarray, left: np.ndarray) -> tuple[str, ...]:
+    def notes(self, theta: np.ndarray, moved: np.ndarray, systematic: np.ndarray) -> tuple[str, ...]:
         """Return remarks on blocks of pixels and the error of the grid, and those of the solver."""
         sizes = ", ".join(f"{blocks.size} x {blocks.size} of {name}" for name, blocks in self.blocks.items())
-        most, worst = (100.0 * float(np.max(np.abs(one[: self.k]))) for one in (moved, left))
+        most, worst = (100.0 * float(np.max(np.abs(one[: self.k]))) for one in (moved, systematic))
         return (
             f"the values that were fitted are means over blocks of pixels: {sizes}",
             "standard deviations were estimated from the residuals of each field",
@@ -1009,14 +1009,14 @@ def _check(data: Any, parameters: Any, grid: Any, align: Any, blur: Any, noise: 
 def _concluded(search: FieldSearch, level: float) -> FieldFit:
     """Return the fit with intervals at a level."""
     best, weights = search.solve()
-    moved, left = search.grid_error(best, weights)
+    moved, systematic = search.grid_error(best, weights)
     objective, k = search.objective(weights), search.k
     others = [float(np.sum(objective.at(theta) ** 2)) for theta in best.others]
     traced = np.arange(best.theta.size) < k
     traced[:k] &= SURE * search.deviations(best) > NARROW
     solved = solution(objective, best, weights)._replace(
         find_ends=lambda assessment: profiles.profile(objective, best, assessment.levels(), traced),
-        left=left, notes=search.notes(best.theta, moved, left), against=search.doubts(best, others),
+        systematic=systematic, notes=search.notes(best.theta, moved, systematic), against=search.doubts(best, others),
     )  # fmt: skip
     duration = float(np.ptp(search.data.times))
     found = conclude(
@@ -1028,7 +1028,7 @@ def _concluded(search: FieldSearch, level: float) -> FieldFit:
         view=dict(zip(search.nuisances, (best.theta[k:] * search.units).tolist(), strict=True)),
         view_intervals={n: (float(a), float(b)) for n, (a, b) in zip(search.nuisances, ends, strict=True)},
         blocks={name: blocks.size for name, blocks in search.blocks.items()},
-        grid_error=dict(zip(search.sought.structure.where, left[:k].tolist(), strict=True)),
+        grid_error=dict(zip(search.sought.structure.where, systematic[:k].tolist(), strict=True)),
         images=functools.partial(_images, search, best.theta),
     )
 

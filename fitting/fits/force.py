@@ -32,7 +32,7 @@ from fitting.data.indentation import IndentationData, depth_notes, probe_of, too
 from fitting.data.weights import choose_weights
 from fitting.fits.adhesion import AdhesiveFit
 from fitting.fits.contact_model import ContactModel, choose_contact_model
-from fitting.fits.force_history import ViscoelasticForceFit, fit_history
+from fitting.fits.force_history import CHANGE, HALF, TREND, ViscoelasticForceFit, fit_history
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, widened
 from fitting.inference.result import Fit, plain
@@ -236,9 +236,6 @@ class ForceModel(NamedTuple):
 # shallower half of the indentation (``inference/verdict.py``).
 
 
-CHANGE = 0.4  # of ln G between half the depth and the whole, beyond which a fit is rejected: exp(0.4) - 1 = 49 % of G
-TREND = 0.05  # likewise, trend of the residuals over the largest force
-HALF = 0.5  # of the largest depth
 ROWS = 5  # of the table of the modulus over the depth
 SHIFTS = -0.5, -0.2, 0.0, 0.2, 0.5  # starts of its contact point, over the largest depth
 LOST = (
@@ -597,6 +594,7 @@ def fit_force(
     """
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
+    # 1. With adhesion="auto" the choice of a contact model, which calls this function without it.
     if adhesion is not None:
         if not (isinstance(adhesion, str) and adhesion.lower() == "auto"):
             raise ValueError(
@@ -610,12 +608,13 @@ def fit_force(
         given = [name for name, value in beside.items() if value]
         if given:
             raise ValueError(f"adhesion: expected no {', '.join(given)} beside it, got some")
-        # without a tension that can be seen the contact model is this fit without adhesion
         shared: dict[str, Any] = {
             "indenter": indenter, "nu": nu, "weights": weights, "sigma": sigma, "bounds": bounds, "level": level,
         }  # fmt: skip
         elastic = functools.partial(fit_force, data, drag=drag, **shared)
         return choose_contact_model(data, elastic=elastic, **shared)
+
+    # 2. A viscoelastic model has a fit of its own, to all segments of the curve.
     weights = "estimated" if weights is None and sigma is None else weights
     check_options(indenter, nu, thickness, substrate, unbonded, errors, spring_constant)
     if unbonded and polynomials:
@@ -639,6 +638,8 @@ def fit_force(
         )  # fmt: skip
     if fixed:
         raise ValueError(f"fixed: expected none without a viscoelastic model, got {fixed!r}")
+
+    # 3. The approach about its contact, which a comparison of starts on few points finds, and the optimum.
     sought = Sought.of(CLASSICAL[jc.Elastic], None, bounds, nu)
     sample, errors = (indenter, sought, thickness, substrate, bool(unbonded)), errors or {}
     bare, dragged, notes = without_drag(data, drag)
@@ -668,19 +669,20 @@ def fit_force(
 
     approach = taken(bare)
     force, problem, solved = searched(approach)
+
+    # 4. Systematic deviations of the curve from the model, notes, and the fit with its intervals by the noise.
     off, theta = deviation(problem, force, solved), solved.theta
     unit, deepest = force.units.load, force.units.depth
-
     depth = float((1.0 - theta[POINT]) * deepest)
     said = (
         *approach.remarks, *depth_notes(indenter, depth, thickness),
         *hysteresis_note(bare, approach, float(theta[POINT] * deepest)), *notes, *off.notes,
     )  # fmt: skip
     against = (*too_deep(indenter, depth), *off.against)
-    solved = solved._replace(left=off.left, against=against, notes=said)
+    solved = solved._replace(systematic=off.systematic, against=against, notes=said)
     found = conclude(problem, solved)
 
-    # Errors of the calibration and of the drag, from fits to curves that are changed by them.
+    # 5. Errors of the calibration and of the drag, from fits to curves that are changed by them.
     common, nuisances, slope = found.common, {}, 0.0
     if errors.get("sensitivity"):
         slope = by_sensitivity(lambda change: log_modulus(approach.recalibrated(change, spring_constant)))
@@ -700,7 +702,7 @@ def fit_force(
                 " modulus",
             )  # fmt: skip
 
-    # Nuisance parameters in SI units; the contact point as a measured depth.
+    # 6. Nuisance parameters in SI units; the contact point as a measured depth.
     rows = np.column_stack([theta, found.ends])[2:] * force.space.unit[2:, None]
     rows[0] = approach.inward * (rows[0] + approach.zero)
     if approach.inward < 0:

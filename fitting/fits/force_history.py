@@ -255,12 +255,12 @@ def without_tension(curve: ForceCurve) -> ForceCurve:
     if tension <= least:
         return curve
     pulls = np.flatnonzero(load < zero - 0.5 * least)
-    whole = tension > ADHESIVE * rise
+    all_contact = tension > ADHESIVE * rise
     kept = curve.kept.copy()
-    kept[back[0 if whole else pulls[0] : pulls[-1] + 1 + AFTER]] = False
+    kept[back[0 if all_contact else pulls[0] : pulls[-1] + 1 + AFTER]] = False
     note = (
         f"the retraction pulls with up to {tension * PICO:.3g} pN, {100 * tension / rise:.2g} % of the largest force,"
-        f" and this model has no adhesion: {'its contact' if whole else 'the part that pulls'} left out"
+        f" and this model has no adhesion: {'its contact' if all_contact else 'the part that pulls'} left out"
         f" ({int(np.sum(~kept))} of {back.size} points)"
     )
     return curve._replace(kept=kept, notes=(*curve.notes, note))
@@ -534,10 +534,8 @@ def _space(sought: Sought, units: ForceUnits, gap: float, back: bool) -> tuple[S
 
 # 5. Judgement: systematic deviations by their size, as of the elastic fit. The model is fitted again to the shallower half.
 
-CHANGE, TREND = (
-    0.4,
-    0.05,
-)  # change of the log modulus, and trend over the largest force, beyond which a fit is rejected
+CHANGE = 0.4  # of ln G between half the depth and the whole, beyond which a fit is rejected: exp(0.4) - 1 = 49 % of G
+TREND = 0.05  # likewise, trend of the residuals over the largest force
 HALF = 0.5  # of the largest depth
 
 
@@ -742,10 +740,10 @@ def fit_history(
     def prepared(curve: ForceCurve) -> HistoryModel:
         return HistoryModel.of(curve, indenter, sought, thickness, unbonded, weights, sigma)
 
-    whole = without_tension(ForceCurve.whole(data))
-    coarse = prepared(whole.thinned(2 * ROUGH_POINTS))
+    segments = without_tension(ForceCurve.whole(data))
+    coarse = prepared(segments.thinned(2 * ROUGH_POINTS))
     point = float(coarse.starts()[0][POINT]) * coarse.units.depth
-    curve = whole.near_contact(point - (coarse.curve.zero - whole.zero)).thinned(MOST)
+    curve = segments.near_contact(point - (coarse.curve.zero - segments.zero)).thinned(MOST)
     force = prepared(curve)
 
     # 2. The optimum, and the systematic deviations of the curve from it.
@@ -779,7 +777,9 @@ def fit_history(
             "the curve ends in contact: its baseline after contact is not seen, and drift and creep are less apart"
         )
     against = (*too_deep(indenter, deepest), *deviated.against)
-    solved = solved._replace(left=deviated.left, against=against, notes=(*said, *notes, *deviated.notes))
+    solved = solved._replace(
+        systematic=deviated.systematic, against=against, notes=(*said, *notes, *deviated.notes)
+    )
     found = conclude(problem, solved)
 
     # 4. Errors of the calibration and of the drag, from fits to curves that are changed by one standard deviation of each

@@ -149,11 +149,11 @@ def projected(
     out = g - along @ q
     own = jnp.maximum(out @ out, 1e-300)
     c = jnp.maximum(out @ y / own, 0.0)
-    left = y - c * out
+    rest = y - c * out
     x = q @ (weights * curve.load) - c * along  # of the orthonormal rows
     k = x[1] / R[1, 1]
     b = (x[0] - R[0, 1] * k) / R[0, 0]
-    return Projected(left @ left, c, b, k, own, f, slope)
+    return Projected(rest @ rest, c, b, k, own, f, slope)
 
 
 def refined(
@@ -213,7 +213,7 @@ def fit_one(
     level, single = constants["level"], constants["single"]
     far = constants["slip"], constants["outlier"]
 
-    # The lowest of the trial contact points is the start.
+    # 1. The lowest of the trial contact points is the start.
     weights = jnp.where(on, 1.0, 0.0)
     rss, points = scanned(curve, weights, layer, power)
     best = jnp.argmin(rss)
@@ -226,7 +226,7 @@ def fit_one(
         rows = jnp.stack([-J * one.c**2 * one.f, -one.c * one.slope, jnp.ones(N), t])
         return fitted, weights * (fitted - load), weights * rows
 
-    # The contact point between its neighbours, then weights that follow from the residuals, until they stay
+    # 2. The contact point between its neighbours, then weights that follow from the residuals, until they stay
     # (``sample.reweighted_until_stable``).
     def turn(state: tuple) -> tuple:
         count, p, reach, weights, *_ = state
@@ -247,7 +247,7 @@ def fit_one(
     fitted, r, slopes = theory(one, weights)
     total = one.rss
 
-    # Ends of the intervals by profile likelihood: R reaches its least value plus the square of the half width.
+    # 3. Ends of the intervals by profile likelihood: R reaches its least value plus the square of the half width.
     q, R, y = line(curve, weights)
     at = lambda p: projected(p, curve, weights, q, R, y, layer, power)
     rises = jnp.maximum(found.half**2, ROUNDING * jnp.sum((weights * load) ** 2))
@@ -281,7 +281,7 @@ def fit_one(
     stiff = lambda c: -jnp.log(jnp.maximum(1.0 / jnp.maximum(c, 1e-13) - extra, 1e-13))  # log of 1/J
     logs = jnp.stack([stiff(one.c), stiff(furthest(-1.0)), stiff(furthest(1.0))])
 
-    # Judgement, in the order of ``force.deviation``.
+    # 4. Judgement, in the order of ``force.deviation``.
     deviations = jnp.where(on, fitted - load, 0.0)
     outside = on & (depth < p)
     before = jnp.sum(outside)
@@ -436,14 +436,15 @@ class Rows(NamedTuple):
 
 
 def searched(
-    curves: Sequence[ForceCurve], indenter: Any, nu: float, thickness: float | None, unbonded: bool, level: float,
+    curves: Sequence[ForceCurve], rows_of: Callable[[Sequence[ForceCurve]], Rows], level: float,
     threads: int | None = None, done: Callable[[int, dict[str, np.ndarray]], None] | None = None,
 ) -> tuple[dict[str, np.ndarray], Rows]:  # fmt: skip
     """Return the results of ``fit_one`` for approaches, {name: (m, ...)}, and their scaled rows.
 
-    threads: number of batches at a time; done(first, results): called after each batch.
+    rows_of: ``Rows.of`` with the indenter and the sample; threads: number of batches at a time; done(first, results):
+    called after each batch.
     """
-    rows = Rows.of(curves, indenter, nu, thickness, unbonded)
+    rows = rows_of(curves)
     quantiles = {int(n): quantiles_of(int(n), level) for n in np.unique(rows.n)}
     constants = {
         name: np.array([quantiles[int(n)][name] for n in rows.n])
@@ -486,6 +487,7 @@ def quantiles_of(n: int, level: float) -> dict[str, float]:
     }  # fmt: skip
 
 
+@functools.partial(Program, static_argnames=("power",))
 def theory_of(
     c: Array, p: Array, b: Array, k: Array, t: Array, depth: Array, layer: Any, *, power: float
 ) -> tuple[Array, Array]:
@@ -513,8 +515,7 @@ def calibrated(found: dict[str, np.ndarray], rows: Rows, good: np.ndarray, level
         own = None if rows.layer is None else (*rows.layer, rows.chi[i])
         given = [jnp.asarray(found[name][i]) for name in ("amplitude", "p", "baseline", "tilt")]
         fitted, slopes = (
-            np.asarray(v)[..., :n]
-            for v in _theory_of(*given, rows.t[i], rows.depth[i], own, power=rows.power)
+            np.asarray(v)[..., :n] for v in theory_of(*given, rows.t[i], rows.depth[i], own, power=rows.power)
         )
         size = np.abs(fitted)
         weights = 1.0 / np.hypot(found["floor"][i], fitted)
@@ -531,9 +532,6 @@ def calibrated(found: dict[str, np.ndarray], rows: Rows, good: np.ndarray, level
         directions = np.linalg.pinv(model.columns, rcond=1e-9).T[:, :2]
         factors.append(model.calibration.factors(directions / np.linalg.norm(directions, axis=0), level))
     return np.median(factors, 0) if factors else np.ones(2)
-
-
-_theory_of = Program(theory_of, static_argnames=("power",))
 
 
 # Preparation of the curves of a map.
@@ -595,11 +593,9 @@ def data_of(depth: Any, load: Any, t: Any) -> list[Any]:
     return found
 
 
-def prepared(
-    curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, unbonded: bool
-) -> Prepared:
+def prepared(curves: Sequence[Any], rows_of: Callable[[Sequence[ForceCurve]], Rows]) -> Prepared:
     """Return the approaches about the contact, as ``fit_force`` takes them."""
-    whole, places, failed = [], [], {}
+    full, places, failed = [], [], {}
     for k, data in enumerate(curves):
         if isinstance(data, str):
             failed[k] = data
@@ -610,22 +606,22 @@ def prepared(
             failed[k] = str(error)
             continue
         if one.t.size >= LEAST_CURVE and np.ptp(one.load) > 0.0 and one.depth[-1] > 0.0 and one.t[-1] > 0.0:
-            whole.append(one)
+            full.append(one)
             places.append(k)
         else:
             failed[k] = (
                 f"data: expected load, depth and time to change over at least {LEAST_CURVE} points, got ranges"
                 f" {np.ptp(one.load):g} N, {one.depth[-1]:g} m, {one.t[-1]:g} s over {one.t.size} points"
             )
-    if not whole:
+    if not full:
         return Prepared([], np.zeros(0, dtype=int), failed)
     # the contact points among the trial points, on a few means of neighbours
-    few = [one.thinned(force.COARSE) for one in whole]
-    rows = Rows.of(few, indenter, nu, thickness, unbonded)
+    few = [one.thinned(force.COARSE) for one in full]
+    rows = rows_of(few)
     run = coarse_program(rows.power)
     points = [np.asarray(run(rows.at(places), rows.layer))[:count] for count, places in rows.batches()]
     approaches, kept = [], []
-    for one, k, thin, share in zip(whole, places, few, np.concatenate(points), strict=True):
+    for one, k, thin, share in zip(full, places, few, np.concatenate(points), strict=True):
         if share < 0.0:
             failed[k] = NO_CONTACT
             continue
@@ -670,17 +666,17 @@ class Store:
         if self.folder is not None and keys:
             rows = np.frombuffer(b"".join(keys), dtype=np.uint8).reshape(len(keys), -1)
             path = self.folder / f"{keys[0].hex()}.npz"
-            output.write(path, lambda partial: _save(partial, {"keys": rows, **arrays}))
+
+            def save(partial: Path) -> None:
+                with partial.open("wb") as file:
+                    np.savez(file, keys=rows, **arrays)  # type: ignore[arg-type]
+
+            output.write(path, save)
 
     def gathered(self, keys: Sequence[bytes]) -> dict[str, np.ndarray]:
         """Return the results of curves, {name: (m, ...)}."""
         parts = [self.known[one] for one in keys]
         return {name: np.stack([arrays[name][k] for arrays, k in parts]) for name in parts[0][0]}
-
-
-def _save(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    with path.open("wb") as file:
-        np.savez(file, **arrays)  # type: ignore[arg-type]
 
 
 def empty(m: int) -> dict[str, Any]:
@@ -697,7 +693,9 @@ def all_together(
     spring_constant: float | None, level: float, kept: Store, threads: int | None, progress: bool,
 ) -> tuple[dict[str, Any], np.ndarray]:  # fmt: skip
     """Return the arrays of a map that the compiled program fits, and the factors of the calibration."""
-    ready, out = prepared(curves, indenter, nu, thickness, unbonded), empty(len(curves))
+    # 1. The approaches about their contacts, and the fits of those that the store does not have.
+    rows_of = functools.partial(Rows.of, indenter=indenter, nu=nu, thickness=thickness, unbonded=unbonded)
+    ready, out = prepared(curves, rows_of), empty(len(curves))
     for k, why in ready.failed.items():
         out["reason"][k] = why
     if not ready.approaches:
@@ -714,40 +712,41 @@ def all_together(
             bar.update(count)
 
         if missing:
-            searched(
-                [ready.approaches[i] for i in missing],
-                indenter,
-                nu,
-                thickness,
-                unbonded,
-                level,
-                threads,
-                done,
-            )
+            searched([ready.approaches[i] for i in missing], rows_of, level, threads, done)
     found = kept.gathered(keys)
-    rows = Rows.of(ready.approaches, indenter, nu, thickness, unbonded)
+    rows = rows_of(ready.approaches)
+
+    # 2. Verdicts with reasons and notes, and what needs no interval.
     fill(out, found, rows, ready, thickness, indenter, [getattr(one, "notes", ()) for one in curves])
-    # half widths with the factors of the calibration, then the change with half the depth, which noise does not include
+
+    # 3. Half widths with the factors of the calibration, then the change with half the depth, which noise does not include.
     good = out["verdict"][ready.places] == VERDICTS[0]
     factors = calibrated(found, rows, good, level)
-    found_left = found["doubted"] & ~found["few"] & (out["stage"][ready.places] == "")
+    judged_by_change = found["doubted"] & ~found["few"] & (out["stage"][ready.places] == "")
     logs, contact = found["log_G"], found["contact"]
     sides = np.array([-1.0, 1.0])
-    left = [np.where(found_left, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "shift")]
-    logs = np.column_stack([logs[:, 0], logs[:, :1] + factors[0] * (logs[:, 1:] - logs[:, :1]) + left[0]])
+    systematic = [
+        np.where(judged_by_change, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "shift")
+    ]
+    logs = np.column_stack(
+        [logs[:, 0], logs[:, :1] + factors[0] * (logs[:, 1:] - logs[:, :1]) + systematic[0]]
+    )
     contact = np.column_stack(
         [
             contact[:, 0],
-            np.clip(contact[:, :1] + factors[1] * (contact[:, 1:] - contact[:, :1]) + left[1], 0.0, 1.0),
+            np.clip(
+                contact[:, :1] + factors[1] * (contact[:, 1:] - contact[:, :1]) + systematic[1], 0.0, 1.0
+            ),
         ]
     )
-    # errors of the calibration of the cantilever (``data/contact.py``, ``conclusion.widened``)
+
+    # 4. Errors of the calibration of the cantilever (``data/contact.py``, ``conclusion.widened``).
     slope = np.zeros(len(keys))
     if errors.get("sensitivity"):
 
         def log_moduli(change: float) -> np.ndarray:
             moved = [one.recalibrated(change, spring_constant) for one in ready.approaches]
-            other, scaled = searched(moved, indenter, nu, thickness, unbonded, level, threads)
+            other, scaled = searched(moved, rows_of, level, threads)
             return other["log_G"][:, 0] - np.log(scaled.units[:, 3])
 
         slope = by_sensitivity(log_moduli)
@@ -758,6 +757,8 @@ def all_together(
         note = f"the interval of the modulus includes the standard deviation of the {calibration_in_words(errors)}"
         for k in ready.places:
             out["notes"][k] = (*out["notes"][k], note)
+
+    # 5. In SI: the modulus, and the contact point as a measured depth.
     with np.errstate(over="ignore"):
         out["G"][ready.places] = np.exp(logs) / rows.units[:, 3:]
     zero = np.array([one.zero for one in ready.approaches])
@@ -1217,7 +1218,10 @@ def fit_map(
         raise ValueError(f'adhesion: expected "JKR" or None, got {adhesion!r}')
     if not 0.0 < level < 1.0:
         raise ValueError(f"level: expected between 0 and 1, got {level!r}")
-    curves = list(depth) if _is_data(depth) else data_of(depth, load, t)
+    # a list of ``IndentationData``, or of text where one could not be read; otherwise arrays
+    given = isinstance(depth, list | tuple) and len(depth) > 0
+    given = given and all(isinstance(one, IndentationData | str) for one in depth)
+    curves = list(depth) if given else data_of(depth, load, t)
     m = len(curves)
     if m == 0:
         raise ValueError("depth: expected at least one curve, got none")
@@ -1267,15 +1271,6 @@ def fit_map(
         curve=np.arange(m) if curve is None else np.asarray(curve), indenter=indenter, nu=nu, thickness=thickness,
         adhesion=None if adhesion is None else "JKR", calibration=(float(factors[0]), float(factors[1])), level=level,
     )  # fmt: skip
-
-
-def _is_data(depth: Any) -> bool:
-    """Return whether curves are given as ``IndentationData``, or as text where one could not be read."""
-    return (
-        isinstance(depth, list | tuple)
-        and len(depth) > 0
-        and all(isinstance(one, IndentationData | str) for one in depth)
-    )
 
 
 def scan_of(x: np.ndarray, y: np.ndarray) -> tuple[int, int] | None:

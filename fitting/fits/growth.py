@@ -279,7 +279,7 @@ class Curves(NamedTuple):
     def space(self, table: dict[str, tuple[float, float]], induction: str | float | None) -> Parameters:
         """Return the box of the search from the bounds of the parameters; induction: as in ``fit_growth``."""
         middle = math.log(float(np.max(np.abs(self.measured))) / self.duration)
-        whole = [(middle - REACH, middle + REACH), (0.0, LARGEST), (0.0, LARGEST), (0.0, FASTEST)]
+        widest = [(middle - REACH, middle + REACH), (0.0, LARGEST), (0.0, LARGEST), (0.0, FASTEST)]
         logarithmic = np.arange(4) == 0
         with np.errstate(divide="ignore"):
             given = [
@@ -287,7 +287,7 @@ class Curves(NamedTuple):
                 for name, log in zip(table, logarithmic, strict=True)
             ]
         rows = [
-            _within(own, bound / unit) for own, bound, unit in zip(whole, given, self.unit[:4], strict=True)
+            _within(own, bound / unit) for own, bound, unit in zip(widest, given, self.unit[:4], strict=True)
         ]
         held = 0.0 if induction is None else induction
         waits = (0.0, LATEST) if isinstance(held, str) else (held / self.duration,) * 2
@@ -364,14 +364,15 @@ class Curves(NamedTuple):
         return tuple(i for k, i in enumerate(free) if rank(np.delete(A, k, 1)) == rank(A))
 
 
-def _within(whole: tuple[float, float], given: np.ndarray) -> tuple[float, float]:
-    """Return the range of the search of a coordinate, cut to the given bounds; moved there where they do not overlap."""
+def _within(widest: tuple[float, float], given: np.ndarray) -> tuple[float, float]:
+    """Return the range of the search of a coordinate: the widest one cut to the given bounds, moved there if they do not
+    overlap."""
     low, high = map(float, given)
     if low == high:
         return low, high
-    size = whole[1] - whole[0]
-    least = whole[0] if high > whole[0] else high - size
-    most = whole[1] if low < whole[1] else low + size
+    size = widest[1] - widest[0]
+    least = widest[0] if high > widest[0] else high - size
+    most = widest[1] if low < widest[1] else low + size
     return max(least, low), min(most, high)
 
 
@@ -606,7 +607,7 @@ def fit_growth(
     space = curves.space(sought.table, induction)
     problem = FitProblem(curves.data, sought, space, sample, curves.duration, level)
     solved = least_squares(problem, lambda weights: curves.objective(space, weights), curves.starts(space))
-    best, _ = solved.whole  # before a contact, whose search has a single start
+    best, _ = solved.search_result  # before a contact, whose search has a single start
     notes = [note for one in curves.data for note in one.notes]
     lost = ", ".join(list(DIMENSIONS)[i] for i in curves.lost(sought.table))
     if lost:

@@ -12,15 +12,11 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.fits.adhesion import (
-    AdhesiveChoices,
     AdhesiveFit,
     body_of,
     check_fitted,
-    check_none,
-    check_side,
     fit_adhesive,
     fit_creeping_film,
-    is_fitted,
     is_law,
 )
 from fitting.inference.conclusion import FitProblem, conclude, solution
@@ -103,9 +99,9 @@ def search_half_space(press: IndentationProblem) -> Found:
 
     # The lowest minimum on some of the points, evenly spaced and with the largest depth, and from there on all of
     # them.
-    whole = np.arange(n)
+    every = np.arange(n)
     few = np.unique(np.append(np.linspace(0, n - 1, min(FEW, n)).round().astype(int), np.argmax(press.depth)))
-    objective = _objective(press, whole, knots, values, kind)
+    objective = _objective(press, every, knots, values, kind)
     coarse = _objective(press, few, knots, values, kind) if few.size < n else objective
     low = nonlinear.minimise_from(coarse, starts)
     best = low if coarse is objective else nonlinear.minimise(objective, low.theta).after(low)
@@ -125,7 +121,7 @@ def search_half_space(press: IndentationProblem) -> Found:
             notes.append(
                 f"the contact shrinks (depth falls by {100 * fall:.1f} %): Lee and Radok only approximate"
             )
-    curve = _curve(press, whole, knots, values)
+    curve = _curve(press, every, knots, values)
     moves = functools.partial(_half_space_moves, press, best, curve, kind)
     residual = functools.partial(_residual_at, curve, kind, n)
     medium = Medium(thickness, unbonded=press.pressing.unbonded)
@@ -134,7 +130,7 @@ def search_half_space(press: IndentationProblem) -> Found:
         return found
 
     # With adhesion: the opposite limit of the edge, and how far the theory holds.
-    slow = nonlinear.minimise(_objective(press, whole, knots, values, kind, edge=1.0), best.theta)
+    slow = nonlinear.minimise(_objective(press, every, knots, values, kind, edge=1.0), best.theta)
     alpha, creep = (np.asarray(part)[:n] for part in halfspace.sticky_area(best.theta, curve, kind))
     radius = float(press.pressing.indenter.radius)
     widest = float(np.sqrt(radius * deepest * alpha.max()))
@@ -295,9 +291,9 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
         spread = np.full(best.theta.size, np.inf)
         variance = 1.0 if press.label == "sigma" else best.rss / (press.kept.sum() - best.jacobian.shape[1])
         spread[press.space.free] = np.sqrt(np.diag(inverse(best.jacobian)) * variance)
-        left = np.abs(best.theta - coarse.theta) / order
-        bias = left / np.maximum(spread, 1e-300)
-        small = np.all((bias < SMALL) | (left < PER_MILLE))
+        discretisation = np.abs(best.theta - coarse.theta) / order
+        bias = discretisation / np.maximum(spread, 1e-300)
+        small = np.all((bias < SMALL) | (discretisation < PER_MILLE))
         if small or grid is not None or 2 * mesh.cells > MOST_CELLS:
             break
         theta, mesh = best.theta, mesh._replace(cells=2 * mesh.cells)
@@ -308,7 +304,7 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
         coating.thickness,
         coating.substrate,
         jc.Grid.square(n=mesh.cells, width=mesh.width),
-        left,
+        discretisation,
         named,
         unbonded=coating.unbonded,
     )
@@ -595,20 +591,33 @@ def fit_indentation(
     started = time.perf_counter()
     any_layer = [given for given in (thickness, layer, layers) if given is not None]
     thin_layer.check_unbonded(unbonded, any_layer[0] if any_layer else None)
-    if is_fitted(adhesion):
-        film = layer is not None or substrate is not None
-        others = {"tau": tau, "rise": rise, "layers": layers, "grid": grid, "thickness": thickness}
-        instrument = Instrument(contact_point, drift, machine_compliance)
-        choices = AdhesiveChoices(instrument, weights, sigma, fixed, bounds, level)
-        check_none(others | {"bulk_modulus": bulk_modulus, "unbonded": unbonded or None})
+    instrument = Instrument(contact_point, drift, machine_compliance)
+
+    # With a work of adhesion that is fitted: fits of their own (``adhesion.py``).
+    if isinstance(adhesion, str) and adhesion.lower() not in ("fit", "jkr"):
+        raise ValueError(
+            f'adhesion: expected "fit", "JKR", a law of adhesion or a work [J/m2], got {adhesion!r}'
+        )
+    if isinstance(adhesion, str) or is_law(adhesion):
+        others = {
+            "tau": tau, "rise": rise, "layers": layers, "grid": grid, "thickness": thickness,
+            "bulk_modulus": bulk_modulus, "unbonded": unbonded or None,
+        }  # fmt: skip
+        for name, given in others.items():
+            if given is not None:
+                raise ValueError(f"{name}: expected none with a fit of the work of adhesion")
+        choices: dict[str, Any] = {
+            "instrument": instrument, "weights": weights, "sigma": sigma, "fixed": fixed, "bounds": bounds, "level": level,
+        }  # fmt: skip
         if is_law(adhesion):
             return fit_creeping_film(
-                data, adhesion, (model, control), (indenter, nu, layer, substrate), choices
-            )
-        check_fitted(adhesion, model, film, control)
-        body = body_of(indenter, nu, layer, substrate)
-        check_side(body, choices)
-        return fit_adhesive(data, adhesion, body, choices)
+                data, adhesion, model, control=control, indenter=indenter, nu=nu, thickness=layer, substrate=substrate,
+                **choices,
+            )  # fmt: skip
+        check_fitted(adhesion, model, layer is not None or substrate is not None, control)
+        return fit_adhesive(data, adhesion, body_of(indenter, nu, layer, substrate), **choices)
+
+    # The problem of a half-space, of a thin sample on a rigid base, or of a film.
     structure = structure_of(model, tau)
     sought = Sought.of(structure, fixed, bounds, nu, bulk_modulus)
     control = control.lower() if isinstance(control, str) else control
@@ -624,7 +633,6 @@ def fit_indentation(
             raise ValueError("indenter: expected a rigid one on a thin layer, got one with a material")
         thin_layer.check(thickness, sought.volume.value)
     pressing = Pressing(indenter, control, rise, adhesion, film, thickness, bool(unbonded))
-    instrument = Instrument(contact_point, drift, machine_compliance)
     press = prepare(data, sought, pressing, instrument, weights, sigma)
     check_count(level, _sample(press).least_count, press.space.free.size)
 
@@ -640,11 +648,11 @@ def fit_indentation(
 
         def solve(weights: np.ndarray) -> Solved:
             found = search_half_space(press._replace(weights=np.where(press.kept, weights * unit, 0.0)))
-            return solution(found.objective, found.best, weights, press.kept)._replace(whole=found)
+            return solution(found.objective, found.best, weights, press.kept)._replace(search_result=found)
 
         # points that are not fitted have a weight for the reweighting alone
         first = np.where(press.kept, sample.weights, sample.weights.max())
-        found = reweighted_until_stable(sample, solve(first), solve, press.space.free.size).whole
+        found = reweighted_until_stable(sample, solve(first), solve, press.space.free.size).search_result
 
     # A ball that is not a paraboloid has a note, with adhesion one by the contact radius.
     press, best, objective = found.press, found.best, found.objective
@@ -655,22 +663,20 @@ def fit_indentation(
         notes = (*notes, *paraboloid_note(pressing.indenter, deepest, thickness=thickness))
     problem = FitProblem(press.data, sought, space, _sample(press), press.units.duration, level)
     solved = solution(objective, best, problem.sample.weights, press.kept)._replace(
-        notes=notes, moves=found.moves, left=found.medium.left, against=found.against,
+        notes=notes, moves=found.moves, systematic=found.medium.discretisation, against=found.against,
         landscape=found.residual and space.landscape(theta, found.residual),
     )  # fmt: skip
     concluded = conclude(problem, solved)
 
-    # Nuisance parameters that were fitted, and the parameters with the relaxed compliance at an adhesive edge, in SI
-    # units.
-    rows = np.stack([space.to_si(vector) for vector in (theta, *concluded.ends.T)], -1)
-    nuisances = {space.names[i]: tuple(rows[i].tolist()) for i in space.free if not space.material[i]}
+    # The parameters with the relaxed compliance at an adhesive edge.
     slow_edge = {}
     if found.slow is not None:
         values = space.opened(found.slow.theta) * space.unit[space.material]
         slow_edge = {name: float(value) for name, value in structure.parameters(values).items()}
     return concluded.fit(
         IndentationFit, indenter=pressing.indenter, **press.sought.volume.keyword, control=pressing.control,
-        film=found.medium, nuisances=nuisances, kept=press.kept, adhesion=pressing.adhesion, slow_edge=slow_edge,
+        film=found.medium, nuisances=space.fitted_nuisances(theta, concluded.ends), kept=press.kept,
+        adhesion=pressing.adhesion, slow_edge=slow_edge,
         starts=(best.starts, best.agreed), runs=(objective.residual_runs, objective.jacobian_runs),
         seconds=time.perf_counter() - started,
     )  # fmt: skip
@@ -681,7 +687,7 @@ def _reweighed(press: IndentationProblem, best: Best, objective: Objective) -> n
     sample, on = _sample(press), press.kept
     if not sample.adjustable:
         return press.weights
-    solved = solution(objective, best, sample.weights, on).some(on)
+    solved = solution(objective, best, sample.weights, on).only(on)
     weights = np.zeros(on.size)
     weights[on] = sample.only(on).reweighed(solved, press.space.free.size) * _response_unit(press)
     return weights

@@ -85,7 +85,7 @@ class LawSearch(abc.ABC):
         solved = least_squares(
             problem, functools.partial(self.objective, space), self.starts(law, sample.weights)
         )
-        landscape = space.landscape(solved.theta, solved.whole.objective.residual, relative=True)
+        landscape = space.landscape(solved.theta, solved.search_result.objective.residual, relative=True)
         notes = (*law.notes, *remarks(solved))
         return solved, conclude(problem, solved._replace(notes=notes, landscape=landscape))
 
@@ -100,7 +100,7 @@ def law_rows(
     times, given by their logarithms.
     """
     first, last = times
-    whole = {
+    widest = {
         "G": (size - edge, size + edge),
         "V": (size - edge + min(first, 0.0), size + edge + max(last, 0.0)),
     }
@@ -108,7 +108,7 @@ def law_rows(
     for name, bounds in table.items():
         with np.errstate(divide="ignore"):
             low, high = bounds if name == "alpha" else map(float, np.log(bounds))
-        least, most = alpha if name == "alpha" else whole[name]
+        least, most = alpha if name == "alpha" else widest[name]
         rows[name] = (low, high) if low == high else (max(least, low), min(most, high))
     return rows
 

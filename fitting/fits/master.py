@@ -22,7 +22,7 @@ from fitting.inference.sample import Assessment, Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.search import nonlinear, profiles
-from fitting.search.nonlinear import Best, Objective, linear_sd
+from fitting.search.nonlinear import Objective, linear_sd
 from fitting.views import sheet
 
 # Master curve of time-temperature superposition: a cubic spline over the logarithm of the reduced frequency.
@@ -95,13 +95,10 @@ def master(sweeps: Sweeps, shifts: np.ndarray, intervals: int) -> Master:
     first, last = int(np.argmin(x)), int(np.argmax(x))
     u = intervals * (x - x[first]) / (x[last] - x[first])
     ends = float(x[first]), float(x[last]), int(sweeps.which[first]), int(sweeps.which[last])
-    both = [_by_part(one, sweeps) for one in spline_basis(u, intervals)]
+    # the columns of each part of a point stand in a block of their own, (n, parts k)
+    on = [(sweeps.part == k)[:, None] for k in range(sweeps.parts)]
+    both = [np.concatenate([one * here for here in on], axis=1) for one in spline_basis(u, intervals)]
     return Master(both[0], both[1], u, ends)
-
-
-def _by_part(columns: np.ndarray, sweeps: Sweeps) -> np.ndarray:
-    """Return columns (n, k) in the block of the part of each point, (n, parts k)."""
-    return np.concatenate([columns * (sweeps.part == k)[:, None] for k in range(sweeps.parts)], axis=1)
 
 
 def by_shift(found: Master, coefficients: np.ndarray, sweeps: Sweeps, intervals: int) -> np.ndarray:
@@ -171,7 +168,9 @@ def sweeps_of(curves: tuple[Any, ...], reference: float | None) -> Sweeps:
     if mean.size < LEAST:
         raise ValueError(f"data: expected curves at {LEAST} or more temperatures, got {mean.size}")
     place = mean.size // 2 if reference is None else int(np.argmin(np.abs(mean - reference)))
-    if reference is not None and not abs(mean[place] - reference) <= SAME + 0.5 * _gap(mean):
+    if reference is not None and not abs(mean[place] - reference) <= SAME + 0.5 * float(
+        np.max(np.diff(mean))
+    ):
         raise ValueError(
             f"reference: expected a temperature from {mean[0]:.5g} to {mean[-1]:.5g} K, got {reference!r}"
         )
@@ -184,11 +183,6 @@ def sweeps_of(curves: tuple[Any, ...], reference: float | None) -> Sweeps:
     of = lambda place: np.concatenate([np.broadcast_to(row[place], row[0].shape) for row in rows])
     block = of(3).astype(int)
     return Sweeps(mean, place, of(0), of(1), group[block], of(2).astype(int), block)
-
-
-def _gap(temperatures: np.ndarray) -> float:
-    """Return the largest gap between neighbouring temperatures [K]."""
-    return float(np.max(np.diff(temperatures)))
 
 
 def _parts(one: Any) -> list[tuple[np.ndarray, np.ndarray, int]]:
@@ -314,8 +308,10 @@ class Shifting:
         """Return the derivatives (n, v + c) of the residuals by the linear coordinates, with the basis of a ``Master``."""
         if not self.vertical:
             return basis
-        lifted = -(np.eye(self.sweeps.temperature.size)[self.sweeps.which] * (self.sweeps.part == 0)[:, None])
-        return np.concatenate([lifted[:, self.sweeps.others], basis], axis=1)
+        by_log_b = -(
+            np.eye(self.sweeps.temperature.size)[self.sweeps.which] * (self.sweeps.part == 0)[:, None]
+        )
+        return np.concatenate([by_log_b[:, self.sweeps.others], basis], axis=1)
 
     def linear(self, shifts: np.ndarray) -> tuple[np.ndarray, float]:
         """Return the best linear coordinates (v + c,) at ln a_T (m,), and their RSS; inf where data leave some open."""
@@ -543,16 +539,6 @@ def strayed(
     moved = np.eye(m)[others] - np.eye(m)[place]  # an error of the reference moves all others
     size = away * np.sqrt(m / (m - 1.0 - k)) * np.abs(np.gradient(law, temperature))
     return np.linalg.lstsq(root @ rise[others], root @ moved, rcond=None)[0] * size
-
-
-def off_law(name: str, away: float, rise: float, q: int, rss: float, dof: int) -> tuple[str, ...]:
-    """Return the reason why shift factors do not follow a law, () if they do; away: rms deviation [K]."""
-    if away <= WITHIN or not exceeds(rise, q, rss, dof):
-        return ()
-    return (
-        f"the shift factors do not follow the {name} law: they deviate by {away:.2g} K (rms), more than chance and more"
-        f" than the {WITHIN:g} K that temperature control leaves",
-    )
 
 
 # Figure of a time-temperature superposition: master curve, shift factors, residuals, and van Gurp-Palmen plot.
@@ -785,8 +771,8 @@ class MasterFit(Fit):
     def _combination_lines(self) -> list[str]:
         lines = [f"  shift factors about {self.reference:.5g} K, with {100 * self.level:g} % intervals:"]
         for T, (a, low, high), b in zip(self.temperatures, self.factors, self.vertical, strict=True):
-            lifted = f", b_T = {b:.4g}" if self.shifting.vertical else ""
-            lines.append(f"    {T:.5g} K: a_T = {a:.4g}, {low:.4g} to {high:.4g}{lifted}")
+            vertical = f", b_T = {b:.4g}" if self.shifting.vertical else ""
+            lines.append(f"    {T:.5g} K: a_T = {a:.4g}, {low:.4g} to {high:.4g}{vertical}")
         lines.append(f"  rms deviation of the factors from the law: {self.deviation:.2g} K")
         if "activation_energy" in self.values:
             ends = (self.values["activation_energy"], *self.intervals["activation_energy"])
@@ -840,133 +826,112 @@ def fit_master(
     law = {name.casefold(): name for name in LAWS}.get(str(law).casefold(), law)
     if law not in LAWS:
         raise ValueError(f"law: expected one of {', '.join(LAWS)}, got {law!r}")
+
+    # 1. The superposition with a free shift factor at each temperature, from which the law starts.
     curves = checked(data)
     sweeps = sweeps_of(curves, reference)
     free = _superposed(curves, Shifting(sweeps, None, vertical, 0, initial_shifts(sweeps)), level)
+
+    # 2. The superposition by the law, with a c2 at which the times are finite at every temperature of the data.
     lawful = dataclasses.replace(free.shifting, law=law, start=free.shifts)
     lawful = dataclasses.replace(lawful, table=limits(lawful.structure, fixed, bounds))
-    _check_c2(lawful)
-    found = _superposed(curves, lawful, level, free)
-    return _finished(found, free)
-
-
-def _check_c2(lawful: Shifting) -> None:
-    """Raise ValueError for fixed or bounded c2 [K] with which the times are infinite at a temperature of the data."""
-    most, low = lawful.table.get("c2", (0.0, math.inf))[1], lawful.sweeps.temperature.min()
-    least = lawful.sweeps.temperature[lawful.sweeps.reference] - low
+    most, low = lawful.table.get("c2", (0.0, math.inf))[1], sweeps.temperature.min()
+    least = sweeps.temperature[sweeps.reference] - low
     if not most > least:
         raise ValueError(
             f"c2: expected more than {least:.5g} K, since the times become infinite c2 below the reference and the lowest"
             f" temperature is {low:.5g} K; got {most:g}"
         )
+    found = _superposed(curves, lawful, level, free)
+
+    # 3. The fit by the law, with the free shift factors and their intervals.
+    own, T, place = free.found.common, sweeps.temperature, sweeps.reference
+    ends = np.array([own.intervals[name] for name in own.values])
+    factors = np.insert(np.column_stack([list(own.values.values()), ends]), place, 1.0, axis=0)
+    sd = found.found.common.sd_log
+    by_temperature = np.linalg.norm(found.by_temperature, axis=1).tolist()
+    return found.found.fit(
+        MasterFit, temperatures=T, factors=factors, vertical=np.exp(found.shifting.verticals(found.theta)),
+        reference=float(T[place]), deviation=deviation(T, found.shifts, free.shifts), shifting=found.shifting,
+        theta=found.theta, slopes=found.found.assessment.slopes, strayed=found.by_temperature,
+        sd_log={name: math.hypot(sd[name], error) for name, error in zip(sd, by_temperature, strict=True)},
+    )  # fmt: skip
 
 
 class Superposed(NamedTuple):
-    """A finished superposition: the search, its optimum theta and ln a_T (m,), the conclusion, and ``_strayed``."""
+    """A finished superposition: the search, its optimum theta and ln a_T (m,), the conclusion, and the changes (k, m) of the
+    coordinates of a law by the errors of the temperatures."""
 
     shifting: Shifting
     theta: np.ndarray
     shifts: np.ndarray
     found: Conclusion
-    strayed: np.ndarray
+    by_temperature: np.ndarray
 
 
 def _superposed(
     curves: tuple, shifting: Shifting, level: float, free: Superposed | None = None
 ) -> Superposed:
     """Return the best superposition; one by a law is rejected where it deviates from that with free factors."""
-    if free is None:  # the number of knots is chosen again at the shifts found
+    # 1. The search. Without a law the number of knots is chosen again at the shifts found.
+    if free is None:
         shifting = shifting.resolved()
         first = nonlinear.minimise(shifting.objective(np.ones(shifting.sweeps.y.size)), shifting.first())
         shifting = dataclasses.replace(shifting, start=shifting.shifts(first.theta)[0]).resolved()
-    sweeps = shifting.sweeps
+    sweeps, space, k = shifting.sweeps, shifting.space(), shifting.count[0]
     curve = ("ln |G*|, phase" if sweeps.parts > 1 else "ln G", "-", sweeps.x, sweeps.y)
     series = 2 * sweeps.block + sweeps.part
     sample = Sample.of(curve, np.ones(sweeps.y.size), LABEL, series, own_trends=True)
     table = shifting.table or dict.fromkeys(shifting.structure.where, (0.0, math.inf))
     sought, duration = Sought(shifting.structure, table, None), float(np.exp(-sweeps.x.min()))
-    problem = FitProblem(curves, sought, shifting.space(), sample, duration, level)
+    problem = FitProblem(curves, sought, space, sample, duration, level)
     solved = least_squares(problem, shifting.objective, [shifting.first()])
-    best, objective = solved.whole
-    traced = np.arange(best.theta.size) < shifting.count[0]
-    shifts = shifting.shifts(best.theta)[0]
-    own = (
-        np.zeros((shifting.count[0], shifts.size)) if free is None else _strayed(free, shifting, best, level)
-    )
+    best, objective = solved.search_result
+    shifts, slopes = shifting.shifts(best.theta)
 
-    def find_ends(assessment: Assessment) -> tuple[np.ndarray, int]:
-        ends, unfinished = profiles.profile(objective, best, assessment.levels(), traced)
-        return _widened(ends, best.theta, own, problem), unfinished
-
-    against, notes = apart(shifting, best.theta) if free is None else _off(free, shifting, best, shifts)
+    # 2. Of a law: reasons against the superposition itself, the deviation from the law, and what errors of the
+    # temperatures of this size change in its coordinates, where it is more than chance (for the normal quantile).
+    by_temperature = np.zeros((k, shifts.size))
     if free is None:
+        against, notes = apart(shifting, best.theta)
         against = (*gaps(shifting, best.theta), *against)
-    if free is not None and np.any(own):
-        notes = (*notes, ERRANT.format(deviation(sweeps.temperature, shifts, free.shifts)))
-    notes = (*(note for one in curves for note in one.notes), *_cold(sweeps.temperature), *notes)
+    else:
+        own, of_law = free.found.assessment.evidence, space.free[space.free < k]
+        q = shifts.size - 1 - of_law.size  # further parameters of free factors
+        away = deviation(sweeps.temperature, shifts, free.shifts)
+        rise, dof = best.rss - own.rss, best.residual.size - own.p
+        against, notes = free.found.common.refused, free.found.common.notes
+        if q > 0 and away > WITHIN and exceeds(rise, q, own.rss, dof):
+            against = (
+                *against,
+                f"the shift factors do not follow the {shifting.law} law: they deviate by {away:.2g} K (rms), more than"
+                f" chance and more than the {WITHIN:g} K that temperature control leaves",
+            )
+        if q > 0 and of_law.size and away > ROUNDED and exceeds(rise, q, own.rss, dof, STRAYED):
+            by_temperature[of_law] = strayed(
+                sweeps.temperature, sweeps.reference, shifts, slopes[:, of_law], free.found.assessment.slopes, away
+            )  # fmt: skip
+            by_temperature *= noise.two_sided(level, q) / noise.two_sided(level)
+        if np.any(by_temperature):
+            notes = (*notes, ERRANT.format(away))
+    T = sweeps.temperature
+    if T[-1] < COLD:
+        notes = (
+            f"the temperatures are {T[0]:.5g} to {T[-1]:.5g} K: if they are in °C, add 273.15, or law and reference are"
+            " wrong",
+            *notes,
+        )
+    notes = (*(note for one in curves for note in one.notes), *notes)
+
+    # 3. The intervals, of the coordinates of the shift by profiles, which include the errors of the temperatures.
+    def find_ends(assessment: Assessment) -> tuple[np.ndarray, int]:
+        traced = np.arange(best.theta.size) < k
+        ends, unfinished = profiles.profile(objective, best, assessment.levels(), traced)
+        theta, extra = best.theta[:k], noise.two_sided(level) * np.linalg.norm(by_temperature, axis=1)
+        low, high = theta - ends[:k, 0], ends[:k, 1] - theta
+        wide = np.stack([theta - np.hypot(low, extra), theta + np.hypot(high, extra)], -1)
+        bounded = np.clip(wide, space.lower[:k, None], space.upper[:k, None])
+        return np.concatenate([bounded, ends[k:]]), unfinished
+
     found = conclude(problem, solved._replace(find_ends=find_ends, against=against, notes=notes))
-    return Superposed(shifting, best.theta, shifts, found, own)
-
-
-def _cold(temperature: np.ndarray) -> tuple[str, ...]:
-    """Return a note on temperatures (m,) that may be in degrees Celsius."""
-    if temperature[-1] >= COLD:
-        return ()
-    ends = f"{temperature[0]:.5g} to {temperature[-1]:.5g} K"
-    return (f"the temperatures are {ends}: if they are in °C, add 273.15, or law and reference are wrong",)
-
-
-def _strayed(free: Superposed, lawful: Shifting, best: Best, level: float) -> np.ndarray:
-    """Return the changes (k, m) of the coordinates of a law by errors of the temperatures, for the normal quantile; zero
-    where the deviation from the law is chance."""
-    shifts, inner = lawful.shifts(best.theta)
-    some = np.flatnonzero(lawful.space().free < lawful.count[0])
-    q, found = shifts.size - 1 - some.size, np.zeros(inner.T.shape)
-    own, T, place = free.found.assessment.evidence, lawful.sweeps.temperature, lawful.sweeps.reference
-    dof = best.residual.size - own.p
-    away, slopes = deviation(T, shifts, free.shifts), free.found.assessment.slopes
-    if not (q > 0 and some.size and away > ROUNDED):
-        return found
-    if not exceeds(best.rss - own.rss, q, own.rss, dof, STRAYED):
-        return found
-    rows = lawful.space().free[some]
-    found[rows] = strayed(T, place, shifts, inner[:, rows], slopes, away)
-    return found * noise.two_sided(level, q) / noise.two_sided(level)
-
-
-def _widened(ends: np.ndarray, theta: np.ndarray, own: np.ndarray, problem: FitProblem) -> np.ndarray:
-    """Return interval ends (k, 2) that include the changes ``own`` (k, m) of the coordinates."""
-    k = len(own)
-    extra = noise.two_sided(problem.level) * np.linalg.norm(own, axis=1)
-    low, high = theta[:k] - ends[:k, 0], ends[:k, 1] - theta[:k]
-    wide = np.stack([theta[:k] - np.hypot(low, extra), theta[:k] + np.hypot(high, extra)], -1)
-    bounds = problem.space
-    return np.concatenate([np.clip(wide, bounds.lower[:k, None], bounds.upper[:k, None]), ends[k:]])
-
-
-def _off(
-    free: Superposed, lawful: Shifting, best: Best, shifts: np.ndarray
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the reasons against a law: those against the superposition itself, and the deviation from the law; and
-    notes."""
-    own, whole = free.found.assessment.evidence, free.found.common
-    q = free.shifting.count[0] - lawful.space().free.size + sum(lawful.count[1:])
-    away = deviation(lawful.sweeps.temperature, shifts, free.shifts)
-    dof = best.residual.size - own.p
-    off = off_law(str(lawful.law), away, best.rss - own.rss, q, own.rss, dof) if q > 0 else ()
-    return (*whole.refused, *off), whole.notes
-
-
-def _finished(lawful: Superposed, free: Superposed) -> MasterFit:
-    """Return the fit by a law, with the free shift factors and their intervals."""
-    own, T, place = free.found.common, lawful.shifting.sweeps.temperature, lawful.shifting.sweeps.reference
-    ends = np.array([own.intervals[name] for name in own.values])
-    factors = np.insert(np.column_stack([list(own.values.values()), ends]), place, 1.0, axis=0)
-    sd = lawful.found.common.sd_log
-    errors = zip(sd.items(), np.linalg.norm(lawful.strayed, axis=1).tolist(), strict=True)
-    return lawful.found.fit(
-        MasterFit, temperatures=T, factors=factors, vertical=np.exp(lawful.shifting.verticals(lawful.theta)),
-        reference=float(T[place]), deviation=deviation(T, lawful.shifts, free.shifts), shifting=lawful.shifting,
-        theta=lawful.theta, slopes=lawful.found.assessment.slopes, strayed=lawful.strayed,
-        sd_log={name: math.hypot(own, one) for (name, own), one in errors},
-    )  # fmt: skip
+    return Superposed(shifting, best.theta, shifts, found, by_temperature)

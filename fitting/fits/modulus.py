@@ -315,7 +315,7 @@ def _fit(data: Any, weighted: tuple[str, Sample, float], sought: Sought, level: 
         some_measured, some_weights = sample.measured[some] * unit, sample.weights[some] / unit
         few = _objective(kind, space, rates, scaled[some], some_measured, some_weights)
     solved = least_squares(problem, of, starts(space, itertools.product(start_times(first), SHARES)), few)
-    best, objective = solved.whole
+    best, objective = solved.search_result
     landscape = space.landscape(best.theta, objective.residual)
     found = conclude(problem, solved._replace(notes=alike(data, solved), landscape=landscape))
     return found.fit(ModulusFit, starts=(best.starts, best.agreed))
@@ -331,7 +331,7 @@ def _fit_law(data: Any, sample: Sample, duration: float, sought: Sought, level: 
         )
     search = (OwnModulus if own else Relaxed)(relaxed, np.asarray(sample.t), sample.measured / unit, unit)
     solved, found = search.concluded(data, sought, sample, duration, level, functools.partial(alike, data))
-    return found.fit(ModulusFit, starts=(solved.whole.best.starts, solved.whole.best.agreed))
+    return found.fit(ModulusFit, starts=(solved.search_result.best.starts, solved.search_result.best.agreed))
 
 
 def alike(data: RelaxationData | OscillationData, solved: Solved) -> tuple[str, ...]:

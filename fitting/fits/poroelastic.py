@@ -46,7 +46,7 @@ import jaxcontact as jc
 from fitting.data.contact import sample_noise
 from fitting.data.indentation import IndentationData, check_depth, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
-from fitting.inference.conclusion import FitProblem, conclude, least_squares
+from fitting.inference.conclusion import FitProblem, conclude, least_squares, no_moves
 from fitting.inference.noise import two_sided
 from fitting.inference.result import Fit, plain
 from fitting.inference.sample import Sample
@@ -497,10 +497,10 @@ def fit_poroelastic(
     slow = np.minimum(math.exp(float(theta[2])) * unit["D"] * ramps / square, 1.0)
     at = lambda factor: np.asarray(_forces(theta, (*padded, factor, *inputs[7:]), names))[:n]
     unsure = per_hold(lambda hold: UNSURE[hold.tip.power])
-    left = np.zeros(theta.size)
+    by_ramp = np.zeros(theta.size)
     if np.any(ramps > 0.0):
         error = solved.weights * unsure * (at(1.0) - at(0.0))
-        left[space.free] = np.linalg.lstsq(solved.jacobian, error, rcond=1e-12)[0]
+        by_ramp[space.free] = np.linalg.lstsq(solved.jacobian, error, rcond=1e-12)[0]
     for hold, one in zip(holds, _each(indenter, holds), strict=True):
         notes += paraboloid_note(one, hold.depth)
         if thickness is not None:
@@ -556,8 +556,13 @@ def fit_poroelastic(
             " or give its duration (ramp)",
             f"a ramp from t = 0 to the first point, {first_point:.3g} s, would change {', '.join(changes)}",
         ]
-    solved = solved._replace(left=np.abs(left), notes=tuple(notes), against=tuple(against), moves=_no_moves)
-    solved = solved._replace(landscape=space.landscape(theta, solved.whole[1].residual))
+    solved = solved._replace(
+        systematic=np.abs(by_ramp),
+        notes=tuple(notes),
+        against=tuple(against),
+        moves=functools.partial(no_moves, "a poroelastic fit"),
+    )
+    solved = solved._replace(landscape=space.landscape(theta, solved.search_result[1].residual))
     found = conclude(problem, solved)
 
     # The permeability, whose logarithm is log D - log G + log(rho) and has the variance of that combination.
@@ -569,8 +574,8 @@ def fit_poroelastic(
         slope = np.zeros(theta.size)
         slope[:3] = -1.0 / gel.G, by_nu, 1.0 / gel.D
         spread = math.sqrt(max(float(slope @ found.common.estimate.covariance @ slope), 0.0))
-        by_ramp = abs(float(np.array([-1.0, by_nu, 1.0]) @ left[:3]))
-        wide = math.exp(min(two_sided(level) * spread + by_ramp, 300.0))
+        systematic = abs(float(np.array([-1.0, by_nu, 1.0]) @ by_ramp[:3]))
+        wide = math.exp(min(two_sided(level) * spread + systematic, 300.0))
         permeability = (found_k, found_k / wide, found_k * wide)
     return found.fit(
         PoroelasticFit, indenters=tuple(_each(indenter, holds)), depths=tuple(hold.depth for hold in holds),
@@ -599,13 +604,13 @@ def zeros(hold: Hold, G: float, values: tuple) -> str | None:
     lags = t[:, None] - hold.since
     step = relaxation(values, jnp.asarray(np.maximum(lags, 0.0)), hold.tip.radius**2, hold.tip.curve)
     applied = np.where(lags >= 0.0, hold.parts, 0.0)
-    left = np.where(
+    unrelaxed = np.where(
         applied.sum(1) > 0.0, np.sum(applied * np.asarray(step), 1) / np.maximum(applied.sum(1), 1e-300), 1.0
     )
     p, top = hold.tip.power, G * hold.tip.force
-    model = lambda e: left * (np.maximum(depth - e, 0.0) / hold.depth) ** p
+    model = lambda e: unrelaxed * (np.maximum(depth - e, 0.0) / hold.depth) ** p
     noise = sample_noise(np.append(load, hold.load))
-    sd = np.hypot(noise, (ELASTIC + RELAXED * (1.0 - left)) * np.abs(load)) + 1e-6 * top
+    sd = np.hypot(noise, (ELASTIC + RELAXED * (1.0 - unrelaxed)) * np.abs(load)) + 1e-6 * top
 
     def fitted(e: float) -> tuple[float, float, float]:
         """chi2, b and k at a depth of contact."""
@@ -647,8 +652,3 @@ def _moved(
 def _each(indenter: Any, holds: Sequence[Hold]) -> list[Any]:
     """Return the indenter of each hold."""
     return list(indenter) if isinstance(indenter, list | tuple) else [indenter] * len(holds)
-
-
-def _no_moves(name: str) -> np.ndarray:
-    """Raise ValueError: the change of the parameters with a held quantity is not computed."""
-    raise ValueError(f"spread: a poroelastic fit is conditional on its {name}; fit at other values of it")

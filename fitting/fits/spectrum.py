@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import least_squares
 
-import jaxcontact as jc
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.nonnegative import nonnegative
 from fitting.fits.modulus import weighted_sample
@@ -315,33 +314,38 @@ def fit_spectrum(
     if sample.t.size < 8:
         raise ValueError(f"data: expected at least 8 values for a spectrum, got {sample.t.size}")
     at = np.asarray(data.t if isinstance(data, RelaxationData) else data.omega)
-    tau = _times(relaxed, at)
+
+    # 1. Times of the spectrum (m,) [s], beyond the range of the data, and the linear problem.
+    known = at[at > 0.0]
+    ends = np.log10([known.min(), known.max()] if relaxed else [1.0 / known.max(), 1.0 / known.min()])
+    count = max(int(PER_DECADE * (ends[1] - ends[0] + 2.0 * BEYOND)), 8)
+    tau = np.logspace(ends[0] - BEYOND, ends[1] + BEYOND, count)
     step = math.log(tau[1] / tau[0])
     A, e = _kernel(relaxed, at, tau)
     unweighted = LinearSpectrum(
         A * step, e * equilibrium, sample.measured, float(np.max(np.abs(sample.measured)))
     )
+
+    # 2. The spectrum, with weights that are consistent with it.
     start = _solved(search(unweighted.weighted(sample.weights)), sample.weights)
-    again = lambda weights: _solved(search(unweighted.weighted(weights), start.whole), weights)
+    again = lambda weights: _solved(search(unweighted.weighted(weights), start.search_result), weights)
     solved = reweighted_until_stable(sample, start, again, start.theta.size)
-    found, assessment = solved.whole, sample.assess(solved, solved.theta.size, level)
+    found, assessment = solved.search_result, sample.assess(solved, solved.theta.size, level)
     quality = assessment.evidence
     if not found.converged:
         why = f"the search for the spectrum did not converge within {EVALUATIONS} evaluations"
         quality = dataclasses.replace(quality, refused=(*quality.refused, why))
+
+    # 3. The equivalent series as the material.
+    series = MaxwellSeries.with_times(tau, found.equilibrium > 0.0)
+    moduli = step * np.exp(found.log)
+    moduli = np.append(found.equilibrium, moduli) if found.equilibrium > 0.0 else moduli
+    material = series.material(series.parameters(moduli), Compressibility("nu", nu))
     fields = vars(quality) | _spectrum(found, tau, quality.widening, level)
     return SpectrumFit(
-        **fields, material=_prony(found, tau, step, nu), data=data, weights=sample.label, level=level,
+        **fields, material=material, data=data, weights=sample.label, level=level,
         notes=(*data.notes, *sample.noise_notes(solved, assessment), *quality.doubts), curve=sample.curve(solved.kept),
     )  # fmt: skip
-
-
-def _times(relaxed: bool, at: np.ndarray) -> np.ndarray:
-    """Return the times of the spectrum (m,) [s]."""
-    known = at[at > 0.0]
-    ends = np.log10([known.min(), known.max()] if relaxed else [1.0 / known.max(), 1.0 / known.min()])
-    count = max(int(PER_DECADE * (ends[1] - ends[0] + 2.0 * BEYOND)), 8)
-    return np.logspace(ends[0] - BEYOND, ends[1] + BEYOND, count)
 
 
 def _kernel(relaxed: bool, at: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -359,7 +363,9 @@ def _solved(found: SpectrumOptimum, w: np.ndarray) -> Solved:
     p = int(np.clip(round(np.trace(resolution)), 1, w.size - 2))
     U, S, _ = np.linalg.svd(found.jacobian, full_matrices=False)
     on = np.ones(w.size, dtype=bool)
-    return Solved(np.zeros(p), found.residual, U[:, :p] * S[:p], np.ones(p, dtype=bool), on, w, whole=found)
+    return Solved(
+        np.zeros(p), found.residual, U[:, :p] * S[:p], np.ones(p, dtype=bool), on, w, search_result=found
+    )
 
 
 def _spectrum(found: SpectrumOptimum, tau: np.ndarray, widening: float, level: float) -> dict[str, Any]:
@@ -379,11 +385,3 @@ def _spectrum(found: SpectrumOptimum, tau: np.ndarray, widening: float, level: f
         "tau": tau, "H": H, "low": low, "high": high, "resolved": resolved, "width": np.where(resolved, width, np.nan),
         "equilibrium": found.equilibrium, "smoothness": found.smoothness,
     }  # fmt: skip
-
-
-def _prony(found: SpectrumOptimum, tau: np.ndarray, step: float, nu: float) -> jc.Prony:
-    """Return the equivalent series of the spectrum."""
-    series = MaxwellSeries.with_times(tau, found.equilibrium > 0.0)
-    moduli = step * np.exp(found.log)
-    values = np.append(found.equilibrium, moduli) if found.equilibrium > 0.0 else moduli
-    return series.material(series.parameters(values), Compressibility("nu", nu))

@@ -14,7 +14,7 @@ from fitting.data.indentation import STIFFNESS, check_depth, paraboloid_note, pr
 from fitting.data.stiffness import StiffnessData
 from fitting.data.weights import choose_weights
 from fitting.inference import verdict
-from fitting.inference.conclusion import FitProblem, conclude, least_squares
+from fitting.inference.conclusion import FitProblem, conclude, least_squares, no_moves
 from fitting.inference.result import Fit, plain
 from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models.parameters import Parameters
@@ -159,11 +159,6 @@ class ElasticFilm(ParameterList):
     def material(self, values: dict[str, Any], volume: Any) -> Any:
         """Return the elastic material."""
         return jc.Elastic(values["G"], self.nu if volume is None else volume.value)
-
-
-def no_moves(name: str) -> np.ndarray:
-    """Raise ValueError: the change of the parameters with a held quantity is not computed."""
-    raise ValueError(f"spread: a fit of a stiffness is conditional on its {name}; fit at other values of it")
 
 
 def deviation(
@@ -439,8 +434,10 @@ def fit_stiffness(
                 f"{name} ends at the bound of the search, {one * np.exp(at):.3g}: {more} ones may describe the data better"
             )
     notes += () if tip.known else paraboloid_note(indenter, float(depth.max()), STIFFNESS)
-    solved = solved._replace(left=off.left, against=(*off.against, *apart), notes=(*off.notes, *notes))
-    found = conclude(problem, solved._replace(moves=no_moves))
+    solved = solved._replace(
+        systematic=off.systematic, against=(*off.against, *apart), notes=(*off.notes, *notes)
+    )
+    found = conclude(problem, solved._replace(moves=functools.partial(no_moves, "a fit of a stiffness")))
 
     # Young's modulus of all depths, and of single ones with and without the base.
     G, thickness = found.common.values["G"], found.common.values.get("thickness")

@@ -165,25 +165,22 @@ class Tests(NamedTuple):
         ]
         # the parameters are shared, so s^2 of each test is RSS_k/(n_k (1 - p/n))
         shares = [(own.residual.size - p) / (own.residual.size * (1.0 - p / n)) for _, own in rows]
-        whole = self._whole(solved)
-        lag1 = lag_one(solved.residual, whole.blocks)
+        # all tests as one sample
+        weight = np.concatenate([part.sample.weights * part.unit for part in self.parts])
+        shift = np.cumsum([0, *(part.sample.blocks[-1] + 1 for part in self.parts)])
+        blocks = [part.sample.blocks + k for part, k in zip(self.parts, shift, strict=False)]
+        of_all_tests = Sample.of(self.curve(solved.kept), weight, "", np.concatenate(blocks))
+        lag1 = lag_one(solved.residual, of_all_tests.blocks)
         found = noise.joined(noises, solved.jacobian, shares, lag1, float(n - p))
-        assessment = assess(whole, solved, found, p, level)
+        assessment = assess(of_all_tests, solved, found, p, level)
         refused = tuple(
             f"{sample.name}: {why}"
             for (sample, _), one in zip(rows, quality, strict=True)
             for why in one.refused
         )
         r2, misfit = min(one.r2 for one in quality), any(one.misfit for one in quality)
-        whole_evidence = dataclasses.replace(assessment.evidence, refused=refused, r2=r2, misfit=misfit)
-        return assessment._replace(evidence=whole_evidence)
-
-    def _whole(self, solved: Solved) -> Sample:
-        """Return all tests as one sample."""
-        weight = [part.sample.weights * part.unit for part in self.parts]
-        shift = np.cumsum([0, *(part.sample.blocks[-1] + 1 for part in self.parts)])
-        blocks = [part.sample.blocks + k for part, k in zip(self.parts, shift, strict=False)]
-        return Sample.of(self.curve(solved.kept), np.concatenate(weight), "", np.concatenate(blocks))
+        evidence = dataclasses.replace(assessment.evidence, refused=refused, r2=r2, misfit=misfit)
+        return assessment._replace(evidence=evidence)
 
 
 def search(space: Parameters, tests: Tests, starts: Sequence[np.ndarray]) -> tuple[Tests, Solved]:
@@ -193,11 +190,11 @@ def search(space: Parameters, tests: Tests, starts: Sequence[np.ndarray]) -> tup
     tests, solved = _turns(space, tests, first)
     for _ in range(REWEIGHTINGS if any(part.sample.adjustable for part in tests.parts) else 0):
         last, tests = tests, tests.reweighed(solved, space.free.size)
-        tests, solved = _turns(space, tests, solved.whole[0])
+        tests, solved = _turns(space, tests, solved.search_result[0])
         rows = zip(tests.parts, tests.own_weights, last.own_weights, strict=True)
         if all(part.sample.agree(new, old) for part, new, old in rows):
             break
-    best, objective = solved.whole
+    best, objective = solved.search_result
     return tests, solution(objective, best.after(first), solved.weights)
 
 
@@ -366,7 +363,7 @@ def fit_together(
     times = np.geomspace(min(0.1, first), 3.0, max(8, math.ceil(1.0 - math.log10(first))))
     starts = modulus.starts(space, itertools.product(times, SHARES))
     tests, solved = search(space, tests, starts)
-    best, objective = solved.whole
+    best, objective = solved.search_result
 
     # A test whose residuals have one sign and are large compared with the scatter of neighbours disagrees with the
     # others: its error scale grows until it hardly counts, as where an area or a gap is wrong.

@@ -123,8 +123,8 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     # The ends of the intervals, and what the course of the searches says about them and about the optimum.
     notes, against = list(solved.notes), list(solved.against)
     ends, unfinished = solved.find_ends(assessment)
-    if isinstance(solved.whole, Minimum):
-        best = solved.whole.best
+    if isinstance(solved.search_result, Minimum):
+        best = solved.search_result.best
         if not best.converged:
             against.append(
                 f"the search did not converge within {nonlinear.ITERATIONS} steps, so that the parameters need not be those"
@@ -140,8 +140,10 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
             f"{unfinished} searches along the intervals did not converge within {nonlinear.ITERATIONS} steps: the"
             " intervals may be too short"
         )
-    if solved.left is not None:  # a systematic deviation, which the noise does not include
-        ends = np.clip(ends + np.outer(solved.left, (-1.0, 1.0)), *(side[:, None] for side in space.bounds))
+    if solved.systematic is not None:  # a systematic deviation, which the noise does not include
+        ends = np.clip(
+            ends + np.outer(solved.systematic, (-1.0, 1.0)), *(side[:, None] for side in space.bounds)
+        )
     # the meaning of a trend that the fit judges comes before what is common to all fits
     why = [*against, *quality.refused] if own_trends else [*quality.refused, *against]
     quality = dataclasses.replace(quality, refused=tuple(dict.fromkeys(why)))
@@ -153,11 +155,11 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     unit, values = space.unit[own], space.values(theta)
     slope = np.where(space.logarithmic[own], values, 1.0) * unit  # of the values in SI by the coordinates
     spread = covariance(J, varied)[np.ix_(own, own)]
-    left = np.abs(0.0 if solved.left is None else solved.left) / two_sided(level)
-    left = np.broadcast_to(left, len(ends))[: theta.size][own]
+    systematic = np.abs(0.0 if solved.systematic is None else solved.systematic) / two_sided(level)
+    systematic = np.broadcast_to(systematic, len(ends))[: theta.size][own]
     sd = np.sqrt(np.maximum(np.diag(spread), 0.0))
-    growth = 1.0 + np.divide(left, sd, out=np.zeros(sd.size), where=sd > 0.0)
-    spread = spread * np.outer(growth, growth) + np.diag(np.where(sd > 0.0, 0.0, left**2))
+    growth = 1.0 + np.divide(systematic, sd, out=np.zeros(sd.size), where=sd > 0.0)
+    spread = spread * np.outer(growth, growth) + np.diag(np.where(sd > 0.0, 0.0, systematic**2))
 
     # Uncertainty of the logarithms by noise alone: the Jacobian with respect to them of what lies inside the bounds,
     # without the part that the nuisance parameters can take up.
@@ -203,6 +205,11 @@ def _moved(
 ) -> np.ndarray:
     """Return the derivative of the compliances [SI] with respect to a held quantity, zero where there is none."""
     return moves(name)[own] * slope if moves else np.zeros(slope.size)
+
+
+def no_moves(fit: str, name: str) -> np.ndarray:
+    """Raise ValueError: the change of the parameters of a fit, named in words, with a held quantity is not computed."""
+    raise ValueError(f"spread: {fit} is conditional on its {name}; fit at other values of it")
 
 
 def widened(

@@ -405,8 +405,9 @@ class ErrorModels(NamedTuple):
 class Noise(NamedTuple):
     """The posterior of the noise model of a fit.
 
-    lag1: correlation of neighbouring residuals about their mean; likeliest: the most likely rho; left: lag-1
-    correlation that remains after an AR(1) series of that rho; white: whether the noise is more likely white than not.
+    lag1: correlation of neighbouring residuals about their mean; likeliest: the most likely rho;
+    lag1_of_innovations: that of what remains after an AR(1) series of that rho is subtracted; white: whether the noise is
+    more likely white than not.
     share (m,): probability of each noise model in the mixture; variance (m, k, k): its covariance in the space of the
     Jacobian's columns, of weighted residuals; columns (k, p): the Jacobian in that space; dof: degrees of freedom of s,
     infinite where the variance is known; ratio: a/b averaged over the mixture. sizes (n,): standard deviations along the
@@ -417,7 +418,7 @@ class Noise(NamedTuple):
 
     lag1: float
     likeliest: float
-    left: float
+    lag1_of_innovations: float
     white: bool
     share: np.ndarray
     variance: np.ndarray
@@ -488,6 +489,7 @@ def noise_model(
     inside (k,): coordinates that are not at a bound; p: number of parameters; known: whether the variance of the noise
     is known; real: whether the residuals exceed rounding.
     """
+    # 1. The likelihood of every error model and correlation, (models, RHO), without the directions that the fit takes up.
     shapes, ratios = tried
     shapes = shapes if sizes is None else shapes * sizes
     n, rss, Q = residual.size, float(residual @ residual), basis(jacobian)
@@ -509,7 +511,9 @@ def noise_model(
         likelihood = -0.5 * (logdet + (n - k) * np.log(diagonal[..., k] ** 2))
         best = likelihood.max(1, keepdims=True)
         likelihood = likelihood - best + best / (excess(residual) if len(shapes) > 1 else 1.0)
-    # the grid of RHO is uniform in artanh(rho), so that d rho is proportional to 1 - rho^2
+
+    # 2. The mixture: shares of the likelihood times the prior, and white noise alone where that is more likely. The grid of
+    # RHO is uniform in artanh(rho), so that d rho is proportional to 1 - rho^2.
     prior = np.sqrt(1.0 - RHO**2)
     prior *= (1.0 - WHITE) / prior.sum()
     prior[0] += WHITE
@@ -521,7 +525,8 @@ def noise_model(
     share[:, 1:] *= not white
     places = np.argwhere(share > NEGLIGIBLE * share.max())
     share = share[tuple(places.T)] / share[tuple(places.T)].sum()
-    # Q^T D V D Q of each noise model that remains
+
+    # 3. The covariance of the coefficients of Q: Q^T D V D Q of each noise model that remains, times s^2.
     spread, square = np.zeros((len(places), Q.shape[1], Q.shape[1])), shapes[places[:, 0]] ** 2
     for j in np.unique(places[:, 1]):
         here = places[:, 1] == j
@@ -542,8 +547,10 @@ def noise_model(
         # weights and variances that were fitted to the same residuals make both smaller, by two degrees of freedom
         # for each parameter of the change to leading order
         variance = variance / max(1.0 - 2.0 * (DEGREE + 1) / max(n - p, 1), 0.5)
+
+    # 4. Correlations of neighbours, before and after the AR(1) noise is subtracted.
     level, same = residual if sizes is None else residual / shapes[0], within(blocks)
-    after = lag_one((level[1:] - rho * level[:-1])[same], blocks[1:][same])  # AR(1) noise is subtracted
+    after = lag_one((level[1:] - rho * level[:-1])[same], blocks[1:][same])
     return Noise(
         lag_one(level, blocks), rho, after, white, share, variance, Q.T @ jacobian,
         math.inf if known else float(n - p), ratio,
@@ -552,7 +559,7 @@ def noise_model(
 
 
 def variation(
-    residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int, whole: bool = False
+    residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int, with_largest: bool = False
 ) -> np.ndarray | None:
     """Return the standard deviations (n,) of noise that changes along the abscissa t (n,), relative to their quadratic
     mean; None where they do not change significantly.
@@ -563,24 +570,27 @@ def variation(
     by the variance of its score where the tails are heavy, has a chi-square distribution with two degrees of freedom for
     the polynomial, and about that with three for a step whose place is sought (D. W. K. Andrews, Econometrica 61 (1993)
     821). A change is accepted at the level ``CHANGES`` for each of the two; with fewer than ``ENOUGH`` degrees of freedom
-    of the residuals none is sought. whole: whether the largest residual counts as any other; otherwise the change must be
-    significant without it as well.
+    of the residuals none is sought. with_largest: whether the largest residual counts as any other; otherwise the
+    change must be significant without it as well.
     """
+    # 1. Residuals over 1 - leverage, and the ranks of their abscissae.
     n = residual.size
     if n - p < ENOUGH or np.unique(t).size < ENOUGH:
         return None
     # a single large residual is an outlier and no change: what is found must be there without it
     most = int(np.argmax(np.abs(residual)))
     others = np.arange(n) != most
-    if not whole and variation(residual[others], Q[others], t[others], p, whole=True) is None:
+    if not with_largest and variation(residual[others], Q[others], t[others], p, with_largest=True) is None:
         return None
-    left = np.maximum(1.0 - np.sum(Q * Q, 1), 1e-3)
-    square = residual**2 / left
+    one_minus_leverage = np.maximum(1.0 - np.sum(Q * Q, 1), 1e-3)
+    square = residual**2 / one_minus_leverage
     square = square / max(float(square.mean()), TINY)
     # equal abscissae have the mean of their ranks
     _, places, count = np.unique(t, return_inverse=True, return_counts=True)
     rank = (np.cumsum(count) - 0.5 * (count + 1))[places] / (n - 1.0)
     columns = np.polynomial.legendre.legvander(2.0 * rank - 1.0, DEGREE)
+
+    # 2. The polynomial of the log variance, by Fisher scoring with halved steps.
     found = np.zeros(DEGREE + 1)
     loss = lambda log: float(np.sum(log + square * np.exp(-np.clip(log, -60.0, 60.0))))
     for _ in range(STEPS):
@@ -593,7 +603,8 @@ def variation(
         if np.max(np.abs(step)) <= 1e-6:
             break
     smooth = columns @ found
-    # the mean square before and after each place at which the variance may have a step
+
+    # 3. The step: the mean square before and after each place at which the variance may have one.
     ranked, along = np.unique(rank), np.argsort(rank, kind="stable")
     before = np.searchsorted(rank[along], ranked[1:])
     before = before[(before >= SIDE * n) & (before <= (1.0 - SIDE) * n)]
@@ -604,10 +615,12 @@ def variation(
     stepped = np.empty(n)
     if costs.size:
         stepped[along] = np.log(np.where(np.arange(n) < before[at], first[at], last[at]) + TINY)
+
+    # 4. The likelier of both that is significant.
     chosen = None
     for log, dof in ((smooth, DEGREE), (stepped, DEGREE + 1))[: 2 if costs.size else 1]:
         # of the likelihood ratio the part that heavy tails leave
-        tails = float(excess(residual / np.sqrt(left) * np.exp(-0.5 * log)))
+        tails = float(excess(residual / np.sqrt(one_minus_leverage) * np.exp(-0.5 * log)))
         chance = float(special.chdtrc(dof, max(n - loss(log), 0.0) / tails))
         if chance <= CHANGES and (chosen is None or loss(log) + 2.0 * dof < loss(chosen) + 2.0 * DEGREE):
             chosen = log

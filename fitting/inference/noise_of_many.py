@@ -30,8 +30,8 @@ class NoiseOfOne(NamedTuple):
     """The noise of one fit of k coordinates.
 
     half (k,): half widths of the intervals as square roots of the rise of RSS; ratio: a/b; sizes, spreads (N,): relative
-    standard deviations along the curve, ``varied`` whether they change; lag1, left, edge: lag-1 correlation, what is left of
-    it after AR(1) noise, and whether the likeliest rho is the largest that is tried.
+    standard deviations along the curve, ``varied`` whether they change; lag1, lag1_of_innovations, edge: lag-1 correlation,
+    that after AR(1) noise is subtracted, and whether the likeliest rho is the largest that is tried.
     """
 
     half: Array
@@ -40,7 +40,7 @@ class NoiseOfOne(NamedTuple):
     spreads: Array
     varied: Array
     lag1: Array
-    left: Array
+    lag1_of_innovations: Array
     edge: Array
 
 
@@ -347,7 +347,7 @@ def is_doubted(r: Array, slopes: Array, found: NoiseOfOne, n: Array, far: tuple[
     spread = square - 2.0 * jnp.sum(AQ**2) + jnp.sum(QAQ * QAQ.T)
     variance = 2.0 * (spread - mean**2 / dof) / (dof * (dof + 2.0))
     chance = jax.scipy.special.ndtr((d - mean / dof) / jnp.sqrt(jnp.maximum(variance, 1e-300)))
-    systematic = jnp.abs(found.left) > BEYOND_CHANCE / jnp.sqrt(n)
+    systematic = jnp.abs(found.lag1_of_innovations) > BEYOND_CHANCE / jnp.sqrt(n)
     trend = found.edge & (chance <= verdict.TREND)
     trend = trend | (systematic & (jnp.minimum(chance, 1.0 - chance) <= verdict.TREND))
 
@@ -365,10 +365,10 @@ def is_doubted(r: Array, slopes: Array, found: NoiseOfOne, n: Array, far: tuple[
 
     def outliers(r: Array, Q: Array) -> Array:
         """Return the isolated points that deviate beyond chance (``verdict.outlying``), (N,) bool."""
-        left = jnp.maximum(1.0 - jnp.sum(Q * Q, 0), verdict.CURVED)
-        own, freedom = r**2 / left, n - k - 1.0
+        one_minus_leverage = jnp.maximum(1.0 - jnp.sum(Q * Q, 0), verdict.CURVED)
+        own, freedom = r**2 / one_minus_leverage, n - k - 1.0
         others = jnp.maximum(jnp.maximum(r @ r - own, verdict.CURVED * own), 1e-300) / freedom
-        score = jnp.abs(r) / jnp.sqrt(others * left)
+        score = jnp.abs(r) / jnp.sqrt(others * one_minus_leverage)
         side = jnp.sign(r)
         before, after = jnp.pad(r[:-1], (1, 0)) * side, jnp.pad(r[1:], (0, 1)) * side
         near = (before > verdict.ISOLATED * jnp.abs(r)).astype(int) + (after > verdict.ISOLATED * jnp.abs(r))

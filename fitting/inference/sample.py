@@ -22,7 +22,7 @@ from scipy import special
 
 from fitting.inference import noise
 from fitting.inference.noise import BEYOND_CHANCE, Noise, basis, lag_one
-from fitting.inference.verdict import STATED, TOO_FEW, Places, contradicted, no_better, reasons, scattered
+from fitting.inference.verdict import STATED, TOO_FEW, contradicted, no_better, reasons, scattered
 from fitting.models.parameters import Landscape
 from fitting.search.nonlinear import Best, Objective
 
@@ -114,7 +114,7 @@ class Sample(NamedTuple):
     def of_solution(self, solved: "Solved") -> tuple["Sample", "Solved"]:
         """Return the fitted points with the weights of a solution, and the solution restricted to them."""
         on = solved.kept
-        return self._replace(weights=solved.weights).only(on), solved.some(on)
+        return self._replace(weights=solved.weights).only(on), solved.only(on)
 
     def only(self, on: np.ndarray) -> "Sample":
         """Return the sample of the points ``on`` (n,) bool."""
@@ -127,21 +127,19 @@ class Sample(NamedTuple):
 
         Runs at equal abscissae that were joined are series of their own, each with a common factor as a random error.
         """
+        # 1. The residuals, of joined runs without the runs' own factors, in which neighbours are those of a run.
         residual, slopes = solved.residual, self.smooth(solved.residual, solved.jacobian)
         fitted, real, runs = self.measured + residual / self.weights, self.real(residual, p), None
         labels = None if self.final else noise.runs_of(self.t, self.blocks)
         order, blocks = np.arange(residual.size), self.blocks
         if labels is not None and real:
-            # neighbours are those of a run, and a run's own factor is no noise of its points
             Q = basis(slopes[:, solved.inside])
             runs = noise.compared(residual, Q, self.weights * fitted, labels, p, self.known)
             residual = residual - runs.offset
             blocks = self.blocks * (int(labels.max()) + 1) + labels
             order = np.argsort(blocks, kind="stable")
-        dof = residual.size - p
-        rss = float(residual @ residual)
-        # a stated standard deviation that the scatter contradicts is replaced by that of the residuals
-        side = 0 if self.final or not self.known else contradicted(rss, dof)
+
+        # 2. The error models that are tried: constant weighted errors, or of estimated weights (a^2 + (b f)^2)^(1/2).
         shapes, ratios = np.ones((1, self.t.size)), np.zeros(1)
         if self.label == "estimated":
             # a/b from nearly zero to nearly infinite
@@ -152,15 +150,22 @@ class Sample(NamedTuple):
             shapes = np.hypot(ratios[:, None], fitted) * self.weights
         tried = noise.ErrorModels(shapes[:, order], ratios)
         given = residual[order], slopes[order], solved.inside, blocks[order], tried, p
+
+        # 3. Their probabilities with those of correlations; the size of the noise is as stated, or that of the residuals.
+        dof = residual.size - p
+        rss = float(residual @ residual)
+        # a stated standard deviation that the scatter contradicts is replaced by that of the residuals
+        side = 0 if self.final or not self.known else contradicted(rss, dof)
         found = noise.noise_model(*given, self.known and not side, real)
         correlated = BEYOND_CHANCE / math.sqrt(residual.size)
         if side < 0 and (found.lag1 > correlated or rss < NOISELESS * dof):
             # smaller than stated, but no noise of its own: nothing better is known than what was stated
             real = rss > 0.5 * dof
             found = noise.noise_model(*given, True, real)
+
+        # 4. Changes along the curve, beyond those that follow from the fitted values: of the estimated error model, or of
+        # one of its two terms alone where that describes the residuals better.
         if real and not self.final:
-            # changes along the curve, beyond those that follow from the fitted values: of the estimated error model,
-            # or of one of its two terms alone where that describes the residuals better
             size, best = float(np.max(np.abs(fitted))), None
             bases = (found.ratio, FAINT * size, size / FAINT) if self.label == "estimated" else (None,)
             for ratio in bases:
@@ -192,14 +197,16 @@ class Sample(NamedTuple):
                 one = residual[order], slopes[order], solved.inside, blocks[order], tried, p
                 best, changed = cost, noise.noise_model(*one, False, real, sizes[order])
                 found = changed._replace(sizes=sizes, spreads=spreads)
+
+        # 5. The factors of joined runs as a further random error.
         if runs is not None:
             found = noise.between_runs(found, runs, basis(slopes[order]), self.weights * fitted, order)
         return found
 
     def assess(self, solved: "Solved", p: int, level: float) -> "Assessment":
         """Return the evidence from the residuals of a fit of p parameters, for intervals at a level."""
-        some, left = self.of_solution(solved)
-        return assess(some, left, some.noise(left, p), p, level)
+        points, at_points = self.of_solution(solved)
+        return assess(points, at_points, points.noise(at_points, p), p, level)
 
     def reweighed(self, found: "Solved", p: int) -> np.ndarray:
         """Return the weights (n,) that follow from a solution.
@@ -215,10 +222,10 @@ class Sample(NamedTuple):
             lowest = np.maximum(ratio * size, least * float(np.max(size)))
             own = self.magnitude(fitted) if self.paired else np.sign(self.measured) * fitted
             return 1.0 / np.maximum(own, lowest)
-        some, left = self.of_solution(found)
-        if not some.real(left.residual, p):
+        points, at_points = self.of_solution(found)
+        if not points.real(at_points.residual, p):
             return found.weights
-        model = some.noise(left, p)
+        model = points.noise(at_points, p)
         sizes = np.ones(fitted.size)
         if model.sizes is not None:  # points that are left out are given the size of their neighbours
             sizes = np.interp(np.arange(fitted.size), np.flatnonzero(found.kept), model.sizes)
@@ -356,12 +363,12 @@ class Solved(NamedTuple, Generic[Search]):
     theta (m,): coordinates; residual (n,): weighted; jacobian (n, k): of the free coordinates; inside (k,) bool: the
     free coordinates that are not at a bound; kept (n,) bool: the fitted points; weights (n,); find_ends(assessment):
     interval ends (m, 2) of the coordinates, with further rows that the search adds, and the number of searches along the
-    intervals that did not converge; whole: the result of the search itself, a ``Minimum``, or (``TauProblem``,
-    ``Optimum``) of a variable projection, or that of a search of the fit's own.
+    intervals that did not converge; search_result: a ``Minimum``, or (``TauProblem``, ``Optimum``) of a variable
+    projection, or that of a search of the fit's own.
 
     notes; moves(name) (m,): derivative of the coordinates with respect to a quantity that was held; landscape: the
-    residuals as a function of the parameters, None where they are expensive; left (m,): a remaining bias of the
-    coordinates that the intervals must include; against: reasons for rejection beyond those of the residuals.
+    residuals as a function of the parameters, None where they are expensive; systematic (m,): the systematic
+    error of the coordinates, which the intervals must include; against: reasons for rejection beyond those of the residuals.
     """
 
     theta: np.ndarray
@@ -371,14 +378,14 @@ class Solved(NamedTuple, Generic[Search]):
     kept: np.ndarray
     weights: np.ndarray
     find_ends: Callable[[Assessment], tuple[np.ndarray, int]] | None = None
-    whole: Search = None  # type: ignore[assignment]  # not given where nothing reads it
+    search_result: Search = None  # type: ignore[assignment]  # not given where nothing reads it
     notes: Sequence[str] = ()
     moves: Callable[[str], np.ndarray] | None = None
     landscape: Landscape | None = None
-    left: np.ndarray | None = None
+    systematic: np.ndarray | None = None
     against: tuple[str, ...] = ()
 
-    def some(self, on: np.ndarray) -> "Solved":
+    def only(self, on: np.ndarray) -> "Solved":
         """Return the solution restricted to the points ``on`` (n,) bool."""
         return self._replace(
             residual=self.residual[on],
@@ -406,8 +413,8 @@ def assess(
     """
     residuals, jacobian, inside = solved.residual, solved.jacobian, solved.inside
     own = basis(sample.smooth(residuals, jacobian[:, inside])) if Q is None else Q
-    bound = Q is None and not np.all(inside)
-    whole = basis(sample.smooth(residuals, jacobian)) if bound else None
+    at_bound = Q is None and not np.all(inside)
+    of_all = basis(sample.smooth(residuals, jacobian)) if at_bound else None
     measured, weights, n, known = sample.measured, sample.weights, sample.t.size, sample.known
     rss, dof = float(residuals @ residuals), n - p
     fitted, scale = measured + residuals / weights, math.sqrt(rss / dof)
@@ -427,10 +434,18 @@ def assess(
             level_residuals = residuals - found.runs.offset
             blocks = sample.blocks * found.runs.factors.size + found.runs.labels
             order = np.argsort(blocks, kind="stable")
-        where = Places(sample.t[order], blocks[order], *sample.abscissa)
         sizes = None if found.spreads is None else found.spreads[order]
-        spanned = None if whole is None else whole[order]
-        why = reasons(level_residuals[order], own[order], found, where, sizes, spanned)
+        of_all = None if of_all is None else of_all[order]
+        why = reasons(
+            level_residuals[order],
+            own[order],
+            found,
+            sample.t[order],
+            blocks[order],
+            sample.abscissa,
+            sizes,
+            of_all,
+        )
     # ... and too little of the data explained, in a fit of any kind: R2, or its counterpart with the weights of the
     # points, is not positive, unless the model is a constant, which the tests for a trend judge; or the standard
     # deviation of the points exceeds the fitted values, as quadratic means of weighted values.
@@ -439,12 +454,15 @@ def assess(
         mean = float(np.sum(weights**2 * measured) / np.sum(weights**2))
         about = float(np.sum((weights * (measured - mean)) ** 2))
         off = weights * (fitted - measured)
-        left = float(off @ off)
+        weighted_rss = float(off @ off)
         constant = p <= 1 and np.ptp(fitted) <= FLAT * np.max(np.abs(fitted))
-        if not constant and (r2 <= 0.0 or left >= about * (1.0 - FLAT)):
-            worst = r2 if r2 <= 0.0 else 1.0 - left / max(about, 1e-300)
+        if not constant and (r2 <= 0.0 or weighted_rss >= about * (1.0 - FLAT)):
+            worst = r2 if r2 <= 0.0 else 1.0 - weighted_rss / max(about, 1e-300)
             few.append(no_better(worst))
-        scatter, signal = math.sqrt(left / max(dof, 1)), math.sqrt(float(np.mean((weights * fitted) ** 2)))
+        scatter, signal = (
+            math.sqrt(weighted_rss / max(dof, 1)),
+            math.sqrt(float(np.mean((weights * fitted) ** 2))),
+        )
         if scatter > signal:
             few.append(scattered(scatter / max(signal, 1e-300)))
         why = (*few, *why)
@@ -533,10 +551,13 @@ def all_reweighted_until_stable(
 
 
 class Deviation(NamedTuple):
-    """left (m,): change of the coordinates that the intervals must include; against: reasons for rejection; notes; trended:
-    whether a trend of the residuals is the reason."""
+    """The systematic deviation of a fit.
 
-    left: np.ndarray
+    systematic (m,): change of the coordinates that the intervals must include; against: reasons for rejection; notes;
+    trended: whether a trend of the residuals is the reason.
+    """
+
+    systematic: np.ndarray
     against: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     trended: bool = False
@@ -564,7 +585,7 @@ def judged_by_size(
 
     # 2. The changes from these fits to that to all points, of all coordinates and of those of interest.
     changes, seen = solved.theta - np.array(found), size()
-    left = np.max(np.abs(changes), axis=0)
+    systematic = np.max(np.abs(changes), axis=0)
     moved = (
         changes
         if isinstance(watched, int)
@@ -575,4 +596,4 @@ def judged_by_size(
     # 3. A reason for a rejection beyond the limits, otherwise a note.
     rejected = bool(seen > limits[0] or most > limits[1])
     said = (words(seen, moved, rejected),)
-    return Deviation(left, said, trended=True) if rejected else Deviation(left, notes=said)
+    return Deviation(systematic, said, trended=True) if rejected else Deviation(systematic, notes=said)

@@ -6,7 +6,7 @@ outliers (``reasons``). Together they reject less than 1.5 % of right fits.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy import special
@@ -41,22 +41,15 @@ def scattered(share: float) -> str:
     return f"the scatter of the points exceeds the signal: its standard deviation is {percent} of the fitted values"
 
 
-class Places(NamedTuple):
-    """The places of points in their data: abscissa t (n,) in ``unit``, blocks (n,) of neighbours, and its symbol."""
-
-    t: np.ndarray
-    blocks: np.ndarray
-    symbol: str
-    unit: str
-
-
 def reasons(
     residuals: np.ndarray,
     Q: np.ndarray,
     noise: Noise,
-    at: Places,
+    t: np.ndarray,
+    blocks: np.ndarray,
+    abscissa: tuple[str, str],
     sizes: np.ndarray | None = None,
-    whole: np.ndarray | None = None,
+    of_all: np.ndarray | None = None,
 ) -> tuple[str, ...]:
     """Return the reasons for rejecting a fit by its residuals, () if there are none.
 
@@ -66,19 +59,20 @@ def reasons(
       Durbin-Watson statistic is as far on its side by chance with probability ``TREND`` at most.
     - A slip (``slipped``) and outliers that move the fit (``outlying``), at the level ``CHANCE``.
 
-    residuals (weighted) (n,); Q (n, k): orthonormal columns that span the Jacobian, or their rows for these points where
+    residuals (weighted) (n,); t (n,), blocks (n,): their abscissae, of the symbol and unit in ``abscissa``, and blocks of
+    neighbours; Q (n, k): orthonormal columns that span the Jacobian, or their rows for these points where
     they are part of the data; sizes (n,): their standard deviations up to a factor, where they change along the curve.
-    A slip or an outlier is then one both with and without them. whole (n, q): as Q, with the coordinates at a bound, if
-    there are some; the truth may have them off the bound, so that the less certain of both tests for a trend counts.
+    A slip or an outlier is then one both with and without them. of_all (n, q): as Q, with the coordinates at a bound,
+    if there are some; the truth may have them off the bound, so that the less certain of both tests for a trend counts.
     """
-    t, blocks, symbol, unit = at
-    found, before, rows, spanned = [], residuals, Q, [Q if whole is None else whole, Q]
+    symbol, unit = abscissa
+    found, before, rows, spanned = [], residuals, Q, [Q if of_all is None else of_all, Q]
     if sizes is not None:
         spanned = [basis(one / sizes[:, None]) for one in spanned]
         residuals, Q = residuals / sizes, spanned[1]
-    spanned = spanned[: 1 if whole is None else 2]
+    spanned = spanned[: 1 if of_all is None else 2]
     trend = noise.likeliest == RHO[-1]
-    systematic = abs(noise.left) > BEYOND_CHANCE / math.sqrt(residuals.size)
+    systematic = abs(noise.lag1_of_innovations) > BEYOND_CHANCE / math.sqrt(residuals.size)
     chances = [by_chance(residuals, one, blocks) for one in spanned] if trend or systematic else [1.0]
     chance = max(chances)
     if trend and chance <= TREND:
@@ -88,7 +82,7 @@ def reasons(
         )
     elif systematic and min(chance, 1.0 - min(chances)) <= TREND:
         found.append(
-            f"the residuals are systematic: lag-1 correlation {noise.lag1:.2f}, and {noise.left:.2f} after an"
+            f"the residuals are systematic: lag-1 correlation {noise.lag1:.2f}, and {noise.lag1_of_innovations:.2f} after an"
             " AR(1) noise is subtracted"
         )
     slip = slipped(residuals, Q.shape[1], blocks)
@@ -170,13 +164,13 @@ def outlying(residuals: np.ndarray, Q: np.ndarray, blocks: np.ndarray | None = N
     than four degrees of freedom. Q (n, k): as of ``reasons``; blocks (n,) of neighbours, None for a single block.
     """
     n = residuals.size
-    left = np.maximum(1.0 - np.sum(Q * Q, 1), CURVED)
+    one_minus_leverage = np.maximum(1.0 - np.sum(Q * Q, 1), CURVED)
     dof = n - Q.shape[1] - 1
     if dof < 1:
         return []
-    own = residuals**2 / left
+    own = residuals**2 / one_minus_leverage
     others = np.maximum(np.maximum(residuals @ residuals - own, CURVED * own), 1e-300) / dof
-    score = np.abs(residuals) / np.sqrt(others * left)
+    score = np.abs(residuals) / np.sqrt(others * one_minus_leverage)
     far = np.flatnonzero(score > two_sided(1.0 - CHANCE / n, dof))
     return [int(i) for i in far if isolated(residuals, i, blocks)]
 
@@ -206,8 +200,8 @@ def slipped(residuals: np.ndarray, k: int, blocks: np.ndarray | None = None) -> 
 def isolated(residuals: np.ndarray, i: int, blocks: np.ndarray | None = None) -> bool:
     """Return whether at most one neighbour of the same block deviates to the same side by half as much."""
     blocks = np.zeros(residuals.size) if blocks is None else blocks
-    beside = [j for j in (i - 1, i + 1) if 0 <= j < residuals.size and blocks[j] == blocks[i]]
-    near = residuals[beside] * np.sign(residuals[i])
+    neighbours = [j for j in (i - 1, i + 1) if 0 <= j < residuals.size and blocks[j] == blocks[i]]
+    near = residuals[neighbours] * np.sign(residuals[i])
     return bool(np.sum(near > ISOLATED * abs(residuals[i])) <= (near.size > 1))
 
 
@@ -284,17 +278,17 @@ def common_shape(
     rise = float(shape @ shape)
     if white:
         dof = residual.size - Q.shape[1] - q
-        left = float(residual @ residual) - rise
+        rest = float(residual @ residual) - rise
     else:
         # each curve with coefficients of its own: what they explain beyond the common ones
         own = np.concatenate([shapes * (place == k)[:, None] for k in range(labels.size)], axis=1)
         V, s, _ = np.linalg.svd(outside(own), full_matrices=False)
         V = V[:, s > FLAT_SHAPE * max(float(s[0]), FLAT_SHAPE * float(np.linalg.norm(own)))]
         dof = V.shape[1] - q
-        left = float(np.sum((V.T @ residual) ** 2)) - rise
+        rest = float(np.sum((V.T @ residual) ** 2)) - rise
     if q == 0 or dof < 1:
         return nothing
-    return float(special.fdtrc(q, dof, rise / q * dof / max(left, 1e-300))), shape
+    return float(special.fdtrc(q, dof, rise / q * dof / max(rest, 1e-300))), shape
 
 
 def reason_of_common_shape(
@@ -351,8 +345,8 @@ def spikes(deviations: Any, pushed: Any, n: Any, xp: Any = np) -> tuple[Any, Any
     """
     size = xp.abs(deviations)
     sigma = xp.sort(xp.where(xp.arange(size.size) < n, size, xp.inf))[n // 2] / 0.6745
-    beside = xp.maximum(xp.pad(size[:-1], (1, 0)), xp.pad(size[1:], (0, 1)))
-    high = (size > SPIKE * pushed) & (size > SPIKE_SEEN * sigma) & (beside <= ISOLATED * size)
+    neighbour = xp.maximum(xp.pad(size[:-1], (1, 0)), xp.pad(size[1:], (0, 1)))
+    high = (size > SPIKE * pushed) & (size > SPIKE_SEEN * sigma) & (neighbour <= ISOLATED * size)
     return xp.sum(high), xp.max(xp.where(high, size, 0.0)) / xp.maximum(pushed, 1e-300)
 
 

@@ -43,8 +43,8 @@ def columns(stressed: Step | History, rates: Array) -> Array:
     if isinstance(stressed, Step):
         t = jnp.asarray(stressed.t)[:, None]
         return jnp.concatenate([jnp.ones_like(t), -jnp.expm1(-t * rates), t], -1)
-    whole = [stressed.stress[:, None], _delayed(stressed, rates), stressed.integral[:, None]]
-    return jnp.concatenate(whole, -1)[stressed.pick]
+    parts = [stressed.stress[:, None], _delayed(stressed, rates), stressed.integral[:, None]]
+    return jnp.concatenate(parts, -1)[stressed.pick]
 
 
 def _delayed(stressed: History, rates: Array) -> Array:

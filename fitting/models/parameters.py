@@ -141,6 +141,14 @@ class Parameters:
         """Return the values and other quantities (m,) of a vector in SI."""
         return np.append(self.values(theta), theta[~self.material]) * self.unit
 
+    def fitted_nuisances(self, theta: np.ndarray, ends: np.ndarray) -> dict[str, tuple[float, float, float]]:
+        """Return {name: (value, low, high)} in SI of the free quantities beside the list, from interval ends (m, 2)."""
+        found = {}
+        for i in self.free[~self.material[self.free]]:
+            value, low, high = (float(self.to_si(vector)[i]) for vector in (theta, *ends.T))
+            found[self.names[i]] = value, low, high
+        return found
+
     def at_ends(self, theta: np.ndarray) -> np.ndarray:
         """Return the list (size,), 0 or infinite where a coordinate is at an open bound."""
         varied, own = self.lower < self.upper, self.material

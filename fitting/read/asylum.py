@@ -317,8 +317,8 @@ class Pieces(NamedTuple):
     path: str
     raw: mmap.mmap
 
-    def chunk(self, at: int, *names: str, whole: bool = True) -> Chunk:
-        """Return the chunk at an offset; ValueError if it is cut, damaged, or none of the names. whole: check its sum."""
+    def chunk(self, at: int, *names: str, check_sum: bool = True) -> Chunk:
+        """Return the chunk at an offset; ValueError if it is cut, damaged, or none of the names."""
         if at + HEAD.size > len(self.raw):
             raise self._cut(at + HEAD.size)
         crc, size, letters, _ = HEAD.unpack_from(self.raw, at)
@@ -330,7 +330,7 @@ class Pieces(NamedTuple):
             )
         if at + size > len(self.raw):
             raise self._cut(at + size)
-        if size < HEAD.size or (whole and crc != zlib.crc32(self.raw[at + 4 : at + size])):
+        if size < HEAD.size or (check_sum and crc != zlib.crc32(self.raw[at + 4 : at + size])):
             raise ValueError(
                 f"{self.path}: byte {at}: the check sum of {name} does not agree: the file is damaged"
             )
@@ -344,9 +344,9 @@ class Pieces(NamedTuple):
             )
         return layout.unpack_from(self.raw, one.begin)
 
-    def table(self, at: int, *names: str, whole: bool = True) -> tuple[list[tuple[Chunk, int]], int]:
+    def table(self, at: int, *names: str, check_sum: bool = True) -> tuple[list[tuple[Chunk, int]], int]:
         """Return the used entries of a table with their offsets in the file, and the end of the table."""
-        size, count, stride = self.fields(TABLE, self.chunk(at, *names, whole=whole))
+        size, count, stride = self.fields(TABLE, self.chunk(at, *names, check_sum=check_sum))
         first = at + HEAD.size + TABLE.size
         if first + count * stride > at + size or at + size > len(self.raw) or (count and stride < HEAD.size):
             raise self._cut(max(first + count * stride, at + size))
@@ -387,10 +387,10 @@ def load_map(name: str) -> Recording:
     definition: tuple[Any, ...] | None = None
     channels: list[tuple[str, str]] = []
     lines: list[int] = []
-    while (one := pieces.chunk(at, whole=False)).name != "MLOV":
+    while (one := pieces.chunk(at, check_sum=False)).name != "MLOV":
         if one.name == "VTOC":
             # its own sum is not kept up to date while lines are added, that of an entry is
-            entries, at = pieces.table(at, "VTOC", whole=False)
+            entries, at = pieces.table(at, "VTOC", check_sum=False)
             lines = [offset for entry, _ in entries if (offset := pieces.fields(LINE, entry)[3])]
             continue
         one = pieces.chunk(at)

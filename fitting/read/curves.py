@@ -94,14 +94,14 @@ def curves_of(
                     places[key] = places[key]._replace(factor=places[wanted[place].key].factor, notes=())
             if len({column.place for column in places.values()}) < len(places):
                 raise ValueError(f"{table.path}: columns: expected different columns for {list(places)}")
-            whole = series(table, block, places)
+            curve = series(table, block, places)
         except ValueError as error:
             if len(blocks) == 1:
                 raise
             lines = np.array([line for line, _ in block.rows])
             found.append(Series(block.name, lines, {}, {}, block.before, (), (), error=str(error)))
             continue
-        pieces = cleaning.divided(whole) if divided else [whole]
+        pieces = cleaning.divided(curve) if divided else [curve]
         found += [run for piece in pieces for run in cleaning.runs(piece)]
     others = [block for block in lacking if block not in blocks and len(block.rows) > 1]
     if not others:

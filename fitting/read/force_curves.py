@@ -278,9 +278,9 @@ def _loaded_bruker(name: str, _: int) -> ForceVolume:
             f"{name}: expected a channel of the deflection, got {', '.join(found) or 'no channel'}"
         )
     samples = deflection.integers("samps/line")
-    whole = sum(samples) if len(samples) > 1 else 2 * sum(samples)
-    bent = _channel(name, deflection, columns * rows, whole)
-    height = _channel(name, sensor, columns * rows, whole) if sensor else None
+    per_curve = sum(samples) if len(samples) > 1 else 2 * sum(samples)
+    bent = _channel(name, deflection, columns * rows, per_curve)
+    height = _channel(name, sensor, columns * rows, per_curve) if sensor else None
     return ForceVolume(bent, height, _approach(bent.raw[0], samples), header, columns)
 
 

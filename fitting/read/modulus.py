@@ -239,8 +239,8 @@ def oscillation_of(
 def pair_of(table: Table) -> tuple[Wanted, Wanted]:
     """Return the preferred pair of columns that a block has completely; columns named by the caller come first."""
     named = sorted(PAIRS, key=lambda pair: -sum(one.key in table.columns for one in pair))
-    whole = [pair for pair in named if having(table, *pair)]
-    return (whole or named)[0]
+    complete = [pair for pair in named if having(table, *pair)]
+    return (complete or named)[0]
 
 
 def _tension(path: str, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:

@@ -253,12 +253,12 @@ def read_lines(path: str | os.PathLike) -> list[Line]:
         ValueError: no such file, not text, or nothing in it.
     """
     name = os.fspath(path)
-    whole = decode(name).translate(INVISIBLE)
-    if MARKUP.match(whole.lstrip()):
+    content = decode(name).translate(INVISIBLE)
+    if MARKUP.match(content.lstrip()):
         raise ValueError(
-            f"{name}: expected rows of numbers, got {whole.strip()[:12]!r}: save the table as CSV"
+            f"{name}: expected rows of numbers, got {content.strip()[:12]!r}: save the table as CSV"
         )
-    found = [_line(number, text) for number, text in _joined(whole.splitlines()) if text.strip(" \t\r\n,;")]
+    found = [_line(number, text) for number, text in _joined(content.splitlines()) if text.strip(" \t\r\n,;")]
     if not any(line.text.strip() and not line.remark for line in found):
         raise ValueError(f"{name}: expected a table, got an empty file")
     return found
@@ -277,8 +277,8 @@ def _joined(texts: list[str]) -> Iterator[tuple[int, str]]:
 
 def _closed(texts: list[str]) -> bool:
     """Return whether every quoted cell ends within these lines."""
-    whole = " ".join(texts)
-    return whole.count('"') % 2 == 0 and not OPEN.search(whole)
+    joined = " ".join(texts)
+    return joined.count('"') % 2 == 0 and not OPEN.search(joined)
 
 
 def _line(number: int, text: str) -> Line:

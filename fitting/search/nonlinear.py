@@ -91,9 +91,9 @@ def covariance(J: np.ndarray, free: np.ndarray) -> np.ndarray:
 
     It is zero for coordinates that are not ``free`` (m,) bool or have no effect.
     """
-    whole, places = np.zeros((free.size, free.size)), np.flatnonzero(free & np.any(J != 0.0, axis=0))
-    whole[np.ix_(places, places)] = inverse(J[:, places])
-    return whole
+    found, places = np.zeros((free.size, free.size)), np.flatnonzero(free & np.any(J != 0.0, axis=0))
+    found[np.ix_(places, places)] = inverse(J[:, places])
+    return found
 
 
 def inverse(jacobian: np.ndarray) -> np.ndarray:

@@ -187,15 +187,32 @@ def prepare(
 ) -> IndentationProblem:  # fmt: skip
     """Check and scale a test; ValueError with the expected and the received value."""
     probe, control, model = probe_of(pressing.indenter), pressing.control, sought.structure.model
-    _check(data, control, pressing.rise)
-    _check_size(data, pressing)
+
+    # 1. Checks of the data and of the choices. Depths beyond the diameter of a ball are in other units.
+    if not isinstance(data, IndentationData):
+        raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
+    if control not in ("load", "depth"):
+        raise ValueError(f'control: expected "load" or "depth", got {control!r}')
+    rise = pressing.rise
+    if rise is not None and not (control == "load" and 0.0 <= rise < data.t[-1] - data.t[0]):
+        raise ValueError(f"rise: expected 0 <= rise < the duration, under load control, got {rise!r} s")
+    if not pressing.film:  # the grid of a film has checks of its own
+        check_depth(pressing.indenter, float(np.ptp(data.depth)))
+
+    # 2. The curve with its history before the selected points, and which of these are in contact and after the rise.
     selected = np.ones(data.t.size, dtype=bool)
-    if pressing.rise is None:
+    if rise is None:
         data, selected = with_earlier(data)
     work = adhesive_contact.check(pressing.adhesion, data, pressing.indenter, control, model)
     pressing = pressing._replace(adhesion=work)
     t = data.t - data.t[0]
-    kept = _in_contact(data, selected, pressing)
+    kept = selected & ((data.load > 0) | (work > 0)) & (data.depth > 0) & (t >= (rise or 0.0))
+    if kept.sum() < 5:
+        raise ValueError(
+            f"data: expected at least 5 points in contact (load and depth > 0), got {kept.sum()}"
+        )
+
+    # 3. Weights, units and coordinates.
     if np.shape(sigma) == (selected.sum(),):  # given for the selected points
         sigma = np.insert(np.asarray(sigma, dtype=float), 0, np.full(np.sum(~selected), np.max(sigma)))
     weight, label = indentation_weights(data, kept, control, weights, sigma)
@@ -204,34 +221,39 @@ def prepare(
     # compliance [1/Pa] that a scaled compliance of one stands for
     units = Units(T, P, d, probe.size * d**probe.power * stiffer / (sought.volume.one_minus_nu * P))
     space = _space(sought, instrument, units, LEAST if pressing.film else 0.0)
-    if probe.power > 1.0:
-        _check_growth(data, pressing)
+
+    # 4. Checks of the contact: under a prescribed load it must not shrink, and it must begin at the first point.
+    last = float(data.load[-1])
+    if probe.power > 1.0 and control == "load" and rise is None and last < LEAST_LOAD * P:
+        raise ValueError(
+            f"data: load control requires a growing contact, got a load that falls from {P:g} to {last:g} N;"
+            ' leave out the unloading by segment=("approach", "hold"), or use control="depth"'
+        )
     if not work:  # under adhesion the load falls before it rises
         _check_contact(data, kept, probe.power, pressing.stiffened)
-    left = np.sum(selected & ~kept)
-    few = (f"{left} points before contact or during the rise not fitted",) if left else ()
+
+    # 5. Notes: points that are not fitted, and a body that creeps under a load whose history before is not known.
+    notes = []
+    count = np.sum(selected & ~kept)
+    if count:
+        notes.append(f"{count} points before contact or during the rise not fitted")
+    elastic = set(sought.structure.where.values()) == {0}
+    if not elastic and rise is None and data.load[0] >= STEPPED * P:
+        began = f"the first point has {100 * data.load[0] / P:.0f} % of the largest load, taken as applied in"
+        if data.t[0] <= 0.0:
+            notes.append(
+                f"{began} a step at t = 0: after a ramp, whose time changes the moduli, give the curve with its ramp and"
+                ' take the hold from it, only("hold")'
+            )
+        else:
+            notes.append(
+                f"{began} a step at its time, t = {data.t[0]:g} s: if applied before, the curve should begin there"
+            )
     response = data.depth if control == "load" else data.load
     return IndentationProblem(
         data, sought, pressing, probe, units, t / T, data.load / P, data.depth / d, kept,
-        weight * float(response.max()), label, space, (*few, *_stepped(data, sought, pressing)), layer,
+        weight * float(response.max()), label, space, tuple(notes), layer,
     )  # fmt: skip
-
-
-def _stepped(data: IndentationData, sought: Sought, pressing: Pressing) -> tuple[str, ...]:
-    """Return a note where the curve of a body that creeps begins under load, whose history before is not known."""
-    elastic = set(sought.structure.where.values()) == {0}
-    if elastic or pressing.rise is not None or data.load[0] < STEPPED * data.load.max():
-        return ()
-    if data.t[0] <= 0.0:
-        return (
-            f"the first point has {100 * data.load[0] / data.load.max():.0f} % of the largest load, taken as applied in a"
-            " step at t = 0: after a ramp, whose time changes the moduli, give the curve with its ramp and take the hold"
-            ' from it, only("hold")',
-        )
-    return (
-        f"the first point has {100 * data.load[0] / data.load.max():.0f} % of the largest load, taken as applied in"
-        f" a step at its time, t = {data.t[0]:g} s: if applied before, the curve should begin there",
-    )
 
 
 def _layer(
@@ -252,43 +274,6 @@ def _layer(
             f" {LARGEST:g}, got {told_apart(chi, LARGEST, 3)} at the largest depth of {depth:.3g} m"
         )
     return layer.scaled(depth), float(jnp.exp(layer.log_factor(depth)))
-
-
-def _in_contact(data: IndentationData, selected: np.ndarray, pressing: Pressing) -> np.ndarray:
-    """Return which of the ``selected`` points are in contact and after the rise, (n,); ValueError for fewer than 5."""
-    stuck = pressing.adhesion > 0
-    kept = selected & ((data.load > 0) | stuck) & (data.depth > 0)
-    kept &= data.t - data.t[0] >= (pressing.rise or 0.0)
-    if kept.sum() < 5:
-        raise ValueError(
-            f"data: expected at least 5 points in contact (load and depth > 0), got {kept.sum()}"
-        )
-    return kept
-
-
-def _check_growth(data: IndentationData, pressing: Pressing) -> None:
-    """Raise ValueError under load control if the contact certainly shrinks."""
-    top, last = float(data.load.max()), float(data.load[-1])
-    if pressing.control == "load" and pressing.rise is None and last < LEAST_LOAD * top:
-        raise ValueError(
-            f"data: load control requires a growing contact, got a load that falls from {top:g} to {last:g} N;"
-            ' leave out the unloading by segment=("approach", "hold"), or use control="depth"'
-        )
-
-
-def _check(data: IndentationData, control: str, rise: float | None) -> None:
-    if not isinstance(data, IndentationData):
-        raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
-    if control not in ("load", "depth"):
-        raise ValueError(f'control: expected "load" or "depth", got {control!r}')
-    if rise is not None and not (control == "load" and 0.0 <= rise < data.t[-1] - data.t[0]):
-        raise ValueError(f"rise: expected 0 <= rise < the duration, under load control, got {rise!r} s")
-
-
-def _check_size(data: IndentationData, pressing: Pressing) -> None:
-    """Raise ValueError for depths beyond the diameter of a ball, which are in other units."""
-    if not pressing.film:  # the grid of a film has checks of its own
-        check_depth(pressing.indenter, float(np.ptp(data.depth)))
 
 
 def _check_contact(data: IndentationData, kept: np.ndarray, power: float, film: bool) -> None:
@@ -385,14 +370,14 @@ def _linear_box(space: Parameters) -> np.ndarray:
 class Medium(NamedTuple):
     """The indented body: thickness [m], substrate, grid of the solver, and whether the layer slides on the substrate.
 
-    left (m,): the discretisation bias of the coordinates that remains; bias: {coordinate: that bias over its standard
-    error}. For a half-space None, zero and empty.
+    discretisation (m,): the discretisation bias of the coordinates that remains; bias: {coordinate: that bias over its
+    standard error}. For a half-space None, zero and empty.
     """
 
     thickness: float | None = None
     substrate: Any = None
     grid: Any = None
-    left: np.ndarray = np.zeros(1)
+    discretisation: np.ndarray = np.zeros(1)
     bias: dict[str, float] = {}  # noqa: RUF012
     unbonded: bool = False
 

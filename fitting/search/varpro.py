@@ -91,9 +91,9 @@ def tau_problem(
 ) -> TauProblem:
     """Return the problem for scaled data y (n,) at t (n,), with the bounds of a material's compliances in ``box`` (m,
     2)."""
-    whole = np.zeros((4, 2))
-    whole[PLACES[len(box)]] = box
-    low, high = whole.T
+    bounds = np.zeros((4, 2))  # of (j0, j2, f, j2/tau)
+    bounds[PLACES[len(box)]] = box
+    low, high = bounds.T
 
     # The faces that can occur; usually far fewer than 27. A compliance that is fixed has the faces of one with an
     # open end, on one of which it is at its value: so materials with and without it share their compiled programs.
@@ -114,7 +114,7 @@ def tau_problem(
     elif first > last:
         first, last = least or most, most if np.isfinite(most) else least
     return TauProblem(
-        y, weights, history, low[:3], high[:3], whole[3], np.array([first, last]), sides, origin=np.zeros(3)
+        y, weights, history, low[:3], high[:3], bounds[3], np.array([first, last]), sides, origin=np.zeros(3)
     )
 
 
