@@ -1085,7 +1085,7 @@ class MapFit:
         count = len(fields) + 1
         # a scan that is wider than high needs less height: a map is 0.72 of its panel wide, titles and labels take the rest
         height = (
-            np.clip(0.72 * np.ptp(self.y) / max(np.ptp(self.x), 1e-300) + 0.22, 0.5, 1.0) if known else 1.0
+            np.clip(0.72 * np.ptp(self.y) / max(np.ptp(self.x), 1e-300) + 0.26, 0.5, 1.0) if known else 1.0
         )
         figure = Figure(figsize=(count * SIZE, height * SIZE), layout="constrained")
         axes = [figure.add_subplot(1, count, k + 1) for k in range(count)]
@@ -1130,8 +1130,14 @@ class MapFit:
                 x[some], y[some], s=size, marker="s", color=colour, label=f"{verdict_}: {some.sum()}"
             )
         # above the map, which has no empty corner
-        axes[-1].legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(COLOURS), handlelength=1.0)
+        legend = axes[-1].legend(
+            loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(COLOURS), handlelength=1.0
+        )
+        for handle in legend.legend_handles:
+            handle.set_sizes([60.0])  # and not that of a place
         for one in axes:
+            # half a place beyond the outermost, so that no square is cut
+            one.margins(*(max(0.05, 0.55 * spacing / max(np.ptp(v), spacing)) for v in (x, y)))
             one.set_aspect("equal", adjustable="datalim")
             sheet.axis_label(one.xaxis, "x", "m", x)
             sheet.axis_label(one.yaxis, "y", "m", y)

@@ -113,8 +113,9 @@ def test_the_shape_of_the_scan_its_table_its_arrays_and_its_pictures(fitted, tmp
     )
     colours = [tuple(one.get_facecolor()[0]) for one in axes[2].collections]
     assert len(set(colours)) == 3
-    # the scan of 12 x 8 places is drawn without more than a place's width of margin on each side
-    assert np.ptp(axes[0].get_ylim()) < 1.3 * 9 * STEP and axes[0].get_aspect() == 1.0
+    # the scan of 12 x 8 places, each whole, is drawn with little margin on each side
+    assert 8 * STEP < np.ptp(axes[0].get_ylim()) < 1.2 * 9 * STEP and axes[0].get_aspect() == 1.0
+    assert 12 * STEP < np.ptp(axes[0].get_xlim()) < 1.2 * 13 * STEP
     assert (tmp_path / "map.png").stat().st_size > 1e4
     assert (
         f"{fitted.accepted.sum()} of 96 curves accepted" in fitted.summary()
