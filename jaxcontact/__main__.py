@@ -3,7 +3,7 @@
 Exit status: 0; 1 if a comparison with the paper does not hold; 2 for bad input, a contact at the grid's
 edge or a grid that is too coarse; 3 if a solve did not converge or cases of a
 study failed; 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP, 141 if the output is no longer read.
-Errors are reported in one line on stderr.
+Errors are reported in one line on stderr, by ``check`` in a line for each mistake of a case file.
 """
 
 import argparse

@@ -87,7 +87,7 @@ def start() -> Figure:
         np.linspace(0.0, 3600.0, 13),
     )
     grid = jc.Grid.around(body, ball, load, times, n=32)
-    history = jc.indent(body, ball, load, times, grid=grid)
+    history = jc.indent(body, ball, load, times, grid=grid, substeps=4)
     depths = np.linspace(0.0, 60e-6, 31)
     return history.plot(
         body, jc.subsurface(body, grid, history.pressure, times=times, depths=depths)
@@ -198,6 +198,10 @@ def rolling() -> Figure:
     image(ax, size, 0.25e-3, 0.25e-3, "traction [MPa]")
     x, y = (np.asarray(a) * 1e6 for a in grid.axes())
     ax.contour(x, y, np.asarray(state.stick, float).T, [0.5], colors="white")
+    for place, name, colour in ((-133.0, "slip", "black"), (50.0, "stick", "white")):
+        ax.text(
+            place, 0.0, name, color=colour, ha="center", va="center", fontsize="small"
+        )
     return figure
 
 
@@ -257,6 +261,8 @@ def sweep() -> Figure:
     figure, ax = small("Peak pressure after 1 h", "load [mN]", "thickness [µm]")
     shown = ax.contourf(loads * 1e3, thicknesses * 1e6, peaks, 12)
     ax.set_yscale("log")
+    ax.set_yticks([0.5, 1, 2, 5, 10, 20], ["0.5", "1", "2", "5", "10", "20"])
+    ax.minorticks_off()
     figure.colorbar(shown, ax=ax, label="pressure [MPa]")
     return figure
 

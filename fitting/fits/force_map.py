@@ -332,7 +332,7 @@ BATCH = 64  # curves of one call of the program
 DEGREE, FINE = 32, 1e-9  # of the series of the factor of a thin sample, and its error
 CALIBRATED = 16  # curves whose intervals are calibrated by simulation
 VERDICTS = ("accepted", "rejected", "failed")
-COLOURS = dict(zip(VERDICTS, (sheet.VIOLET, sheet.BLUE, "0.6"), strict=True))
+COLOURS = dict(zip(VERDICTS, (sheet.BLUE, sheet.REFUSED, "0.6"), strict=True))
 SIZE = 5.0  # width of a map [inches]
 NUMBERS = re.compile(r"\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
 
@@ -1084,7 +1084,11 @@ class MapFit:
         if "work" in self.values:
             fields.append(("work of adhesion", "J/m2", self.values["work"]))
         count = len(fields) + 1
-        figure = Figure(figsize=(count * SIZE, SIZE), layout="constrained")
+        # a scan that is wider than high needs less height: a map is 0.72 of its panel wide, titles and labels take the rest
+        height = (
+            np.clip(0.72 * np.ptp(self.y) / max(np.ptp(self.x), 1e-300) + 0.26, 0.5, 1.0) if known else 1.0
+        )
+        figure = Figure(figsize=(count * SIZE, height * SIZE), layout="constrained")
         axes = [figure.add_subplot(1, count, k + 1) for k in range(count)]
         if known:
             self._over_places(figure, axes, fields)
@@ -1110,11 +1114,14 @@ class MapFit:
             one.scatter(x[~shown], y[~shown], s=size, marker="s", facecolor="none", edgecolor="0.7")
             if shown.any():
                 factor, prefixed = sheet.multiple(unit, float(np.max(np.abs(values[shown]))))
-                norm = LogNorm() if unit == "Pa" and np.ptp(values[shown]) > 0.0 else None
+                values = values / factor
+                low, high = np.min(values[shown]), np.max(values[shown])
+                log = unit == "Pa" and high > sheet.STEEP * low > 0.0
                 drawn = one.scatter(
-                    x[shown], y[shown], s=size, marker="s", c=values[shown] / factor, norm=norm
+                    x[shown], y[shown], s=size, marker="s", c=values[shown], norm=LogNorm() if log else None
                 )
-                figure.colorbar(drawn, ax=one, label=f"{name} [{prefixed}]")
+                ticks = {"ticks": sheet.log_ticks(values[shown]), "format": "%g"} if log else {}
+                figure.colorbar(drawn, ax=one, label=f"{name} [{prefixed}]", **ticks).minorticks_off()
             one.set_title(f"{name}; empty squares: not accepted", fontsize="medium")
         for verdict_, colour in COLOURS.items():
             some = self.verdict == verdict_
@@ -1123,8 +1130,15 @@ class MapFit:
             axes[-1].scatter(
                 x[some], y[some], s=size, marker="s", color=colour, label=f"{verdict_}: {some.sum()}"
             )
-        axes[-1].legend()
+        # above the map, which has no empty corner
+        legend = axes[-1].legend(
+            loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=len(COLOURS), handlelength=1.0
+        )
+        for handle in legend.legend_handles:
+            handle.set_sizes([60.0])  # and not that of a place
         for one in axes:
+            # half a place beyond the outermost, so that no square is cut
+            one.margins(*(max(0.05, 0.55 * spacing / max(np.ptp(v), spacing)) for v in (x, y)))
             one.set_aspect("equal", adjustable="datalim")
             sheet.axis_label(one.xaxis, "x", "m", x)
             sheet.axis_label(one.yaxis, "y", "m", y)

@@ -228,15 +228,22 @@ def scale_axes(axes: Any, t: np.ndarray, values: np.ndarray, of_material: bool) 
 
 def logarithmic(axes: Any, values: np.ndarray) -> None:
     """Make the vertical axis logarithmic, with more ticks where it spans few decades."""
-    from matplotlib.ticker import LogLocator, NullFormatter
+    from matplotlib.ticker import NullFormatter
 
     formatter = axes.yaxis.get_major_formatter()
     axes.set_yscale("log")
-    ratio = np.max(values) / np.min(values)
-    subs = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0) if ratio < 10.0 else (1.0, 2.0, 5.0) if ratio < 100.0 else (1.0,)
-    axes.yaxis.set_major_locator(LogLocator(subs=subs))
+    axes.yaxis.set_major_locator(log_ticks(values))
     axes.yaxis.set_major_formatter(formatter)
     axes.yaxis.set_minor_formatter(NullFormatter())
+
+
+def log_ticks(values: np.ndarray) -> Any:
+    """Return the ticks of a logarithmic axis of positive values: the fewer decades, the more in each."""
+    from matplotlib.ticker import LogLocator
+
+    ratio = np.max(values) / np.min(values)
+    subs = (1.0, 1.5, 2.0, 3.0, 5.0, 7.0) if ratio < 10.0 else (1.0, 2.0, 5.0) if ratio < 100.0 else (1.0,)
+    return LogLocator(subs=subs)
 
 
 def _times(t: np.ndarray, begin: float, end: float) -> np.ndarray:

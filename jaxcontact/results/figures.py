@@ -105,6 +105,7 @@ def stress_over_depth(ax: Axes, inside: Any) -> Axes:
     depth_unit, _ = scale_of(inside.depths, "m")
     for depth in _interfaces(inside):
         ax.axhline(depth / depth_unit, color="0.4", lw=1.0, ls="--")
+    ax.set_title("below the +")  # which marks the maximum in the section beside it
     return ax
 
 

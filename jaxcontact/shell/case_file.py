@@ -12,7 +12,7 @@ import re
 import reprlib
 import textwrap
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from decimal import Decimal
 from pathlib import Path
@@ -217,17 +217,87 @@ def _accepted(section: str) -> Accept:
 
 def check_table(where: str, table: Table, keys: dict[str, Key]) -> None:
     """Raise CaseError for an unknown key, a missing one, or a value that its key does not accept."""
+    for mistake in _mistakes_in_table(where, table, keys):
+        raise CaseError(mistake)
+
+
+def _mistakes_in_table(where: str, table: Table, keys: Keys) -> Iterator[str]:
+    """Yield a line for each unknown key, value that its key does not accept, and missing key."""
+    meant = set()
     for name, value in table.items():
         if name not in keys:
             near = lambda text: difflib.get_close_matches(text, list(keys), n=1)
             close = near(name) or near(name.lower())
+            meant.update(close)
             hint = f'did you mean "{close[0]}"? ' if close else ""
-            raise CaseError(f"{_path(where, name)}: unknown key; {hint}accepted: {', '.join(keys)}")
-        if not keys[name].accept.test(value):
-            raise CaseError(f"{_path(where, name)}: found {shown(value)}, accepted: {keys[name].words}")
+            yield f"{_path(where, name)}: unknown key; {hint}accepted: {', '.join(keys)}"
+        elif not keys[name].accept.test(value):
+            yield f"{_path(where, name)}: found {shown(value)}, accepted: {keys[name].words}"
     for name, key in keys.items():
-        if key.required and name not in table:
-            raise CaseError(f"{_path(where, name)}: missing; accepted: {key.words}")
+        if key.required and name not in table and name not in meant:  # a misspelt one is not missing
+            yield f"{_path(where, name)}: missing; accepted: {key.words}"
+
+
+def mistakes_in_tables(tables: Table) -> Iterator[str]:
+    """Yield a line for each table, key and value of a case that does not belong where it is.
+
+    ``case_of`` raises for one of them, and for values that do not suit each other.
+    """
+    if "sweep" in tables:
+        return
+    every = {name: Key(_accepted(name), "") for kind in KINDS for name in sections_of(kind)}
+    right = {
+        name: table for name, table in tables.items() if name in every and every[name].accept.test(table)
+    }
+    try:
+        kind, _ = kind_of(right)
+    except CaseError as error:  # which tables and keys are right depends on the kind
+        yield from _mistakes_in_table("", tables, every)
+        yield str(error)
+        return
+    sections = sections_of(kind, adhesive="adhesion" in tables)
+    yield from _mistakes_in_table("", tables, every | tables_of(sections))
+    for where, table, keys in _tables_with_keys(kind, right, sections):
+        plain = dict(table)
+        for name in [name for name in table if name in keys]:
+            try:
+                plain[name] = _plain(_path(where, name), table[name], keys[name])
+            except CaseError as error:  # a text that is no quantity is one mistake, not also a value
+                yield str(error)
+                keys = keys | {name: Key(Accept(lambda value: True, ""), "")}
+        yield from _mistakes_in_table(where, plain, keys)
+
+
+def _tables_with_keys(
+    kind: str, tables: Table, sections: dict[str, Keys]
+) -> Iterator[tuple[str, Table, Keys]]:
+    """Yield each table that is there, with its name and its keys, those of the material, shape or law included."""
+    for name in ("experiment", "grid", "solver", "control", "times"):
+        if name in tables:
+            yield name, tables[name], sections[name]
+    for name, part in KINDS[kind].parts.items():
+        for where, table in tables_named(name, tables):
+            yield where, table, part.keys
+    ball = tables.get("indenter", {})
+    solid, layers = ball.get("material"), ball.get("layer", [])
+    coats = coats_of(tables) if TABLES.test(layers) else []
+    chosen: list[tuple[list[tuple[str, Table]], str, Keys, Any]] = [
+        (tables_named("layer", tables), "material", sections["layer"], MATERIALS),
+        (tables_named("substrate", tables), "material", sections["substrate"], BASES),
+        (tables_named("indenter", tables), "shape", sections["indenter"], SHAPES),
+        (coats, "material", COAT, MATERIALS),
+        (tables_named("adhesion", tables), "law", sections.get("adhesion", {}), LAWS),
+    ]
+    if isinstance(solid, dict):
+        material = {"material": Key(choice(*MATERIALS), "elastic when absent")}
+        named = [("indenter.material", {"material": "elastic"} | solid)]
+        chosen.append((named, "material", material, MATERIALS))
+    for named, key, own, choices in chosen:
+        for where, table in named:
+            if own[key].accept.test(table.get(key)):
+                yield where, table, own | choices[table[key]][1]
+            else:  # the other keys are those of a material, shape or law that is not known
+                yield where, {key: table[key]} if key in table else {}, {key: own[key]}
 
 
 def _path(where: str, name: str) -> str:

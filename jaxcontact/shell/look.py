@@ -13,9 +13,9 @@ from jaxcontact.results.labels import extra
 from jaxcontact.results.storage import pieces_folder
 from jaxcontact.shell import advice
 from jaxcontact.shell.advice import describe_adhesion
-from jaxcontact.shell.case_file import read_case, template
+from jaxcontact.shell.case_file import CaseError, case_of, mistakes_in_tables, read_tables, template
 from jaxcontact.shell.case_keys import COURSE
-from jaxcontact.shell.run import FINE, tell
+from jaxcontact.shell.run import BAD_INPUT, FINE, print_error, tell
 
 CASES = Path(__file__).parents[1] / "cases"
 
@@ -47,7 +47,14 @@ def new(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Validate a case without running it; warnings about its result go to stderr and are not errors."""
-    case = read_case(options.case)
+    tables = read_tables(options.case)
+    try:
+        case = case_of(tables, options.case)
+    except CaseError as error:  # and all others that the file has, in one go
+        others = (f"{options.case}: {mistake}" for mistake in mistakes_in_tables(tables))
+        for mistake in dict.fromkeys([str(error), *others]):
+            print_error(mistake, BAD_INPUT)
+        return BAD_INPUT
     advice.check_completely(case, options.case)
     notes = advice.advice(case)
     for note in notes:

@@ -101,6 +101,21 @@ def test_the_shape_of_the_scan_its_table_its_arrays_and_its_pictures(fitted, tmp
     assert axes[0].collections[1].get_array().size == fitted.accepted.sum()
     labels = [text.get_text() for text in axes[2].get_legend().get_texts()]
     assert labels[0] == f"accepted: {fitted.accepted.sum()}" and len(labels) == 3
+    # the modulus has a logarithmic scale, with ticks at plain numbers [kPa] within it; a verdict is seen by its colour
+    low, high = (
+        np.array([np.nanmin(shown), np.nanmax(shown)]) * 3.0 / 1e3
+    )  # E = 3 G of an incompressible sample
+    scale = next(one for one in axes[3:] if one.get_ylabel() == "Young's modulus [kPa]").yaxis
+    ticks = [float(tick.get_text()) for tick in scale.get_ticklabels()]
+    assert (
+        sum(0.999 * low <= tick <= 1.001 * high for tick in ticks) >= 2
+        and scale.get_minorticklocs().size == 0
+    )
+    colours = [tuple(one.get_facecolor()[0]) for one in axes[2].collections]
+    assert len(set(colours)) == 3
+    # the scan of 12 x 8 places, each whole, is drawn with little margin on each side
+    assert 8 * STEP < np.ptp(axes[0].get_ylim()) < 1.2 * 9 * STEP and axes[0].get_aspect() == 1.0
+    assert 12 * STEP < np.ptp(axes[0].get_xlim()) < 1.2 * 13 * STEP
     assert (tmp_path / "map.png").stat().st_size > 1e4
     assert (
         f"{fitted.accepted.sum()} of 96 curves accepted" in fitted.summary()

@@ -80,6 +80,7 @@ def test_stresses_below_are_drawn_in_the_cut_through_their_peak():
     drawn = cut.collections[0].get_array().reshape(3, -1)
     assert np.flatnonzero(drawn).tolist() == [GRID.shape[0] + 20] and drawn.max() == pytest.approx(4.0)
     assert cut.yaxis_inverted() and over_depth.yaxis_inverted()
+    assert cut.get_title().startswith("+ 4 MPa") and over_depth.get_title() == "below the +"
     np.testing.assert_allclose(over_depth.lines[0].get_xydata(), [[0, 1], [4, 2], [0, 5]], atol=1e-12)
 
 

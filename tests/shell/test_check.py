@@ -4,6 +4,7 @@ import json
 import re
 
 import pytest
+from mistakes_in_case_files import FILES, written
 from test_command_line import BAD, CASE, READY_MADE, TRACED
 from tolerances import FORETOLD_STRAIN
 
@@ -211,3 +212,41 @@ def test_a_new_case_is_checked_without_warning(kind, tmp_path, capfd):
 def test_new_without_a_kind_is_an_indentation(tmp_path):
     assert main(["new", str(tmp_path / "mine.toml")]) == 0
     assert read_case(tmp_path / "mine.toml").kind == "indentation"
+
+
+SEVERAL = {  # mistakes that can stand in one file: old, new and the beginning of the line
+    "a typo": ("thickness", "thicknes", 'layer.thicknes: unknown key; did you mean "thickness"?'),
+    "a negative modulus": ("0.75e9", "-0.75e9", "layer.G1: found -750000000.0, accepted: a number > 0"),
+    "an unknown unit": ("120.9e9", '"120.9 GPas"', 'layer.eta2: found "120.9 GPas", accepted: a number'),
+    "an unknown material": ('"elastic"', '"elastik"', 'substrate.material: found "elastik", accepted: "elas'),
+    "no radius": ("radius = 9.525e-3", "", "indenter.radius: missing; accepted: a number > 0"),
+    "another dimension": ("load = 10.0", 'load = "10 mm"', 'control.load: found "10 mm", accepted: a number'),
+    "half a step": ("steps = 6", "steps = 6.5", "times.steps: found 6.5, accepted: a whole number"),
+    "an unknown table": ("[grid]", "[gird]", '[gird]: unknown key; did you mean "grid"?'),
+}
+
+
+@pytest.mark.parametrize("names", [*([name] for name in SEVERAL), list(SEVERAL)], ids=lambda names: names[-1])
+def test_check_names_all_mistakes_of_a_file_with_a_line_for_each(names, case, capfd):
+    text = CASE
+    for old, new, _ in map(SEVERAL.get, names):
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    case.write_text(text)
+    assert main(["check", str(case)]) == 2
+    lines = capfd.readouterr().err.splitlines()
+    assert len(lines) == len(names)
+    for *_, words in map(SEVERAL.get, names):
+        assert sum(line.startswith(f"jaxcontact: error: {case}: {words}") for line in lines) == 1
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_check_begins_with_the_mistake_for_which_a_file_cannot_be_read(name, tmp_path, capfd):
+    path, words = written(name, tmp_path)
+    with pytest.raises(ValueError, match=words) as refused:
+        read_case(path)
+    assert main(["check", str(path)]) == 2
+    lines = capfd.readouterr().err.splitlines()
+    assert lines[0] == f"jaxcontact: error: {' '.join(str(refused.value).split())}"
+    assert all(line.startswith(f"jaxcontact: error: {path}: ") for line in lines)
+    assert len(set(lines)) == len(lines) <= 3
