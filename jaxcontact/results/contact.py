@@ -160,8 +160,8 @@ class ContactHistory(ContactResult):
     body is the difference.
 
     time_step_error: estimate of the relative error of the pressure due to the time steps, in which the pressure is linear
-    (``history.time_loop``): of the largest error at any cell over the largest pressure; mostly one to three times that, and
-    zero without creep. Above 1 % there is a note, above 10 % the status is 12, for the times concerned alone.
+    (``history.time_loop``): of the largest error at any cell over the largest pressure; 0.5 to 3.5 times that in nine cases
+    of ten, and zero without creep. Above 1 % there is a note, above 10 % the status is 12, for the times concerned alone.
 
     dent (nt, nx, ny) [m], None without ``hardness``: the depth by which the surface of the body has yielded since the first
     time; (nx, ny) at the last time where ``pressure`` is. displacement includes it: displacement - dent is elastic and
