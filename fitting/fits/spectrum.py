@@ -36,6 +36,7 @@ from fitting.views import sheet, text
 SMOOTHNESS = np.geomspace(1e-4, 1e8, 25)  # trial lambdas, over the square of the noise at the first fit
 NEXT = 10.0 ** np.array([0.5, 0.0, -0.5])  # trial lambdas over that of the last search, with other weights
 DEEP = 1e-10  # least spectrum over the largest modulus
+NONE = 1e-8  # relaxing part of the modulus below which there is no spectrum; that of the least one is 1e-9
 NEAR = 1e-8  # relative tolerance of the searches
 EVALUATIONS = 200  # of a search, after which it has not converged
 EXACT = 1e-6  # least mean square of the residuals over that of the data, of a discrete spectrum
@@ -56,7 +57,8 @@ class LinearSpectrum(NamedTuple):
 
 class SpectrumOptimum(NamedTuple):
     """The most probable spectrum: log H (m,), g, residual (n,), Jacobian (n, m + 1) with respect to log H and g/largest,
-    precision (m + 1, m + 1) over the variance of the noise, lambda, that variance, and whether the search converged."""
+    precision (m + 1, m + 1) over the variance of the noise, lambda, that variance, and whether the search converged. log H
+    is -inf without a spectrum."""
 
     log: np.ndarray
     equilibrium: float
@@ -83,7 +85,18 @@ def search(problem: LinearSpectrum, last: SpectrumOptimum | None = None) -> Spec
         one, evidence = _optimum(problem, D, float(smoothness), best, solid)
         best = np.append(one.log, one.equilibrium / problem.largest)
         found.append((evidence, one))
-    return max(found, key=lambda pair: pair[0])[1]
+    optimum = max(found, key=lambda pair: pair[0])[1]
+    if not solid or np.sum(problem.A @ np.exp(optimum.log)) > NONE * np.sum(np.abs(problem.y)):
+        return optimum
+
+    # a modulus that does not relax: the plateau alone, by least squares
+    plateau = float(problem.e @ problem.y / (problem.e @ problem.e))
+    residual = plateau * problem.e - problem.y
+    jacobian = np.column_stack([np.zeros_like(problem.A), problem.largest * problem.e])
+    return optimum._replace(
+        log=np.full(m, -np.inf), equilibrium=plateau, residual=residual, jacobian=jacobian,
+        precision=jacobian.T @ jacobian, variance=float(residual @ residual) / (problem.y.size - 1), converged=True,
+    )  # fmt: skip
 
 
 def _noise(problem: LinearSpectrum) -> float:
@@ -152,7 +165,8 @@ class SpectrumFit(Evidence):
     residuals.
 
     Attributes:
-        tau (m,): relaxation times [s]; H (m,): the spectrum, and low, high (m,): the ends of its intervals [Pa].
+        tau (m,): relaxation times [s]; H (m,): the spectrum, and low, high (m,): the ends of its intervals [Pa]; all are
+            zero, with a note, where the modulus is constant.
         resolved (m,): bool, the times at which the data determine log H to a standard deviation of log 2.
         width (m,): width [decades] at which the estimate shows a sharp line of the true spectrum, nan where not resolved.
         equilibrium: Ge [Pa], 0 where it was not fitted. It includes all parts that relax after the time range of the data.
@@ -207,6 +221,8 @@ class SpectrumFit(Evidence):
         resolved = (
             f"resolved from {first:.4g} to {last:.4g} s; elsewhere the curve continues it smoothly"
             if self.resolved.any()
+            else "no spectrum: the modulus does not relax"
+            if not self.H.any()
             else "resolved nowhere: the curve is the smoothest that agrees with the data"
         )
         lines = [
@@ -245,6 +261,10 @@ class SpectrumFit(Evidence):
 
         def spectrum(axes: Any) -> None:
             """Plot the spectrum, dashed where the data do not resolve it."""
+            if not self.H.any():
+                axes.semilogx(self.tau, self.H, color=sheet.VIOLET)
+                axes.set(xlabel="τ [s]", ylabel="H [Pa]")
+                return
             axes.loglog(self.tau, self.H, "--", color="0.6", label="not resolved")
             axes.loglog(self.tau, np.where(self.resolved, self.H, np.nan), color=sheet.VIOLET, label="H")
             band = [np.where(self.resolved, end, np.nan) for end in (self.low, self.high)]
@@ -341,10 +361,16 @@ def fit_spectrum(
     moduli = step * np.exp(found.log)
     moduli = np.append(found.equilibrium, moduli) if found.equilibrium > 0.0 else moduli
     material = series.material(series.parameters(moduli), Compressibility("nu", nu))
+    flat = (
+        []
+        if np.isfinite(found.log).any()
+        else [f"the modulus is constant within {NONE:g}: no spectrum, H = 0"]
+    )
     fields = vars(quality) | _spectrum(found, tau, quality.widening, level)
     return SpectrumFit(
         **fields, material=material, data=data, weights=sample.label, level=level,
-        notes=(*data.notes, *sample.noise_notes(solved, assessment), *quality.doubts), curve=sample.curve(solved.kept),
+        notes=(*data.notes, *flat, *sample.noise_notes(solved, assessment), *quality.doubts),
+        curve=sample.curve(solved.kept),
     )  # fmt: skip
 
 
@@ -377,7 +403,7 @@ def _spectrum(found: SpectrumOptimum, tau: np.ndarray, widening: float, level: f
     centre = weight @ place
     # at half height of a normal curve
     width = 2.355 * np.sqrt(np.maximum(weight @ place**2 - centre**2, 0.0))
-    resolved = (sd < KNOWN) & (np.abs(centre - place) < SHIFTED)
+    resolved = (sd < KNOWN) & (np.abs(centre - place) < SHIFTED) & np.isfinite(found.log)
     z = noise.two_sided(level)
     with np.errstate(over="ignore"):
         H, low, high = np.exp(found.log), np.exp(found.log - z * sd), np.exp(found.log + z * sd)

@@ -45,8 +45,8 @@ class RubbingState:
     """The state of the contact at one time, the argument of a law, in SI units.
 
     pressure [Pa], gap [m], thickness [m] of the film (with ``wears="indenter"``: what has formed on the indenter, negative
-    where it is worn), friction_stress [Pa] = friction x pressure: (nx, ny); speed [m/s], (); temperature [K], (nx, ny), None
-    unless the rubbing has ``thermal=``; time [s], ().
+    where it is worn), friction_stress [Pa] = friction x pressure, plus ``shear_strength`` where the surfaces touch:
+    (nx, ny); speed [m/s], (); temperature [K], (nx, ny), None unless the rubbing has ``thermal=``; time [s], ().
     """
 
     pressure: Array

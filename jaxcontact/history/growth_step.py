@@ -265,14 +265,16 @@ class SolvedRub(NamedTuple):
 class RubStepper(PressStepper):
     """A contact that is rubbed.
 
-    kinetics: as in ``bodies.laws``; friction: a number or (nx, ny); at_first: thickness at the start [m], (nx, ny);
-    thickest: what the kernels are made for [m]; heated: None without heat; of_film: whether the film on the body forms and
-    wears (its memory takes a ``ThicknessStep``) or the indenter, whose thickness may be negative; exchanged: the film is
-    that of the indenter, which stands in the place of the body.
+    kinetics: as in ``bodies.laws``; friction, and strength of a contact with adhesion [Pa]: a number or (nx, ny), the latter
+    None for zero; at_first: thickness at the start [m], (nx, ny); thickest: what the kernels are made for [m]; heated: None
+    without heat; of_film: whether the film on the body forms and wears (its memory takes a ``ThicknessStep``) or the
+    indenter, whose thickness may be negative; exchanged: the film is that of the indenter, which stands in the place of the
+    body.
     """
 
     kinetics: Any = field(kw_only=True)
     friction: Array = field(kw_only=True)
+    strength: Array | None = field(kw_only=True)
     at_first: Array = field(kw_only=True)
     thickest: Array = field(kw_only=True)
     scale: Scale = field(kw_only=True)
@@ -476,6 +478,8 @@ class RubStepper(PressStepper):
             gap = gap + self.law.dent(solution.pressure, gap)
         si = self.scale.to_si(pressure=solution.carried, gap=gap)
         friction_stress = self.friction * si["pressure"]
+        if self.strength is not None:
+            friction_stress = friction_stress + jnp.where(solution.carried > 0.0, self.strength, 0.0)
         warming = None if self.heated is None else self.heated.rise(friction_stress)
         state = RubbingState(
             pressure=si["pressure"],

@@ -276,6 +276,7 @@ KINDS: dict[str, Kind] = {
                 SPEEDS, "velocity of rubbing in place [m/s], constant or one for each time", required=True
             ),
             "friction": SLIDE_FRICTION,
+            "shear_strength": SHEAR_STRENGTH,
             "hardness": HARDNESS,
             "wears": Key(
                 choice("film", "indenter"), "whether the laws change the film or the indenter", default="film"

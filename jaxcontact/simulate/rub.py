@@ -21,6 +21,7 @@ from jaxcontact.bodies.laws import (
     Thermal,
     check_adhesion,
     check_law,
+    check_shear_strength,
     check_thermal,
     is_sheared,
     temperatures_of,
@@ -72,6 +73,7 @@ def rub(
     checkpoint: str = "pressures",
     hardness: Array | float | None = None,
     adhesion: Adhesion | None = None,
+    shear_strength: Array | float | None = None,
 ) -> RubbingHistory:
     """Compute the growth and wear of a film, or the wear of an indenter, in a contact that is rubbed.
 
@@ -109,8 +111,8 @@ def rub(
         law: rate of change of the thickness: ``StressActivated``, ``ProportionalRemoval``, ``Archard``, sums of them, or any
             frozen pytree with a method ``rate(step)`` that returns (nx, ny) [m/s], where step is an
             ``bodies.laws.RubbingState``. None: the thickness stays as it is, and the film creeps.
-        friction: coefficient of friction, a number or (nx, ny), which gives the shear stress and the frictional heat; above
-            zero with ``thermal`` or a growth by shear stress.
+        friction: coefficient of friction, a number or (nx, ny), which gives the shear stress and the frictional heat; with
+            ``thermal`` or a growth by shear stress it or ``shear_strength`` is above zero.
         wears: "film" if the law changes the thickness of the film on the body, "indenter" if it changes that of the coating
             of the indenter, one ``Layer`` on an ``Elastic`` substrate, or without a coating its profile.
         thermal: ``Thermal`` to compute the temperature of the surface, or None.
@@ -125,6 +127,9 @@ def rub(
         adhesion: as in ``indent``. Growth, wear, friction and its heat depend on the pressure that the contact carries,
             the net pressure plus the attraction (``contact_pressure`` of the result), which is the pressure that a
             law is given.
+        shear_strength: with adhesion, a shear stress tau [Pa] >= 0, a number or (nx, ny), of all of the contact, beside that
+            of Coulomb's law: the shear stress that heats and that drives growth is mu p_c + tau where the surfaces touch.
+            None for zero. The cells that touch count whole, as in ``shear``.
         indenter, control, times, grid, tolerance, max_iterations, save, checkpoint: as in ``indent``. An indenter that
             creeps or is coated is for rubbing in place, unless it is itself what wears.
 
@@ -157,6 +162,7 @@ def rub(
         "checkpoint": checkpoint,
         "hardness": hardness,
         "adhesion": adhesion,
+        "shear_strength": shear_strength,
     }
     make = lambda count: RubExperiment.of(body, indenter, control, times, grid, substeps=count, **given)
     history: RubbingHistory = refined(make, substeps, _noted, _is_short)
@@ -198,6 +204,7 @@ class RubExperiment(Experiment):
     thermal: Thermal | None
     thickest: Any
     adhesion: Adhesion | None
+    shear_strength: Any
     wears: str = static()
     exchanged: bool = static()
 
@@ -217,6 +224,7 @@ class RubExperiment(Experiment):
         thermal: Thermal | None = None,
         thickest: Any = None,
         adhesion: Any = None,
+        shear_strength: Any = None,
         wears: str = "film",
         **given: Any,
     ) -> Self:
@@ -243,6 +251,7 @@ class RubExperiment(Experiment):
                 " (nx, ny) in rub",
             )
         valid, adhesive = valid & check_adhesion(adhesion), adhesion is not None
+        valid = valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
         experiment = Experiment.of(
             body, indenter, control, times, grid, film_map=film_map, adhesive=adhesive, **given
         )
@@ -293,7 +302,8 @@ class RubExperiment(Experiment):
                 or not (any(map(creeps, solids(moved))) or given.get("hardness") is not None),
                 'path: expected None with wears="indenter" on a body that creeps or yields, got positions',
             )
-        rubs = not is_concrete(friction) or bool(np.any(np.asarray(friction) > 0.0))
+        stresses = friction, 0.0 if shear_strength is None else shear_strength
+        rubs = not is_concrete(stresses) or any(np.any(np.asarray(each) > 0.0) for each in stresses)
         checks.require(
             rubs or not (heated or is_sheared(law)),
             "friction: expected a coefficient > 0 with thermal= or growth by shear stress, got 0",
@@ -306,8 +316,8 @@ class RubExperiment(Experiment):
             cell = grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing)
             thickest = jnp.maximum(2.0 * jnp.max(film_map.values), REACH * cell)  # type: ignore[union-attr]
         valid = valid & checks.positive("thickest [m]", thickest)
-        values = as_float64((velocity, path, law, friction, thermal, thickest, adhesion))
-        names = ("velocity", "path", "law", "friction", "thermal", "thickest", "adhesion")
+        values = as_float64((velocity, path, law, friction, thermal, thickest, adhesion, shear_strength))
+        names = ("velocity", "path", "law", "friction", "thermal", "thickest", "adhesion", "shear_strength")
         return cls(
             **vars(experiment.also(valid)),
             **dict(zip(names, values, strict=True)),
@@ -372,6 +382,7 @@ class RubExperiment(Experiment):
             **contact,
             kinetics=self.law,
             friction=self.friction,
+            strength=self.shear_strength,
             at_first=self.at_first,
             thickest=self.thickest,
             scale=scale,

@@ -84,7 +84,8 @@ def shear(
             (``contact_pressure`` of the result). It needs coupled=False: the traction does not change the pressure, as
             between similar solids, or an incompressible and a rigid one.
         shear_strength: tau, with adhesion alone: a shear stress [Pa] >= 0, a number or (nx, ny), which the contact holds
-            beside mu p_c wherever it touches; None for zero.
+            beside mu p_c wherever it touches; None for zero. Cells that touch count whole, so that tau times their area has
+            an error of up to some percent on coarse grids (page *Limitations*), and no derivative by what moves the edge.
 
     Returns:
         A ``ShearHistory``, with adhesion with ``contact_pressure``, ``jumps`` and others. Failures are reported in

@@ -577,7 +577,8 @@ def slide_steady(
             only from a closer contact is found at the end of a long ``slide``. The contact is the fixed point of a sequence
             (``contact.adhesive``), which converges for E0/Einf of up to 10, otherwise the status is 1.
         shear_strength: with adhesion, a shear stress tau [Pa] >= 0, a number or (nx, ny), of all of the contact, beside that
-            of Coulomb's law: q = mu p_c + tau where the surfaces touch. None for zero.
+            of Coulomb's law: q = mu p_c + tau where the surfaces touch. None for zero. Cells that touch count whole, as in
+            ``shear``.
 
     Since there is no time integration, there are no arguments ``times``, ``save``, ``substeps`` and ``checkpoint``.
 

@@ -3,11 +3,13 @@
     python -m tests.benchmarks.time_steps
     python -m tests.benchmarks.time_steps --random 60     # contacts drawn at random, half an hour
     python -m tests.benchmarks.time_steps --sway 40       # slides whose velocity changes, three minutes
+    python -m tests.benchmarks.time_steps --shear 24      # contacts in partial slip, eight minutes
 
 A row has the true error of approach, load and the pressure of any cell, the largest estimate, their ratio, whether a time
 has status 12, and what ``jaxcontact check`` foretells from the rates of the top material and the times. The reference
 shares the march with the run that it judges, but not the estimate; the foretold error shares nothing with either. Of random
-contacts the true error is the largest one of the pressure of any cell, from ``FINER_RANDOM`` steps for each.
+contacts the true error is the largest one of the pressure of any cell, from ``FINER_RANDOM`` steps for each; in partial
+slip that of the tangential load and displacement counts too, and that of the traction of any cell is given beside it.
 """
 
 import argparse
@@ -18,7 +20,17 @@ import numpy as np
 import jaxcontact as jc
 from jaxcontact.response.stack import surface_creep
 from jaxcontact.shell.advice import foretold_step_error
-from tests.support.time_steps import cases, largest_error, random_case, reference, swaying_case, true_error
+from tests.support.time_steps import (
+    cases,
+    error_of_totals,
+    error_of_traction,
+    largest_error,
+    random_case,
+    reference,
+    sheared_case,
+    swaying_case,
+    true_error,
+)
 
 FINER_RANDOM = 16
 SMALL = 1e-3  # a true error below this has no ratio
@@ -43,6 +55,9 @@ def drawn(draw, count):
         true, found = largest_error(coarse, fine), float(np.max(coarse.time_step_error))
         others = np.setdiff1d(np.unique(np.concatenate([coarse.status, fine.status])), [0, 3, 12])
         failed = "  status " + ", ".join(map(str, others)) if others.size else ""
+        if case.push is not None:
+            true = max(true, error_of_totals(coarse, fine))
+            failed = f"  traction {error_of_traction(coarse, fine):.1e}" + failed
         print(f"{case.name:70s} {true:8.1e} {found:8.1e} {found / max(true, 1e-12):8.2f}{failed}", flush=True)
         if true > SMALL and not others.size:
             ratios.append(found / true)
@@ -59,8 +74,10 @@ def main():
         "--random", type=int, metavar="N", help="N contacts drawn at random in the place of the list"
     )
     parser.add_argument("--sway", type=int, metavar="N", help="N slides whose velocity changes, likewise")
+    parser.add_argument("--shear", type=int, metavar="N", help="N contacts in partial slip, likewise")
     options = parser.parse_args()
-    for draw, count in ((random_case, options.random), (swaying_case, options.sway)):
+    drawings = (random_case, options.random), (swaying_case, options.sway), (sheared_case, options.shear)
+    for draw, count in drawings:
         if count is not None:
             return drawn(draw, count)
     print(f"{'case':42s} {'true':>8s} {'estimate':>8s} {'ratio':>6s} {'status':>6s} {'foretold':>8s}")

@@ -271,6 +271,19 @@ def test_hertz_at_random_places_on_cells_that_are_not_square(across):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("n", [24, 48, 96])
+def test_on_a_thin_film_the_radius_is_accurate_to_a_twelfth_of_a_cell(n):
+    """A compressible film bonded to a rigid base, 1/500 of the contact radius thick: pressure in proportion to the depth,
+    and a^2 = 2 R d (K. L. Johnson, Contact Mechanics, 1985, section 5.8). The error is of first order: see *Limitations*."""
+    ball, a = jc.Sphere(1e-3), 1e-5
+    body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e6, 0.3), 2e-3 * a)], substrate=None)
+    for width in (3.0, 3.09, 3.21):
+        history = jc.indent(body, ball, jc.Approach(a**2 / 2e-3), [0.0], grid=jc.Grid.square(n, width * a))
+        assert not np.any(history.status)
+        assert abs(float(history.contact_radius[0]) - a) < width * a / n / 12.0
+
+
+@pytest.mark.slow
 def test_sixteen_contacts_have_sixteen_times_the_area_of_hertz():
     """Paraboloids 16 cells apart with contacts of radius 3, on a periodic grid: the neighbours take little of the load."""
     tile = np.tile(paraboloid(16, (0.2, -0.3), (1e3, 1e3)), (4, 4))

@@ -267,11 +267,13 @@ def test_what_has_no_hold_is_refused():
     data = curve(5e-6)
     t = np.linspace(0.0, 1.0, 40)
     ramp = fitting.IndentationData(t=t, load=t, depth=1e-6 * t)
+    in_micrometres = dataclasses.replace(data, depth=1e6 * data.depth)
     fit = fitting.fit_poroelastic
     for call, words in (
         (lambda: fit(ramp, indenter=BEAD), "expected a hold of at least 8 points"),
         (lambda: fit(t, indenter=BEAD), "data: expected IndentationData"),
         (lambda: fit([], indenter=BEAD), "at least one curve"),
+        (lambda: fit(in_micrometres, indenter=BEAD), "expected a depth in m and not in mm, um or nm, and a radius in m"),
         (lambda: fit(data, indenter=jc.FlatPunch(1e-6)), "expected a Sphere or a Cone"),
         (lambda: fit(data, indenter=jc.Sphere(1e-3, jc.Elastic(1e9))), "expected a rigid one"),
         (lambda: fit(data, indenter=[BEAD, BEAD]), "one for each of 1 curves"),

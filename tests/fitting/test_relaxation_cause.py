@@ -85,6 +85,10 @@ def test_what_cannot_be_told_is_not_named():
     assert fitting.relaxation_cause(wavy, indenter=BEAD).cause == "cannot tell"
     with pytest.raises(ValueError, match="expected forces > 0 N"):
         fitting.relaxation_cause([dataclasses.replace(one, load=-one.load) for one in curves], indenter=BEAD)
+    with pytest.raises(ValueError, match="expected a depth in m and not in mm, um or nm, and a radius in m"):
+        fitting.relaxation_cause(
+            [dataclasses.replace(one, depth=1e6 * one.depth) for one in curves], indenter=BEAD
+        )
 
 
 @pytest.mark.slow

@@ -86,6 +86,24 @@ def test_nothing_resolved_is_said_in_words():
     assert "resolved nowhere" in fit.summary() and "nan" not in fit.summary()
 
 
+@pytest.mark.parametrize("kind", ["relaxation", "oscillation"])
+def test_a_constant_modulus_has_no_spectrum(kind, tmp_path):
+    t = np.geomspace(1.0, 100.0, 20)
+    data = fitting.RelaxationData(t, np.full(20, 700.0))
+    if kind == "oscillation":
+        data = fitting.OscillationData(t, np.full(20, 700.0), np.zeros(20))
+    fit = fitting.fit_spectrum(data)
+    assert np.all(fit.H == 0.0) and np.all(fit.high == 0.0) and not fit.resolved.any()
+    assert fit.equilibrium == pytest.approx(700.0, rel=1e-12) and fit.verdict == "accepted"
+    assert "the modulus is constant within 1e-08: no spectrum, H = 0" in fit.notes
+    assert (
+        "no spectrum: the modulus does not relax" in fit.summary()
+        and not json.loads(fit.to_json())["reasons"]
+    )
+    np.testing.assert_allclose(fit.material.relaxation([1e-6, 1.0, 1e6]), 700.0, rtol=1e-12)
+    fit.plot(tmp_path / "fit.png")
+
+
 def test_data_that_no_spectrum_describes_are_rejected():
     """G'' = 0 with G' that falls with frequency contradicts every spectrum >= 0."""
     G = moduli()

@@ -106,7 +106,8 @@ AT_ONCE = CASE.replace("load = [1e-6, 0.0, -0.5e-6]", "load = 1e-7").replace(
 )
 OTHERS = {
     "shear": 'kind = "shear"\nfriction = 0.3\nshear_strength = "0.1 MPa"\ncoupled = false\n' + SHEARED,
-    "rubbing": 'kind = "rubbing"\nvelocity = 1e-6\nwears = "indenter"\n[wear]\ncoefficient = 1e-18\n' + CASE,
+    "rubbing": 'kind = "rubbing"\nvelocity = 1e-6\nshear_strength = 1e5\nwears = "indenter"\n[wear]\n'
+    "coefficient = 1e-18\n" + CASE,
     "steady sliding": 'kind = "steady-sliding"\nvelocity = 1e-5\nfriction = 0.2\nshear_strength = 1e4\n'
     + AT_ONCE,
 }
@@ -140,8 +141,18 @@ def test_a_run_of_the_other_verbs_stores_what_python_gives(name, case, capfd):
     elif name == "rubbing":
         pressed = jc.Load(np.array([1e-6, 0.0, -0.5e-6]))
         wanted = jc.rub(
-            read.body, ball, pressed, times, velocity=1e-6, law=jc.Archard(1e-18), wears="indenter", **common
+            read.body,
+            ball,
+            pressed,
+            times,
+            velocity=1e-6,
+            law=jc.Archard(1e-18),
+            shear_strength=1e5,
+            wears="indenter",
+            **common,
         )
+        assert float(wanted.friction_work.max()) > 0.0  # of the shear strength alone
+        np.testing.assert_allclose(stored.friction_work, wanted.friction_work, rtol=1e-9)
     else:
         wanted = jc.slide_steady(
             read.body, ball, jc.Load(1e-7), velocity=1e-5, friction=0.2, shear_strength=1e4, **common

@@ -57,6 +57,37 @@ def test_without_wear_it_is_the_contact_at_rest_and_wear_is_that_of_the_pressure
     assert work == pytest.approx(0.3 * SPEED * np.trapezoid(forces, TIMES), rel=1e-5)
 
 
+@pytest.mark.slow
+def test_a_shear_strength_acts_on_all_that_touches_beside_friction_and_drives_growth():
+    """Work: the strength times the way times the area in contact, here of the cells whose gap is zero. Growth by shear
+    stress at a given temperature: exp(-(Q - tau V)/(k T)) times the rate, in contact alone, without friction."""
+    strength = 2e4 * np.linspace(1.0, 2.0, GRID.shape[0])[:, None] * np.ones(GRID.shape)
+    plain, sheared = rubbed(0.0), rubbed(0.0, shear_strength=strength)
+    touching = np.asarray(plain.gap) <= 1e-9 * float(plain.approach.max())
+    assert 20 < touching[0].sum() < touching.size / 30
+    np.testing.assert_array_equal(touching, plain.contact_pressure > 0.0)
+    work = np.trapezoid(touching * strength, TIMES, axis=0) * SPEED
+    np.testing.assert_allclose(sheared.friction_work - plain.friction_work, work, atol=1e-9 * work.max())
+    np.testing.assert_allclose(sheared.pressure, plain.pressure, atol=1e-9 * float(plain.pressure.max()))
+
+    # Q/(k T) = 20 and tau V/(k T) = 1 .. 2
+    temperature, boltzmann = 300.0, 1.380649e-23
+    law = jc.StressActivated(
+        1e-3, 20.0 * boltzmann * temperature, boltzmann * temperature / 2e4, temperature, stress="shear"
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        grown = jc.rub(
+            film(thickness(swing=0.3), CREEPS), BALL, along(PATH), TIMES, velocity=SPEED, law=law, grid=GRID,
+            adhesion=LAW, shear_strength=strength,
+        )  # fmt: skip
+    stays = np.all(touching, 0)
+    rate = 1e-3 * np.exp(-20.0 + strength / 2e4)
+    assert float((rate * TIMES[-1]).max()) < 1e-2 * float(grown.thickness[0].min())  # touches as before
+    added = np.asarray(grown.thickness[-1] - grown.thickness[0])
+    np.testing.assert_allclose(added[stays], (rate * TIMES[-1])[stays], rtol=1e-9)
+
+
 @pytest.mark.long
 def test_the_end_of_a_path_over_a_creeping_film_is_steady_sliding():
     """With 1, 2, 4 and 8 substeps a cell the load differs by 2.6e-3, -0.5e-3, -0.8e-3 and -0.9e-3 units: the first is the

@@ -65,6 +65,21 @@ def test_a_contact_that_sticks_is_a_disc_and_one_that_slips_carries_friction_on_
 
 
 @pytest.mark.slow
+def test_a_function_that_saves_sees_the_pressure_that_contact_carries():
+    """The net pressure plus the attraction at a gap of zero, w/z, less where it is linear to a neighbour with a gap."""
+    grid, path = jc.Grid.square(16, 6.0 * UNITS.radius), moved([0.0, 0.1])
+    kept = sheared(path, 0.3, 0.01 * G, grid=grid, save=lambda step: (step.contact_pressure, step.pressure))
+    carried, pressure = kept.saved
+    whole = sheared(path, 0.3, 0.01 * G, grid=grid)
+    np.testing.assert_array_equal(carried, whole.contact_pressure)
+    middle = (slice(None), slice(7, 9), slice(7, 9))
+    assert np.all(np.asarray(whole.pressure)[middle] < np.asarray(carried)[middle])
+    np.testing.assert_allclose((carried - pressure)[middle], WORK / (0.3 * REACH), rtol=1e-6)
+    none = sheared(path, 0.3, law=None, grid=grid, save=lambda step: step.contact_pressure)
+    assert none.saved is None
+
+
+@pytest.mark.slow
 def test_a_constant_shear_strength_slips_from_the_edge_as_a_cohesive_zone():
     """A ring c < r < a at the strength around a disc that sticks, at nu = 0 (the mode II counterpart of D. Maugis, J.
     Colloid Interface Sci. 150 (1992) 243, with 4 G* in place of E*, 1/G* = 2/G):

@@ -115,6 +115,10 @@ MOTION = {
         lambda: steady(1e-9, shear_strength=1e6),
         r"shear_strength: expected None without adhesion, got 1000000\.0",
     ),
+    "a shear strength in rubbing without adhesion": (
+        lambda: rub(velocity=0.1, shear_strength=1e6),
+        r"shear_strength: expected None without adhesion, got 1000000\.0",
+    ),
     "a shear strength of another grid": (
         lambda: steady(
             1e-9, adhesion=jc.ExponentialAdhesion(0.05, 1e-9), shear_strength=np.full((4, 4), 1e6)

@@ -15,11 +15,12 @@ FAINT = 0.1  # of the largest value: an error is relative to this where the valu
 GRID = jc.Grid.square(n=24, width=300e-6)
 BALL = jc.Sphere(5e-3)
 DEPTH = 1e-6
+MU = 0.3  # coefficient of friction in ``shear``
 
 
 @dataclass(frozen=True)
 class Case:
-    """A contact over time; load or approach: the control, at the times [s]."""
+    """A contact over time; load or approach: the control, at the times [s]; push: the tangential one of ``shear``."""
 
     name: str
     body: Any
@@ -28,11 +29,15 @@ class Case:
     approach: Any = None
     indenter: Any = BALL
     velocity: Any = 0.0
+    push: Any = None
 
     def run(self, **more):
         """Return its history."""
         control = jc.Load(self.load) if self.approach is None else jc.Approach(self.approach)
         given = self.body, self.indenter, control, self.times
+        if self.push is not None:
+            grid, more = jc.Grid.square(n=20, width=240e-6), more | {"friction": MU, "coupled": False}
+            return jc.shear(*given[:3], self.push, self.times, grid=grid, tolerance=1e-7, **more)
         if np.any(self.velocity):
             return jc.slide(*given, velocity=self.velocity, grid=GRID, **more)
         return jc.indent(*given, grid=GRID, **more)
@@ -202,6 +207,55 @@ def swaying_case(seed):
     control = {"load": 0.15 * np.ones(9)} if loaded else {"approach": 0.7e-6 * np.ones(9)}
     name = f"{seed}: solid {ratio:.1f}, {where.__name__}, {course}, {'load' if loaded else 'approach'}, {last:.2g} s"
     return Case(name, where(solid(ratio)), times, velocity=velocity, **control)
+
+
+def sheared_case(seed):
+    """Return a contact in partial slip at nine times, drawn with a seed."""
+    draw = np.random.default_rng(seed)
+    power, last = (
+        lambda low, high: float(10.0 ** draw.uniform(low, high)),
+        float(10.0 ** draw.uniform(-0.7, 1.0)),
+    )
+    kind, where = draw.choice(["solid", "Burgers"]), half_space if draw.random() < 0.5 else film
+    material = solid(power(np.log10(1.5), np.log10(20.0)))
+    if kind == "Burgers":
+        material = jc.Burgers(1e9, power(8.3, 9.0), power(9.5, 11.0), power(8.0, 9.0), 0.3)
+    normal = draw.choice(["hold", "ramp and hold", "grow"])
+    course = draw.choice(["ramp", "hold", "step and hold", "oscillate"])
+    times, s = np.linspace(0.0, last, 9), np.linspace(0.0, 1.0, 9)
+    values = {"hold": np.ones(9), "ramp and hold": np.minimum(1.0, 0.2 + 2.0 * s), "grow": 0.3 + 0.7 * s}[
+        normal
+    ]
+    along = {
+        "ramp": s,
+        "hold": np.ones(9),
+        "step and hold": np.where(s > 0.3, 1.0, 0.0),
+        "oscillate": np.sin(draw.uniform(3.0, 9.0) * s),
+    }[course]
+    loaded, pushed, size = bool(draw.random() < 0.5), bool(draw.random() < 0.5), draw.uniform(0.2, 0.6)
+    control = {"load": 0.2 * values} if loaded else {"approach": 0.7e-6 * values}
+    vector = np.stack([size * along, 0.0 * along], 1)
+    push = jc.TangentialDisplacement(0.5e-6 * vector)
+    if pushed:  # within friction at all times, of a contact that relaxes too
+        push = jc.TangentialLoad(MU * 0.2 * vector * (values if loaded else 0.2 * values**1.5)[:, None])
+    name = f"{seed}: {kind}, {where.__name__}, {normal} {'load' if loaded else 'approach'}, {course}"
+    name += f" {'load' if pushed else 'displacement'}, {last:.2g} s"
+    return Case(name, where(material), times, push=push, **control)
+
+
+def error_of_totals(coarse, fine):
+    """Return the largest error of tangential load and displacement over time, over the largest value of each."""
+    pairs = [
+        (getattr(run, name) for run in (coarse, fine))
+        for name in ("tangential_load", "tangential_displacement")
+    ]
+    return max(float(np.max(np.abs(a - b)) / np.max(np.abs(b))) for a, b in pairs)
+
+
+def error_of_traction(coarse, fine):
+    """Return the largest error of the traction of any cell and time, over friction times the largest pressure then."""
+    off, peak = np.max(np.abs(coarse.traction - fine.traction), (1, 2, 3)), np.asarray(fine.peak_pressure)
+    return float(np.max(off / (MU * np.maximum(peak, FAINT * np.max(peak)))))
 
 
 def largest_error(coarse, fine):
