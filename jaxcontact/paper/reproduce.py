@@ -24,9 +24,7 @@ from jaxcontact.paper import (
     figure_10,
     figure_11,
     figure_12,
-    figure_13,
-    figure_14,
-    figure_15,
+    sliding,
     speed_map,
 )
 from jaxcontact.paper.comparison import Reproduction, Row, as_dict, table
@@ -191,9 +189,9 @@ CASES: tuple[Reproduction, ...] = (
     figure_10.CASE,
     figure_11.CASE,
     figure_12.CASE,
-    figure_13.CASE,
-    figure_14.CASE,
-    figure_15.CASE,
+    sliding.FIGURE_13,
+    sliding.FIGURE_14,
+    sliding.FIGURE_15,
     speed_map.CASE,
     claims.CASE,
 )

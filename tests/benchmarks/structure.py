@@ -207,7 +207,9 @@ if __name__ == "__main__":
     )
     here = Path(__file__).resolve().parents[2]
     parser.add_argument("checkout", nargs="?", type=Path, default=here, help="by default that of this file")
-    parser.add_argument("call", nargs="?", choices=CALLS, help="print only what this call enters, as JSON")
+    parser.add_argument(
+        "call", nargs="?", choices=CALLS, metavar="CALL", help="print only what this call enters, as JSON"
+    )
     options = parser.parse_args()
     checkout = options.checkout.resolve()
     if not all((checkout / name).is_dir() for name in PACKAGES):
