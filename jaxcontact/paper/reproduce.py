@@ -27,7 +27,7 @@ from jaxcontact.paper import (
     sliding,
     speed_map,
 )
-from jaxcontact.paper.comparison import Reproduction, Row, as_dict, table
+from jaxcontact.paper.comparison import Reproduction, Row, as_dict, table, value_as_text
 
 # The report of the reproductions: a single HTML file, with embedded pictures, of all cases in a directory.
 
@@ -148,21 +148,13 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     return (
         escape(row["quantity"]),
         escape(row["source"]),
-        _value(row["expected"]),
-        _value(row["found"]),
+        value_as_text(row["expected"]),
+        value_as_text(row["found"]),
         "-" if difference is None else f"{100.0 * difference:+.4f} %",
         "-" if tolerance is None else f"{100.0 * tolerance:.3g} %",
         "-" if row["expected"] is None else _verdict_cell(row["holds"]),
         escape(row["reason"]),
     )
-
-
-def _value(value: float | bool | None) -> str:
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.6g}"
 
 
 def _verdict_cell(holds: bool) -> str:
