@@ -14,19 +14,18 @@ import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
-from jaxcontact._compile.compilation_cache import enable_compilation_cache
-from jaxcontact._support.terminal import Parser
+from jaxcontact._support.terminal import (
+    BAD_INPUT,
+    Parser,
+    exit_status,
+    print_error,
+    signal_of,
+    signals_interrupt,
+)
 from jaxcontact._support.version import __version__
-from jaxcontact.paper import REPRODUCTIONS
 from jaxcontact.shell import look
-from jaxcontact.shell.case_keys import ALL, FEW, LAST
-from jaxcontact.shell.case_schema import KINDS
-from jaxcontact.shell.look import SHELLS, completing
-from jaxcontact.shell.playground import add_options
-from jaxcontact.shell.run import BAD_INPUT, exit_status, print_error, run, signal_of, signals_interrupt
-from jaxcontact.shell.sweep import run_study
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
@@ -96,28 +95,39 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _dispatch(arguments: list[str]) -> int:
-    with contextlib.suppress(OSError):  # the cache folder cannot be written: compile without it
-        enable_compilation_cache()
-    return _command(arguments)
-
-
-def _command(arguments: list[str]) -> int:
+    named = next((word for word in arguments if word in COMMANDS), "")
     if arguments[:1] == ["fit"]:
         from fitting.cli import command  # takes a second to import, which other commands do not need
 
+        _use_compiled_programs()
         return command.main(arguments[1:])
-    options = _parser().parse_args(arguments)
+    options = _parser(named).parse_args(arguments)
+    if named not in ("cases", "cite"):
+        _use_compiled_programs()
     return options.command(options)
+
+
+def _use_compiled_programs() -> None:
+    from jaxcontact._compile.compilation_cache import enable_compilation_cache
+
+    with contextlib.suppress(OSError):  # the cache folder cannot be written: compile without it
+        enable_compilation_cache()
 
 
 def _parser_with_fits() -> argparse.ArgumentParser:
     """Return the parser including the commands of the fits, which otherwise have a parser of their own."""
     from fitting.cli import command
 
-    return _parser(command.add_parser)
+    return _parser(add_fits=command.add_parser)
 
 
-def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argparse.ArgumentParser:
+def _parser(
+    named: str | None = None, add_fits: Callable[[Commands], None] = lambda kinds: None
+) -> argparse.ArgumentParser:
+    """Return the parser, in which only the command ``named`` has its options, or each if it is None.
+
+    The options of a command may need jax, which takes most of a second to import: ``jaxcontact --help`` does not.
+    """
     parser = Parser(
         prog="jaxcontact",
         description="Time-dependent contact with viscoelastic and layered bodies.",
@@ -127,49 +137,35 @@ def _parser(add_fits: Callable[[Commands], None] = lambda kinds: None) -> argpar
     parser.add_argument("--version", action="version", version=f"jaxcontact {__version__}")
     parser.add_argument(
         "--completion",
-        choices=SHELLS,
-        action=completing(_parser_with_fits),
+        choices=look.SHELLS,
+        action=look.completing(_parser_with_fits),
         help='print the completion script of a shell, for: eval "$(jaxcontact --completion bash)"',
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    _add_run(commands)
-    _add_case_commands(commands)
-    _add_sweep(commands)
-    fit = commands.add_parser("fit", help="identify material parameters from measured curves")
-    add_fits(fit.add_subparsers(metavar="KIND"))
-    _add_result_commands(commands)
-    command = _add(commands, "play", "move sliders in a browser while the solver follows", OF_PLAY)
-    add_options(command)
-    command.set_defaults(command=_play)
-    command = _add(
-        commands, "reproduce", "compare with the figures and tables of Wang et al. (2025)", OF_REPRODUCE
-    )
-    names = f"figures and tables to reproduce, by default all: {', '.join(REPRODUCTIONS)}"
-    command.add_argument("names", nargs="*", metavar="NAME", help=names)
-    _add_output(command, required=True)
-    command.set_defaults(command=_reproduce)
-    what = "print the citations of this package and of Wang et al. (2025) in BibTeX"
-    commands.add_parser("cite", help=what, description=f"P{what[1:]}.").set_defaults(command=look.cite)
+    for name, (what, examples, add_options) in COMMANDS.items():
+        if name == "fit":
+            add_fits(commands.add_parser(name, help=what).add_subparsers(metavar="KIND"))
+            continue
+        more: dict[str, Any] = {}
+        if examples:
+            more = {
+                "epilog": _examples(examples),
+                "formatter_class": argparse.RawDescriptionHelpFormatter,
+            }
+        command = commands.add_parser(name, help=what, description=f"{what[0].upper()}{what[1:]}.", **more)
+        if named in (None, name):
+            add_options(command)
     return parser
-
-
-def _add(commands: Commands, name: str, what: str, examples: tuple[str, ...]) -> argparse.ArgumentParser:
-    """Add a command, with examples at the end of its help."""
-    return commands.add_parser(
-        name,
-        help=what,
-        description=f"{what[0].upper()}{what[1:]}.",
-        epilog=_examples(examples),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
 
 
 def _examples(lines: tuple[str, ...]) -> str:
     return "\n  ".join(["examples:", *lines])
 
 
-def _add_run(commands: Commands) -> None:
-    command = _add(commands, "run", "run a case file", OF_RUN)
+def _add_run(command: argparse.ArgumentParser) -> None:
+    from jaxcontact.shell.case_keys import ALL, FEW, LAST
+    from jaxcontact.shell.run import run
+
     command.add_argument("case", type=look.case_path, metavar="CASE.toml", help=CASE_HELP)
     command.add_argument(
         "--show", action="store_true", help="print the case with all defaults and do not run it"
@@ -188,8 +184,9 @@ def _add_run(commands: Commands) -> None:
     command.set_defaults(command=run)
 
 
-def _add_case_commands(commands: Commands) -> None:
-    command = _add(commands, "new", "write a template of a case file", OF_NEW)
+def _add_new(command: argparse.ArgumentParser) -> None:
+    from jaxcontact.shell.case_schema import KINDS
+
     kinds = tuple(KINDS)
     command.add_argument(
         "kind",
@@ -202,16 +199,16 @@ def _add_case_commands(commands: Commands) -> None:
     command.add_argument("file", type=Path, metavar="FILE.toml", help="the file to write")
     command.add_argument("--force", action="store_true", help="overwrite FILE")
     command.set_defaults(command=look.new)
-    command = _add(commands, "check", "validate a case file without running it", OF_CHECK)
+
+
+def _add_check(command: argparse.ArgumentParser) -> None:
     command.add_argument("case", type=look.case_path, metavar="CASE.toml", help=CASE_HELP)
     command.set_defaults(command=look.check)
-    what = "list the case files that come with the package"
-    command = commands.add_parser("cases", help=what, description=f"L{what[1:]}.")
-    command.set_defaults(command=look.cases)
 
 
-def _add_sweep(commands: Commands) -> None:
-    command = _add(commands, "sweep", "run all cases of a study", OF_SWEEP)
+def _add_sweep(command: argparse.ArgumentParser) -> None:
+    from jaxcontact.shell.sweep import run_study
+
     command.add_argument("study", type=look.case_path, metavar="STUDY.toml", help=STUDY_HELP)
     command.add_argument(
         "-o",
@@ -235,23 +232,44 @@ def _add_sweep(commands: Commands) -> None:
     command.set_defaults(command=run_study)
 
 
-def _add_result_commands(commands: Commands) -> None:
-    plot = _add(commands, "plot", "draw a saved result", OF_PLOT)
-    plot.add_argument(
+def _add_plot(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
         "-o",
         dest="picture",
         type=Path,
         metavar="FILE",
         help="figure to write, .png, .svg or .pdf; by default RESULT with .png",
     )
-    plot.set_defaults(command=look.plot)
-    convert = _add(commands, "convert", "write a saved result for another program", OF_CONVERT)
+    _add_result(command)
+    command.set_defaults(command=look.plot)
+
+
+def _add_convert(command: argparse.ArgumentParser) -> None:
     kinds = "file to write: .pvd for ParaView, .nc (NetCDF) or .npz (numpy)"
-    convert.add_argument("-o", dest="file", type=Path, metavar="FILE", required=True, help=kinds)
-    convert.set_defaults(command=look.convert)
-    for command in (plot, convert):
-        command.add_argument("result", type=Path, metavar="RESULT", help="a result.npz, or a .nc file")
-        command.add_argument("--force", action="store_true", help="overwrite FILE")
+    command.add_argument("-o", dest="file", type=Path, metavar="FILE", required=True, help=kinds)
+    _add_result(command)
+    command.set_defaults(command=look.convert)
+
+
+def _add_result(command: argparse.ArgumentParser) -> None:
+    command.add_argument("result", type=Path, metavar="RESULT", help="a result.npz, or a .nc file")
+    command.add_argument("--force", action="store_true", help="overwrite FILE")
+
+
+def _add_play(command: argparse.ArgumentParser) -> None:
+    from jaxcontact.shell.playground import add_options
+
+    add_options(command)
+    command.set_defaults(command=_play)
+
+
+def _add_reproduce(command: argparse.ArgumentParser) -> None:
+    from jaxcontact.paper import REPRODUCTIONS
+
+    names = f"figures and tables to reproduce, by default all: {', '.join(REPRODUCTIONS)}"
+    command.add_argument("names", nargs="*", metavar="NAME", help=names)
+    _add_output(command, required=True)
+    command.set_defaults(command=_reproduce)
 
 
 def _add_output(parser: argparse.ArgumentParser, required: bool) -> "argparse._MutuallyExclusiveGroup":
@@ -277,6 +295,34 @@ def _play(options: argparse.Namespace) -> int:
     from jaxcontact.shell.playground.server import play
 
     return play(options)
+
+
+COMMANDS: dict[str, tuple[str, tuple[str, ...], Callable[[argparse.ArgumentParser], None]]] = {
+    "run": ("run a case file", OF_RUN, _add_run),
+    "new": ("write a template of a case file", OF_NEW, _add_new),
+    "check": ("validate a case file without running it", OF_CHECK, _add_check),
+    "cases": (
+        "list the case files that come with the package",
+        (),
+        lambda command: command.set_defaults(command=look.cases),
+    ),
+    "sweep": ("run all cases of a study", OF_SWEEP, _add_sweep),
+    "fit": ("identify material parameters from measured curves", (), lambda command: None),
+    "plot": ("draw a saved result", OF_PLOT, _add_plot),
+    "convert": ("write a saved result for another program", OF_CONVERT, _add_convert),
+    "play": ("move sliders in a browser while the solver follows", OF_PLAY, _add_play),
+    "reproduce": (
+        "compare with the figures and tables of Wang et al. (2025)",
+        OF_REPRODUCE,
+        _add_reproduce,
+    ),
+    "cite": (
+        "print the citations of this package and of Wang et al. (2025) in BibTeX",
+        (),
+        lambda command: command.set_defaults(command=look.cite),
+    ),
+}
+"""Each command: its summary, the examples at the end of its help, and the function that adds its options."""
 
 
 def enter() -> None:

@@ -175,3 +175,6 @@ def watch_memory_maps() -> MapWatch | None:
     found = MapWatch(limit, maps)
     jax.monitoring.register_event_duration_secs_listener(found)
     return found
+
+
+watch_memory_maps()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact.paper import comparison, passes, pictures, speed_map, tribofilm
+from jaxcontact.paper import comparison, pictures, sliding, speed_map, tribofilm
 from jaxcontact.paper.comparison import Reproduction, Row, described, report
 
 LOADS = (10.0, 60.0, 500.0)
@@ -17,7 +17,7 @@ def simulate(n: int) -> dict[str, Any]:
     """Simulate creep under three loads, the slow sliding runs under two, and the speed maps."""
     return {
         "creep": {load: tribofilm.creep(True, load, n) for load in LOADS},
-        "slow": {name: passes.slide(name, n) for name in ("14a", "14b", "14c", "14d")},
+        "slow": {name: sliding.slide(name, n) for name in ("14a", "14b", "14c", "14d")},
         "map": {load: speed_map.sweep(load, n) for load in speed_map.LOADS},
     }
 
@@ -52,7 +52,7 @@ def compare(found: dict[str, Any], references: Mapping[str, float]) -> list[Row]
         rows.append(report(f"W = {load:g} N: peak 1 % low at [um/s]", speed, "steady state"))
         rows.append(report(f"W = {load:g} N: film strain at 1 um/s [-]", strain, "steady state"))
     for low, high in (("14a", "14b"), ("14c", "14d")):
-        speed = passes.PASSES[low].speed * 1e6
+        speed = sliding.PASSES[low].speed * 1e6
         claim = f"the high load takes longer to become steady, at {speed:.3g} um/s"
         rows.append(described(claim, time[high] > time[low]))
         rows += [
@@ -66,7 +66,7 @@ def compare(found: dict[str, Any], references: Mapping[str, float]) -> list[Row]
     return rows
 
 
-def settling_time(run: passes.SlidingRun) -> float:
+def settling_time(run: sliding.SlidingRun) -> float:
     """Return the time [s] after which the peak stays within 0.5 % of that of the steady state; infinite if it never does."""
     outside = np.flatnonzero(np.abs(run.peak / run.steady - 1.0) > 5e-3)
     return float(np.append(run.times, np.inf)[outside[-1] + 1]) if outside.size else 0.0
@@ -82,7 +82,7 @@ def draw(found: dict[str, Any], directory: Path) -> None:
     for i, (name, run) in enumerate(found["slow"].items()):
         colour = pictures.colour(i, len(found["slow"]))
         axes[1].plot(
-            run.times[1:] / 60.0, run.peak[1:] / run.peak[0], color=colour, label=passes.title(name)[4:]
+            run.times[1:] / 60.0, run.peak[1:] / run.peak[0], color=colour, label=sliding.title(name)[4:]
         )
     axes[1].set_xscale("log")
     for ax, title in zip(axes, ("indentation", "sliding"), strict=True):

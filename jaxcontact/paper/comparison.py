@@ -121,11 +121,12 @@ def _cells(row: Row) -> tuple[str, ...]:
     holds = "-" if row.expected is None else ("yes" if row.holds else "NO")
     difference = "-" if row.difference is None else f"{100.0 * row.difference:+.4f} %"
     tolerance = "-" if row.tolerance is None else f"{100.0 * row.tolerance:.3g} %"
-    expected, found = _value(row.expected), _value(row.found)
+    expected, found = value_as_text(row.expected), value_as_text(row.found)
     return row.quantity, row.source, expected, found, difference, tolerance, holds, row.reason
 
 
-def _value(value: float | bool | None) -> str:
+def value_as_text(value: float | bool | None) -> str:
+    """Return a value of a table: six digits, yes or no, or a dash."""
     if value is None:
         return "-"
     if isinstance(value, bool):

@@ -24,12 +24,10 @@ from jaxcontact.paper import (
     figure_10,
     figure_11,
     figure_12,
-    figure_13,
-    figure_14,
-    figure_15,
+    sliding,
     speed_map,
 )
-from jaxcontact.paper.comparison import Reproduction, Row, as_dict, table
+from jaxcontact.paper.comparison import Reproduction, Row, as_dict, table, value_as_text
 
 # The report of the reproductions: a single HTML file, with embedded pictures, of all cases in a directory.
 
@@ -150,21 +148,13 @@ def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     return (
         escape(row["quantity"]),
         escape(row["source"]),
-        _value(row["expected"]),
-        _value(row["found"]),
+        value_as_text(row["expected"]),
+        value_as_text(row["found"]),
         "-" if difference is None else f"{100.0 * difference:+.4f} %",
         "-" if tolerance is None else f"{100.0 * tolerance:.3g} %",
         "-" if row["expected"] is None else _verdict_cell(row["holds"]),
         escape(row["reason"]),
     )
-
-
-def _value(value: float | bool | None) -> str:
-    if value is None:
-        return "-"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.6g}"
 
 
 def _verdict_cell(holds: bool) -> str:
@@ -191,9 +181,9 @@ CASES: tuple[Reproduction, ...] = (
     figure_10.CASE,
     figure_11.CASE,
     figure_12.CASE,
-    figure_13.CASE,
-    figure_14.CASE,
-    figure_15.CASE,
+    sliding.FIGURE_13,
+    sliding.FIGURE_14,
+    sliding.FIGURE_15,
     speed_map.CASE,
     claims.CASE,
 )

@@ -1,7 +1,7 @@
 """Results in files: npz with numpy only, NetCDF (named dimensions, units) with the extra ``jaxcontact[io]``.
 
 Both hold the same fields under the same names. In NetCDF every field has its dimensions, its unit and its
-meaning, and the case is in the attributes; xarray and MATLAB read it directly. For ParaView see ``results.storage``.
+meaning, and the case is in the attributes; xarray and MATLAB read it directly. ParaView reads collections of VTK files.
 """
 
 import base64
@@ -47,15 +47,29 @@ Field = tuple[str, np.ndarray, tuple[str, ...]]  # name with unit, values, names
 def write_collection(path: Path, result: Any) -> None:
     """Write a result at each of its times, then the collection file."""
     arrays = arrays_of(result)
-    fields = list(_fields(result, arrays))
+    values = arrays | derived_of(result)
+    fields = [
+        (f"{name} [{field.symbol}]", values[name], field.dimensions_of(values[name].ndim))
+        for name, field in fields_of(arrays).items()
+        if name in values
+    ]
+    # the times with maps: all, or the last; a steady state has one
+    times = arrays.get("times", np.zeros(1))
+    maps = arrays.get("pressure", arrays["displacement"])
     folder = pieces_folder(path)
     folder.mkdir(exist_ok=True)
-    pieces: dict[str, float] = {}
-    for index, time in _times(arrays).items():
-        piece = folder / f"{path.stem}_{len(pieces)}.vtr"
-        _write(piece, _rectilinear_grid(arrays, [_at(field, index) for field in fields]))
-        pieces[f"{folder.name}/{piece.name}"] = time
-    _write(path, _collection(pieces))
+    root = _file("Collection")
+    collection = SubElement(root, "Collection")
+    for count, index in enumerate(range(times.size) if maps.ndim == 3 else [times.size - 1]):
+        piece = folder / f"{path.stem}_{count}.vtr"
+        at_one_time = [
+            (name, field[index], dims[1:]) if dims[:1] == ("time",) else (name, field, dims)
+            for name, field, dims in fields
+        ]
+        _write(piece, _rectilinear_grid(arrays, at_one_time))
+        file = f"{folder.name}/{piece.name}"
+        SubElement(collection, "DataSet", timestep=repr(float(times[index])), part="0", file=file)
+    _write(path, root)
 
 
 def pieces_folder(path: Path) -> Path:
@@ -72,28 +86,6 @@ def pieces_folder(path: Path) -> Path:
 
 def _write(path: Path, root: Element) -> None:
     write_whole(path, lambda part: ElementTree(root).write(part, "utf-8", xml_declaration=True))
-
-
-def _fields(result: Any, arrays: dict[str, np.ndarray]) -> Iterator[Field]:
-    known, values = fields_of(arrays), arrays | derived_of(result)
-    for name in known:
-        if name in values:
-            field = known[name]
-            yield f"{name} [{field.symbol}]", values[name], field.dimensions_of(values[name].ndim)
-
-
-def _times(arrays: dict[str, np.ndarray]) -> dict[int, float]:
-    """Return the times with maps by their index: all, or the last; a steady state has one."""
-    times = arrays.get("times", np.zeros(1))
-    maps = arrays.get("pressure", arrays["displacement"])
-    every = range(times.size) if maps.ndim == 3 else [times.size - 1]
-    return {index: float(times[index]) for index in every}
-
-
-def _at(field: Field, index: int) -> Field:
-    """Return a field at one time."""
-    name, values, dims = field
-    return (name, values[index], dims[1:]) if dims[:1] == ("time",) else field
 
 
 def _rectilinear_grid(arrays: dict[str, np.ndarray], fields: list[Field]) -> Element:
@@ -134,14 +126,6 @@ def _add(
             attributes |= {"NumberOfComponents": str(values.shape[1])}
         data = np.array(values.nbytes, "<u8").tobytes() + values.tobytes()
         SubElement(element, "DataArray", attributes).text = base64.b64encode(data).decode()
-
-
-def _collection(pieces: dict[str, float]) -> Element:
-    root = _file("Collection")
-    collection = SubElement(root, "Collection")
-    for file, time in pieces.items():
-        SubElement(collection, "DataSet", timestep=repr(time), part="0", file=file)
-    return root
 
 
 def _file(kind: str) -> Element:

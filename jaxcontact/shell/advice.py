@@ -12,7 +12,6 @@ from typing import Any
 import jax
 import numpy as np
 from jax import Array
-from scipy.optimize import brentq
 
 from jaxcontact._support.fields import FIELDS, VECTOR
 from jaxcontact._support.files import UNFINISHED
@@ -112,6 +111,8 @@ def _radius(case: Case, compliance: float) -> float:
     approach = lambda a: a**2 / R - math.sqrt(neck * a)
     if value < approach(least):
         return 0.0
+    from scipy.optimize import brentq  # takes a third of a second to import
+
     high = 4.0 * (least + math.sqrt(R * abs(value)))
     return float(brentq(lambda a: approach(a) - value, least, high))
 

@@ -194,7 +194,9 @@ class FinishedSteps:
         last = read_npz(checkpoint, *fields.whole, *fields.maps)
         blocks = [self._block(index) for index in range(count)]
         fields = fields.among(last | read_npz(blocks[0], *fields.series, *fields.lines))
-        series = _joined(blocks, (*fields.series, *fields.lines))
+        # what has a value or a line for each step, of all blocks
+        parts = [read_npz(block, *fields.series, *fields.lines) for block in blocks]
+        series = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         lines = {name: series.pop(name) for name in fields.lines}
         history = self.kind(**series, **last, saved=None, grid=grid)
         if not self.chosen.size:
@@ -202,7 +204,14 @@ class FinishedSteps:
         end = history.times.size - 1  # a run that was stopped ends at none of the chosen
         chosen = np.append(self.chosen[self.chosen < end], end)
         files = blocks if end in self.chosen else [*blocks, checkpoint]
-        maps = {name: _stacked(files, name, chosen.size, last[name]) for name in fields.maps}
+        maps = {  # read a block at a time, when they are written
+            name: Stacked(
+                (chosen.size, *last[name].shape),
+                last[name].dtype,
+                functools.partial(_parts, files, name, last[name].ndim),
+            )
+            for name in fields.maps
+        }
         return FinishedRun(history, chosen, next(_parts(blocks, "pressure", 2))[0], maps, lines)
 
     def _slip(self, before: ResumePoint, slip: np.ndarray, chosen: np.ndarray) -> np.ndarray:
@@ -249,18 +258,6 @@ def _lines(history: ContactHistory) -> dict[str, np.ndarray]:
     maps = {line: name for line, name in maps.items() if getattr(history, name, None) is not None}
     lines = {line: np.asarray(getattr(history, name))[:, :, middle] for line, name in maps.items()}
     return lines | {name: values for name, values in numbers_of(history).items() if name in names}
-
-
-def _joined(blocks: list[Path], names: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Return what has a value or a line for each step, of all blocks."""
-    parts = [read_npz(block, *names) for block in blocks]
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-
-def _stacked(files: list[Path], name: str, count: int, last: np.ndarray) -> Stacked:
-    """Return the maps of some times, of which ``last`` is one."""
-    parts = functools.partial(_parts, files, name, last.ndim)
-    return Stacked((count, *last.shape), last.dtype, parts)
 
 
 def _parts(files: list[Path], name: str, ndim: int) -> Iterator[np.ndarray]:

@@ -1,4 +1,7 @@
-"""The commands that run no simulation: ``cases``, ``new``, ``check``, ``plot``, ``convert`` and ``cite``."""
+"""The commands that run no simulation: ``cases``, ``new``, ``check``, ``plot``, ``convert`` and ``cite``.
+
+Each imports what it needs, since ``cases`` and ``cite`` need no jax, which takes most of a second to import.
+"""
 
 import argparse
 import sys
@@ -8,14 +11,7 @@ from typing import Any
 
 from jaxcontact._support import version
 from jaxcontact._support.files import read_npz, write_whole
-from jaxcontact.results import storage
-from jaxcontact.results.labels import extra
-from jaxcontact.results.storage import pieces_folder
-from jaxcontact.shell import advice
-from jaxcontact.shell.advice import describe_adhesion
-from jaxcontact.shell.case_file import CaseError, case_of, mistakes_in_tables, read_tables, template
-from jaxcontact.shell.case_keys import COURSE
-from jaxcontact.shell.run import BAD_INPUT, FINE, print_error, tell
+from jaxcontact._support.terminal import BAD_INPUT, FINE, print_error, tell
 
 CASES = Path(__file__).parents[1] / "cases"
 
@@ -37,6 +33,8 @@ def cases(options: argparse.Namespace) -> int:
 
 def new(options: argparse.Namespace) -> int:
     """Write a case file from a template."""
+    from jaxcontact.shell.case_file import template
+
     if options.file.exists() and not options.force:
         raise ValueError(f"{options.file}: already exists; choose another name, or --force to overwrite it")
     text = template(options.kind, CASES, str(options.file))
@@ -47,6 +45,9 @@ def new(options: argparse.Namespace) -> int:
 
 def check(options: argparse.Namespace) -> int:
     """Validate a case without running it; warnings about its result go to stderr and are not errors."""
+    from jaxcontact.shell import advice
+    from jaxcontact.shell.case_file import CaseError, case_of, mistakes_in_tables, read_tables
+
     tables = read_tables(options.case)
     try:
         case = case_of(tables, options.case)
@@ -61,13 +62,15 @@ def check(options: argparse.Namespace) -> int:
         tell(f"jaxcontact: warning: {options.case}: {note}", sys.stderr)
     verdict = "can run" if not notes else f"can run, with {len(notes)} warning{'s' * (len(notes) > 1)}"
     tell(f"{options.case}: {verdict}: {advice.describe(case)}", sys.stdout)
-    for words in filter(None, (advice.describe_strain(case), describe_adhesion(case))):
+    for words in filter(None, (advice.describe_strain(case), advice.describe_adhesion(case))):
         tell(f"{options.case}: {words}", sys.stdout)
     return FINE
 
 
 def plot(options: argparse.Namespace) -> int:
     """Write a picture of a saved result."""
+    from jaxcontact.results import storage
+
     picture = options.picture or options.result.with_suffix(".png")
     accepted = sorted("." + kind for kind in ("png", "svg", "pdf"))
     if picture.suffix not in accepted:
@@ -83,6 +86,8 @@ def plot(options: argparse.Namespace) -> int:
 
 def convert(options: argparse.Namespace) -> int:
     """Write a saved result in another file format."""
+    from jaxcontact.results import storage
+
     _check_new(options.file, options.force)
     print(storage.write_result(storage.read_result(options.result), options.file))
     _report_few(options.result)
@@ -91,6 +96,8 @@ def convert(options: argparse.Namespace) -> int:
 
 def _report_few(result: Path) -> None:
     """Report the number of times with maps, if a run kept a few, on stderr, since stdout names the file."""
+    from jaxcontact.shell.case_keys import COURSE
+
     course = result.with_name(COURSE)
     if result.name == "result.npz" and course.exists():
         few, every = (read_npz(path, "times")["times"].size for path in (result, course))
@@ -104,6 +111,8 @@ def _check_new(path: Path, force: bool) -> None:
         raise ValueError(
             f"{path}: found no folder {path.parent}, accepted: a file name in an existing folder"
         )
+    from jaxcontact.results.storage import pieces_folder
+
     if path.suffix == ".pvd":  # it names files in a folder beside it
         pieces = sorted(pieces_folder(path).glob(f"{path.stem}_*.vtr"))
         path = pieces[0] if pieces and not path.exists() else path
@@ -139,6 +148,8 @@ def completing(make: Callable[[], argparse.ArgumentParser]) -> type[argparse.Act
 
 def completion(parser: argparse.ArgumentParser, shell: str) -> str:
     """Return a completion script for the shell."""
+    from jaxcontact.results.labels import extra
+
     shtab = extra("shtab", "completion")
     for action in _actions(parser):
         name = str(action.metavar or "")

@@ -5,25 +5,30 @@ state is one compiled program, and its run is all or nothing: stopped, or not fo
 """
 
 import argparse
-import contextlib
 import json
-import os
-import re
-import signal
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import FrameType
-from typing import Any, TextIO, TypeVar
+from typing import Any
 
 from jaxcontact._support import files
 from jaxcontact._support.status import Status
-from jaxcontact._support.terminal import Progress, recorded_warnings, working
+from jaxcontact._support.terminal import (
+    BAD_INPUT,
+    FINE,
+    NOT_CONVERGED,
+    Progress,
+    exit_status,
+    interruptible,
+    print_error,
+    recorded_warnings,
+    signal_of,
+    tell,
+    working,
+)
 from jaxcontact.results.notes import in_one_line, kind_of
 from jaxcontact.results.summaries import lines_of
 from jaxcontact.shell import advice
@@ -32,99 +37,6 @@ from jaxcontact.shell.case_keys import chosen
 from jaxcontact.shell.case_schema import KINDS
 from jaxcontact.shell.finished_steps import FinishedRun, FinishedSteps, ResumePoint, fingerprint
 from jaxcontact.simulate.run import Experiment, blocks, ready, reported
-
-# Exit statuses, and the line on stderr that accompanies those other than 0.
-
-
-FINE, BAD_INPUT, NOT_CONVERGED = 0, 2, 3  # 128 + the signal after an interrupt: see ``interrupts``
-
-COLOURS = {"error": 31, "warning": 33, "can run": 32}  # red, yellow, green: ANSI codes
-
-
-def print_error(message: str, status: int) -> int:
-    """Print an error in one line on stderr, and return the status."""
-    tell(f"jaxcontact: error: {' '.join(message.split())}", sys.stderr)
-    return status
-
-
-def tell(text: str, stream: TextIO) -> None:
-    """Print a text, ignoring a closed terminal (after a hangup), so that the exit status is still returned."""
-    try:
-        print(_coloured(text, stream), file=stream, flush=True)
-    except OSError:
-        # otherwise the flush at exit fails as well
-        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-def _coloured(text: str, stream: TextIO) -> str:
-    """Return the text with its verdict in colour on a terminal, unless NO_COLOR is set (https://no-color.org)."""
-    if not stream.isatty() or os.environ.get("NO_COLOR"):
-        return text
-    verdict = rf"(?<=: )({'|'.join(COLOURS)})(?=[:,])"
-    return re.sub(verdict, lambda found: f"\x1b[{COLOURS[found[0]]}m{found[0]}\x1b[0m", text, count=1)
-
-
-# Interruption of a run: Ctrl-C and the signals of a batch system or a closed terminal, handled alike.
-
-
-T = TypeVar("T")
-
-ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
-
-
-class Stopped(KeyboardInterrupt):
-    """A request to stop by a signal, handled wherever Ctrl-C is."""
-
-    def __init__(self, signum: int) -> None:
-        super().__init__()
-        self.signum = signum
-
-
-def signal_of(interrupt: KeyboardInterrupt) -> signal.Signals:
-    """Return the signal that caused an interrupt."""
-    return signal.Signals(getattr(interrupt, "signum", signal.SIGINT))
-
-
-def exit_status(interrupt: KeyboardInterrupt) -> int:
-    """Return the exit status as a shell reports it: 128 + the signal; 130 after Ctrl-C."""
-    return 128 + signal_of(interrupt)
-
-
-@contextlib.contextmanager
-def signals_interrupt() -> Iterator[None]:
-    """Raise ``Stopped`` on SIGTERM and SIGHUP within this context; a signal that is ignored (nohup) stays ignored."""
-    in_main = threading.current_thread() is threading.main_thread()  # only the main thread may set handlers
-    before = {signum: signal.getsignal(signum) for signum in ENDING if in_main}
-    replaced = {signum: handler for signum, handler in before.items() if handler is not signal.SIG_IGN}
-    for signum in replaced:
-        signal.signal(signum, _raise)
-    try:
-        yield
-    finally:
-        for signum, handler in replaced.items():
-            signal.signal(signum, handler)
-
-
-def _raise(signum: int, frame: FrameType | None) -> None:
-    raise Stopped(signum)
-
-
-def interruptible(compute: Callable[[], T]) -> T:
-    """Return ``compute()``, run in a separate thread, so that signals are handled while a compiled program runs."""
-    future: Future[T] = Future()
-
-    def work() -> None:
-        try:
-            future.set_result(compute())
-        except BaseException as error:
-            future.set_exception(error)
-
-    thread = threading.Thread(target=work, daemon=True)
-    thread.start()
-    while thread.is_alive():
-        thread.join(0.1)  # with a timeout, since the system may deliver the signal to any thread
-    return future.result()
-
 
 KEYS = {  # of the case file, which to change after a step that ended with that status
     Status.NOT_CONVERGED: "solver",

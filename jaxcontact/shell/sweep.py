@@ -35,6 +35,7 @@ from jaxcontact._compile.compilation_cache import enable_compilation_cache
 from jaxcontact._support import files
 from jaxcontact._support.files import write_whole
 from jaxcontact._support.status import Status
+from jaxcontact._support.terminal import FINE, NOT_CONVERGED, exit_status, print_error, signal_of, tell
 from jaxcontact._support.version import __version__
 from jaxcontact.results.summaries import figures_in, values_of
 from jaxcontact.shell import advice
@@ -52,7 +53,6 @@ from jaxcontact.shell.case_file import (
 )
 from jaxcontact.shell.case_keys import FLAG, NUMBER, Key, Keys, choice, whole_number
 from jaxcontact.shell.finished_steps import fingerprint
-from jaxcontact.shell.run import FINE, NOT_CONVERGED, exit_status, print_error, signal_of, tell
 from jaxcontact.simulate.sweep import FUNCTION, Study, sweep_of
 
 MOST_CASES = 10**5

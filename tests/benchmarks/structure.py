@@ -11,6 +11,7 @@ begins with one underscore) counts as called once if one place of its module out
 A class counts as one without a method if no function stands in its body; fields and inherited methods are none.
 """
 
+import argparse
 import ast
 import io
 import json
@@ -201,8 +202,19 @@ def main(root: Path) -> None:
 
 
 if __name__ == "__main__":
-    checkout = Path(sys.argv[1] if len(sys.argv) > 1 else Path(__file__).parents[2]).resolve()
-    if len(sys.argv) > 2:
-        print(json.dumps(entered(checkout, prepared(sys.argv[2]))))
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    here = Path(__file__).resolve().parents[2]
+    parser.add_argument("checkout", nargs="?", type=Path, default=here, help="by default that of this file")
+    parser.add_argument(
+        "call", nargs="?", choices=CALLS, metavar="CALL", help="print only what this call enters, as JSON"
+    )
+    options = parser.parse_args()
+    checkout = options.checkout.resolve()
+    if not all((checkout / name).is_dir() for name in PACKAGES):
+        parser.error(f"expected a checkout with the folders {' and '.join(PACKAGES)}, got {checkout}")
+    if options.call:
+        print(json.dumps(entered(checkout, prepared(options.call))))
     else:
         main(checkout)

@@ -4,6 +4,8 @@ import importlib
 import math
 import os
 import re
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -79,6 +81,25 @@ def test_a_run_is_lowered_for_accelerators(body, ball, platform):
     assert "stablehlo.while" in program and "callback" not in program
     shapes = re.findall(r"stablehlo\.sort.*?tensor<([0-9x]+)xf64", program, re.DOTALL)
     assert all(math.prod(map(int, shape.split("x"))) < 32 * 32 for shape in shapes)
+
+
+SETTINGS = "print(jax.numpy.ones(1).dtype, jax.config.read('jax_cpu_enable_async_dispatch'))"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "imported",
+    [
+        "import jax, jaxcontact",
+        "import jaxcontact, sys; assert 'jax' not in sys.modules; import jax",
+        "import jaxcontact, importlib.util; importlib.util.find_spec('jax'); import jax.numpy as jnp, jax",
+        "import fitting, jax",
+    ],
+)
+def test_importing_jaxcontact_switches_jax_to_float64_whichever_comes_first(imported):
+    """The settings are made where jax is imported, also if a program has looked for it before."""
+    done = subprocess.run([sys.executable, "-c", f"{imported}; {SETTINGS}"], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("float64 False\n", "")
 
 
 @pytest.mark.parametrize("version", FAULTS)

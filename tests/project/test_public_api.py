@@ -47,6 +47,7 @@ FORMER = {"load", "save"}  # of read_result and write_result, not in the referen
 
 def public(module):
     """Classes and functions of a package, without its modules."""
+    assert module.indent if module is jc else module  # jaxcontact takes its names when one is first used
     return {
         name
         for name, value in vars(module).items()
@@ -191,6 +192,12 @@ def test_fitting_has_a_second_name_with_the_same_modules():
     assert done.returncode == 0, done.stderr
     count, said = done.stdout.split(maxsplit=1)
     assert int(count) > 40 and said.strip() == "No module named 'fitting.nothing'"
+
+
+def test_a_name_that_does_not_exist_is_refused_as_by_any_module():
+    with pytest.raises(AttributeError, match=r"^module 'jaxcontact' has no attribute 'nothing'$"):
+        jc.nothing  # noqa: B018
+    assert set(jc.__all__) <= set(dir(jc))
 
 
 def test_results_are_written_and_read_by_their_former_names_too():

@@ -38,6 +38,7 @@ def defined() -> tuple[dict[str, set[str]], dict[str, set[str]]]:
                 )
                 bases.setdefault(node.name, set()).update(ast.unparse(base) for base in node.bases)
     with_bases = lambda kind: own.get(kind, set()).union(*map(with_bases, bases.get(kind, set()) - {kind}))
+    names["jaxcontact"] |= names["jaxcontact._names"]  # from which it takes them
     return names, {kind: with_bases(kind) for kind in own}
 
 

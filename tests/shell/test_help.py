@@ -96,6 +96,24 @@ def test_other_shells_are_given_every_command(shell, capsys):
     assert all(name in script for name in ("convert", "reproduce", "indentation", "resume"))
 
 
+@pytest.mark.parametrize(
+    "words, status", [("--help", 0), ("--version", 0), ("cases", 0), ("cite", 0), ("rnu", 2)]
+)
+def test_what_says_how_to_go_on_does_not_wait_for_jax(words, status):
+    code = f"""
+import sys
+from jaxcontact.__main__ import main
+try:
+    status = main([{words!r}])
+except SystemExit as end:
+    status = end.code
+assert status == {status}, status
+sys.exit([name for name in ("jax", "scipy", "matplotlib") if name in sys.modules] or None)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
 def test_help_of_reproduce_lists_what_there_is(capsys):
     assert [case.name for case in CASES] == list(REPRODUCTIONS)
     with pytest.raises(SystemExit):

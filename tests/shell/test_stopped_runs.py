@@ -15,7 +15,7 @@ from test_command_line import CASE
 
 from jaxcontact.__main__ import main
 from jaxcontact._support.files import claimed
-from jaxcontact.shell.run import signals_interrupt, tell
+from jaxcontact._support.terminal import signals_interrupt, tell
 
 ROOT = Path(__file__).parents[2]
 

@@ -17,10 +17,10 @@ from test_storage import GRID, assert_same, made_up
 
 import jaxcontact as jc
 from jaxcontact.__main__ import main
+from jaxcontact._support.terminal import interruptible
 from jaxcontact.shell import case_schema
 from jaxcontact.shell.advice import footprint_of
 from jaxcontact.shell.case_file import caption_of, read_case, write_under
-from jaxcontact.shell.run import interruptible
 
 SOLIDS = """
 [substrate]
