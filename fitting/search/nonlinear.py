@@ -281,7 +281,7 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
     further evaluation.
     """
     theta, own = np.clip(start, objective.lower, objective.upper), np.isin(objective.free, some)
-    residual, damping, growth = objective.at(theta), 0.0, 2.0
+    residual, damping = objective.at(theta), 0.0
     jacobian = objective.slope(theta)
     converged = some.size == 0
     # every step of many residuals is that of the few rows of R in [J, r] = Q R
@@ -311,11 +311,11 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
             # divided by ten each time costs a rejected step for each that is taken.
             gain = (rss - float(after @ after)) / expected
             damping *= max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3)
-            theta, residual, damping, growth = trial, after, damping if damping > 1e-4 else 0.0, 2.0
+            theta, residual, damping = trial, after, damping if damping > 1e-4 else 0.0
             jacobian = objective.slope(theta)
             small = reduced(jacobian[:, own], residual)
         else:
-            damping, growth = max(growth * damping, 1e-3), 2.0 * growth
+            damping = max(10.0 * damping, 1e-3)
     return Best(theta, residual, jacobian, float(residual @ residual), converged=converged)
 
 
