@@ -1011,8 +1011,8 @@ def _memory_maps() -> Iterator[Finding]:
     """What a process does at a limit that it reaches with its first programs, in place of hours at that of the system."""
     script = (
         "import jax, jax.numpy as jnp, jaxcontact as jc\n"
-        "from jaxcontact._compile.memory_maps import watch\n"
-        "seen = watch()\n"
+        "from jaxcontact._compile.programs import watch_memory_maps\n"
+        "seen = watch_memory_maps()\n"
         "seen.limit = 2 * seen._count() + 100; seen.allowed = 0.5 * seen.limit\n"
         "kept = [jax.jit(lambda x, n=n: jnp.sort(jnp.cumsum(x) * x) + n) for n in range(60)]\n"
         "for n, run in enumerate(kept): run(jnp.ones(n + 3)).block_until_ready()\n"
