@@ -1,5 +1,5 @@
-"""What a command shows on the terminal (progress, errors, wrong usage), how signals end it, and the warnings of a run,
-which it collects."""
+"""The terminal of a command: the lines it prints for progress, errors and wrong usage, the signals that end it, and the
+warnings of a run, collected in a list."""
 
 import argparse
 import os

@@ -1,4 +1,4 @@
-"""What a person waits for before anything is computed: user CPU seconds of processes of their own, the least of several.
+"""Start-up times: the user CPU time [s] of a new process before it computes anything, the least of several runs.
 
     python -m tests.benchmarks.bench_start
 
