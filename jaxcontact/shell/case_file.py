@@ -75,22 +75,18 @@ def read_tables(path: Path) -> Table:
         raise CaseError(
             f"{path}: {reason}; expected a TOML file of a case, or a name that jaxcontact cases lists"
         ) from error
-    except (
-        ValueError,
-        RecursionError,
-    ) as error:  # a decoding error, a number of too many digits, too deep a list
-        raise CaseError(f"{path}: not TOML: {error}{_quoted(text, str(error))}") from error
-
-
-def _quoted(text: str, error: str) -> str:
-    """Return advice for a line that TOML cannot read because its value is text without quotes (450 GPa), "" for others."""
-    place = re.search(r"line (\d+)", error)
-    lines = text.splitlines()
-    line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
-    found = re.fullmatch(r"\s*([\w.\-]+)\s*=\s*([^\s\"'\[{#=][^\"'\[\]{}#=]*?)\s*(?:#.*)?", line)
-    if found is None:
-        return ""
-    return f'; expected text, and a number with a unit, in quotes: {found[1]} = "{found[2]}"'
+    # a decoding error, a number of too many digits, too deep a list
+    except (ValueError, RecursionError) as error:
+        place = re.search(r"line (\d+)", str(error))
+        lines = text.splitlines()
+        line = lines[int(place[1]) - 1] if place and int(place[1]) <= len(lines) else ""
+        # the usual mistake is a value that is text without quotes (450 GPa)
+        unquoted = re.fullmatch(r"\s*([\w.\-]+)\s*=\s*([^\s\"'\[{#=][^\"'\[\]{}#=]*?)\s*(?:#.*)?", line)
+        advice = ""
+        if unquoted is not None:
+            corrected = f'{unquoted[1]} = "{unquoted[2]}"'
+            advice = f"; expected text, and a number with a unit, in quotes: {corrected}"
+        raise CaseError(f"{path}: not TOML: {error}{advice}") from error
 
 
 def tables_named(name: str, tables: Table) -> list[tuple[str, Table]]:
@@ -257,7 +253,37 @@ def mistakes_in_tables(tables: Table) -> Iterator[str]:
         return
     sections = sections_of(kind, adhesive="adhesion" in tables)
     yield from _mistakes_in_table("", tables, every | tables_of(sections))
-    for where, table, keys in _tables_with_keys(kind, right, sections):
+
+    # each table that is there, with its name and its keys
+    found: list[tuple[str, Table, Keys]] = [
+        (name, right[name], sections[name])
+        for name in ("experiment", "grid", "solver", "control", "times")
+        if name in right
+    ]
+    for name, part in KINDS[kind].parts.items():
+        found += [(where, table, part.keys) for where, table in tables_named(name, right)]
+
+    # those of a material, shape or law have the keys of the one that they choose, too
+    ball = right.get("indenter", {})
+    solid, layers = ball.get("material"), ball.get("layer", [])
+    choosing: list[tuple[list[tuple[str, Table]], str, Keys, Any]] = [
+        (tables_named("layer", right), "material", sections["layer"], MATERIALS),
+        (tables_named("substrate", right), "material", sections["substrate"], BASES),
+        (tables_named("indenter", right), "shape", sections["indenter"], SHAPES),
+        (coats_of(right) if TABLES.test(layers) else [], "material", COAT, MATERIALS),
+        (tables_named("adhesion", right), "law", sections.get("adhesion", {}), LAWS),
+    ]
+    if isinstance(solid, dict):
+        named = [("indenter.material", {"material": "elastic"} | solid)]
+        choosing.append((named, "material", _keys_of_ball(), MATERIALS))
+    for named, key, own, choices in choosing:
+        for where, table in named:
+            if own[key].accept.test(table.get(key)):
+                found.append((where, table, own | choices[table[key]][1]))
+            else:  # the other keys are those of a material, shape or law that is not known
+                found.append((where, {key: table[key]} if key in table else {}, {key: own[key]}))
+
+    for where, table, keys in found:
         plain = dict(table)
         for name in [name for name in table if name in keys]:
             try:
@@ -266,38 +292,6 @@ def mistakes_in_tables(tables: Table) -> Iterator[str]:
                 yield str(error)
                 keys = keys | {name: Key(Accept(lambda value: True, ""), "")}
         yield from _mistakes_in_table(where, plain, keys)
-
-
-def _tables_with_keys(
-    kind: str, tables: Table, sections: dict[str, Keys]
-) -> Iterator[tuple[str, Table, Keys]]:
-    """Yield each table that is there, with its name and its keys, those of the material, shape or law included."""
-    for name in ("experiment", "grid", "solver", "control", "times"):
-        if name in tables:
-            yield name, tables[name], sections[name]
-    for name, part in KINDS[kind].parts.items():
-        for where, table in tables_named(name, tables):
-            yield where, table, part.keys
-    ball = tables.get("indenter", {})
-    solid, layers = ball.get("material"), ball.get("layer", [])
-    coats = coats_of(tables) if TABLES.test(layers) else []
-    chosen: list[tuple[list[tuple[str, Table]], str, Keys, Any]] = [
-        (tables_named("layer", tables), "material", sections["layer"], MATERIALS),
-        (tables_named("substrate", tables), "material", sections["substrate"], BASES),
-        (tables_named("indenter", tables), "shape", sections["indenter"], SHAPES),
-        (coats, "material", COAT, MATERIALS),
-        (tables_named("adhesion", tables), "law", sections.get("adhesion", {}), LAWS),
-    ]
-    if isinstance(solid, dict):
-        material = {"material": Key(choice(*MATERIALS), "elastic when absent")}
-        named = [("indenter.material", {"material": "elastic"} | solid)]
-        chosen.append((named, "material", material, MATERIALS))
-    for named, key, own, choices in chosen:
-        for where, table in named:
-            if own[key].accept.test(table.get(key)):
-                yield where, table, own | choices[table[key]][1]
-            else:  # the other keys are those of a material, shape or law that is not known
-                yield where, {key: table[key]} if key in table else {}, {key: own[key]}
 
 
 def _path(where: str, name: str) -> str:
@@ -408,7 +402,15 @@ def _case(tables: Table, folder: Path) -> Case:
             'substrate.material: found "rigid" without a [layer]; accepted: a rigid base below layers'
         )
     body = LayeredHalfSpace(layers, None if isinstance(base, materials.Rigid) else base)
-    indenter = _indenter(tables["indenter"], sections, folder)
+    table = tables["indenter"]
+    chosen, values = _choose("indenter", table, "shape", sections["indenter"], SHAPES)
+    solid = None
+    if "material" in table:
+        solid = _material("indenter.material", {"material": "elastic"} | table["material"], _keys_of_ball())
+    coats = [_layer(where, each, COAT, folder) for where, each in coats_of(tables)]
+    if "heights" in values:
+        values["heights"] = _field("indenter.heights", folder / values["heights"], "heights (nx, ny) [m]")
+    indenter = chosen(**values, material=LayeredHalfSpace(coats, solid) if coats else solid)
     times = _times(tables["times"], sections["times"]) if "times" in sections else np.zeros(1)
     name = _one_of(tables["control"], "load", "approach")
     value = _over_times(f"control.{name}", tables["control"][name], "a number", times.size)
@@ -416,15 +418,42 @@ def _case(tables: Table, folder: Path) -> Case:
     if adhesive and not {"width", "shape"} & tables.get("grid", {}).keys():
         raise CaseError("grid.width: missing; accepted with [adhesion]: width, or shape and spacing")
     grid = _grid(tables.get("grid", {}), sections["grid"], body, indenter, control, times)
-    motion = _motion(kind, tables, times.size, folder)
+
+    # the arguments beyond those of ``indent``: the values of [experiment] and the names of files of maps in it
+    motion = {name: value for name, value in tables.get("experiment", {}).items() if name != "kind"}
+    if "velocity" in motion:
+        motion["velocity"] = _over_times("experiment.velocity", motion["velocity"], "[x, y]", times.size)
+    for name, meaning in MAPS.items():
+        if isinstance(motion.get(name), str):
+            motion[name] = _field(f"experiment.{name}", folder / motion[name], meaning)
+    # what further tables describe; the objects of tables of one argument are added
+    described: dict[str, list[Any]] = {}
+    parts = KINDS[kind].parts
+    for name, part in parts.items():
+        absent = {key: None for key, own in part.keys.items() if not own.required and own.default is None}
+        for _, given in tables_named(name, tables):
+            values = {key: _as_float(value) for key, value in given.items()}
+            described.setdefault(part.argument, []).append(part.makes(**absent | values))
+    needed = [name for name, part in parts.items() if part.added]
+    if needed and parts[needed[0]].argument not in described:
+        missing = ", ".join(f"[{name}]" for name in needed)
+        raise CaseError(f"[{needed[0]}]: missing; accepted: one or more of {missing}")
+    motion |= {argument: functools.reduce(operator.add, objects) for argument, objects in described.items()}
+    tangential = KINDS[kind].tangential
+    if tangential is not None:
+        keyword, names = tangential
+        name = _one_of(tables["control"], *names)
+        value = _over_times(f"control.{name}", tables["control"][name], "[x, y]", times.size)
+        motion[keyword] = TANGENTIAL.get(name, np.asarray)(value)
     if adhesive:
         law, values = _choose("adhesion", tables["adhesion"], "law", sections["adhesion"], LAWS)
         motion["adhesion"] = law(**values)
+
+    # the options of the solution, and the times whose maps are kept, by the size of all of them
     options = dict(tables.get("solver", {}))
-    absent = {"dent": "hardness" not in motion, "indenter_displacement": indenter.surface() is None}
-    if not adhesive:
-        absent |= dict.fromkeys(ADHESIVE_FIELDS, True)
-    fields = [name for name in stored_fields(_result(kind, tables)) if not absent.get(name, False)]
+    lacking = {"dent": "hardness" not in motion, "indenter_displacement": indenter.surface() is None}
+    lacking |= {} if adhesive else dict.fromkeys(ADHESIVE_FIELDS, True)
+    fields = [name for name in stored_fields(_result(kind, tables)) if not lacking.get(name, False)]
     kept = options.pop("save", None) or kept_unless_said(fields, grid.shape, times.size)
     options |= {"save": LAST} if kept == LAST else {}  # or the function gives all, for a run to choose from
     return Case(kind, tables, body, indenter, control, times, grid, motion, options, kept)
@@ -468,6 +497,11 @@ def _material(where: str, table: Table, own: dict[str, Key]) -> Any:
     return chosen.from_young(**values) if "E" in values else chosen(**values)
 
 
+def _keys_of_ball() -> Keys:
+    """Return the keys of [indenter.material]; at each call, since a plug-in adds to ``MATERIALS``."""
+    return {"material": Key(choice(*MATERIALS), "elastic when absent")}
+
+
 def _layer(where: str, table: Table, own: Keys, folder: Path) -> Layer:
     material, thickness = _material(where, table, own), table["thickness"]
     if isinstance(thickness, str):
@@ -475,20 +509,6 @@ def _layer(where: str, table: Table, own: Keys, folder: Path) -> Layer:
     else:
         thickness = float(thickness)
     return Layer(material, thickness, table.get("bonded", True))
-
-
-def _indenter(table: Table, sections: dict[str, Keys], folder: Path) -> shapes.Indenter:
-    chosen, values = _choose("indenter", table, "shape", sections["indenter"], SHAPES)
-    material = None
-    if "material" in table:
-        own = {"material": Key(choice(*MATERIALS), "elastic when absent")}
-        material = _material("indenter.material", {"material": "elastic"} | table["material"], own)
-    coats = [_layer(where, each, COAT, folder) for where, each in coats_of({"indenter": table})]
-    if coats:
-        material = LayeredHalfSpace(coats, material)
-    if "heights" in values:
-        values["heights"] = _field("indenter.heights", folder / values["heights"], "heights (nx, ny) [m]")
-    return chosen(**values, material=material)
 
 
 def _field(where: str, path: Path, meaning: str) -> np.ndarray:
@@ -538,46 +558,15 @@ def _over_times(where: str, value: Any, one: str, nt: int) -> np.ndarray:
     return np.array(value, dtype=float)
 
 
+MAPS = {  # keys of [experiment] whose values may be files
+    "friction": "coefficients of friction (nx, ny)",
+    "shear_strength": "shear strengths (nx, ny) [Pa]",
+    "hardness": "hardnesses (nx, ny) [Pa]",
+}
 TANGENTIAL: dict[str, Callable[..., Any]] = {
     "tangential_load": TangentialLoad,
     "tangential_displacement": TangentialDisplacement,
 }
-
-
-def _motion(kind: str, tables: Table, nt: int, folder: Path) -> Table:
-    """Return the arguments of the function of this kind beyond those of ``indent``."""
-    table, control = tables.get("experiment", {}), tables["control"]
-    motion = {name: value for name, value in table.items() if name != "kind"}
-    if "velocity" in motion:
-        motion["velocity"] = _over_times("experiment.velocity", motion["velocity"], "[x, y]", nt)
-    maps = {
-        "friction": "coefficients of friction (nx, ny)",
-        "shear_strength": "shear strengths (nx, ny) [Pa]",
-        "hardness": "hardnesses (nx, ny) [Pa]",
-    }
-    for name, meaning in maps.items():
-        if isinstance(motion.get(name), str):
-            motion[name] = _field(f"experiment.{name}", folder / motion[name], meaning)
-    # what further tables describe; the objects of tables of one argument are added
-    found: dict[str, list[Any]] = {}
-    parts = KINDS[kind].parts
-    for name, part in parts.items():
-        absent = {key: None for key, own in part.keys.items() if not own.required and own.default is None}
-        for _, given in tables_named(name, tables):
-            values = {key: _as_float(value) for key, value in given.items()}
-            found.setdefault(part.argument, []).append(part.makes(**absent | values))
-    needed = [name for name, part in parts.items() if part.added]
-    if needed and parts[needed[0]].argument not in found:
-        missing = ", ".join(f"[{name}]" for name in needed)
-        raise CaseError(f"[{needed[0]}]: missing; accepted: one or more of {missing}")
-    motion |= {argument: functools.reduce(operator.add, objects) for argument, objects in found.items()}
-    tangential = KINDS[kind].tangential
-    if tangential is None:
-        return motion
-    keyword, names = tangential
-    name = _one_of(control, *names)
-    value = _over_times(f"control.{name}", control[name], "[x, y]", nt)
-    return motion | {keyword: TANGENTIAL.get(name, np.asarray)(value)}
 
 
 def _times(table: Table, own: Keys) -> np.ndarray:
@@ -645,13 +634,37 @@ def case_text(case: Case) -> str:
 def blocks_of(case: Case) -> list[Section]:
     """Return the tables of a case in order, with all defaults filled in."""
     sections = sections_of(case.kind)
-    blocks = {
-        name: _part_sections(name, keys, case)
-        if name in PARTS
-        else [Section(f"[{name}]", *_section(name, keys, case))]
-        for name, keys in sections.items()
-        if name != "layer"
-    }
+    blocks: dict[str, list[Section]] = {}
+    for name, keys in sections.items():
+        table = case.tables.get(name, {})
+        if name == "layer":
+            continue
+        if name in PARTS:
+            heading = f"[[{name}]]" if isinstance(table, list) else f"[{name}]"
+            given = [Section(heading, *_filled(each, keys)) for _, each in tables_named(name, case.tables)]
+            blocks[name] = given or [Section(f"# no [{name}]", {}, keys)]
+            continue
+        if name == "substrate":
+            section = _solid(table, keys)
+        elif name == "indenter":
+            values = {key: value for key, value in table.items() if key not in ("material", "layer")}
+            section = _filled(values, keys | SHAPES[table["shape"]][1])
+        elif name == "adhesion" and table:
+            section = _filled(table, keys | LAWS[table["law"]][1])
+        elif name == "times":
+            section = _filled(table, {"values": keys["values"]} if "values" in table else keys)
+        elif name == "grid":
+            # the width, or two spacings, chosen from the expected contact where none is given
+            spacing = [float(d) for d in case.grid.spacing]
+            if not {"shape", "width"} & table.keys() and spacing[0] != spacing[1]:
+                table = {"shape": list(case.grid.shape), "spacing": spacing}
+            if "shape" in table:
+                section = _filled(table, {key: keys[key] for key in ("shape", "spacing", "periodic")})
+            else:
+                section = _filled({"width": float(case.grid.width[0])} | table, keys)
+        else:
+            section = _filled({"save": case.kept} | table if "save" in keys else table, keys)
+        blocks[name] = [Section(f"[{name}]", *section)]
     if "adhesion" in blocks and "adhesion" not in case.tables:
         blocks["adhesion"] = [Section("# no [adhesion]: the surfaces do not attract each other")]
     layers = [_solid(table, sections["layer"]) for _, table in tables_named("layer", case.tables)]
@@ -665,32 +678,6 @@ def blocks_of(case: Case) -> list[Section]:
         return [*first, *solids, *others, Section("# no [indenter.material]: the indenter is rigid")]
     own = {"material": "elastic"} | case.tables["indenter"]["material"]
     return [*first, *solids, Section("[indenter.material]", *_solid(own, {"material": MATERIAL})), *others]
-
-
-def _part_sections(name: str, keys: Keys, case: Case) -> list[Section]:
-    """Return the tables of a section that describes an argument; a comment where there is none."""
-    heading = f"[[{name}]]" if isinstance(case.tables.get(name), list) else f"[{name}]"
-    given = [Section(heading, *_filled(table, keys)) for _, table in tables_named(name, case.tables)]
-    return given or [Section(f"# no [{name}]", {}, keys)]
-
-
-def _section(name: str, keys: Keys, case: Case) -> tuple[Table, Keys]:
-    """Return the values and keys of a section."""
-    table = case.tables.get(name, {})
-    if name == "substrate":
-        return _solid(table, keys)
-    if name == "indenter":
-        values = {key: value for key, value in table.items() if key not in ("material", "layer")}
-        return _filled(values, keys | SHAPES[table["shape"]][1])
-    if name == "adhesion" and table:
-        return _filled(table, keys | LAWS[table["law"]][1])
-    if name == "times":
-        return _filled(table, {"values": keys["values"]} if "values" in table else keys)
-    if name == "grid":
-        return _grid_table(case, keys)
-    if "save" in keys:
-        return _filled({"save": case.kept} | table, keys)
-    return _filled(table, keys)
 
 
 def _solid(table: Table, keys: Keys) -> tuple[Table, Keys]:
@@ -709,34 +696,25 @@ def _filled(table: Table, keys: Keys) -> tuple[Table, Keys]:
     return {name: values[name] for name in dict.fromkeys(order) if name in values}, keys
 
 
-def _grid_table(case: Case, keys: Keys) -> tuple[Table, Keys]:
-    """Return the grid, with the width, or two spacings, chosen from the expected contact where none is given."""
-    table, spacing = dict(case.tables.get("grid", {})), [float(d) for d in case.grid.spacing]
-    if not {"shape", "width"} & table.keys() and spacing[0] != spacing[1]:
-        table = {"shape": list(case.grid.shape), "spacing": spacing}
-    if "shape" in table:
-        return _filled(table, {name: keys[name] for name in ("shape", "spacing", "periodic")})
-    table.setdefault("width", float(case.grid.width[0]))
-    return _filled(table, keys)
-
-
 def block_text(block: Section) -> str:
     """Return a table as text, with the meaning of each line as a comment."""
-    lines = [f"{key} = {_toml(value)}" for key, value in block.values.items()]
+    lines, meanings = [], []
+    for name, value in block.values.items():
+        key = block.keys[name]
+        lines.append(f"{name} = {_toml(value)}")
+        # of a material, a shape, a law or an experiment, the first line of its docstring
+        if name == "kind":
+            meaning = (KINDS[value].verb.__doc__ or "").split("\n")[0].rstrip(".")
+        elif isinstance(value, str) and name in ("material", "shape", "law"):  # a grid's shape is two numbers
+            documented = (BASES | SHAPES | LAWS)[value][0].__doc__ or ""
+            meaning = documented.split("  ")[0].split("\n")[0].rstrip(".")
+        else:
+            choices = f"; {key.accept.words}" if " | " in key.accept.words else ""
+            meaning = key.meaning.split("; absent: ")[0] + choices
+        meanings.append(meaning)
     width = max((len(line) for line in lines if len(line) < 60), default=0)
-    meanings = [_meaning(key, value, block.keys[key]) for key, value in block.values.items()]
     rows = [f"{line:{width}}  # {meaning}" for line, meaning in zip(lines, meanings, strict=True)]
     return "\n".join([block.heading, *rows]) + "\n"
-
-
-def _meaning(name: str, value: Any, key: Key) -> str:
-    """Return the meaning of a value: for a material, a shape or an experiment, the first line of its docstring."""
-    if name == "kind":
-        return (KINDS[value].verb.__doc__ or "").split("\n")[0].rstrip(".")
-    if isinstance(value, str) and name in ("material", "shape", "law"):  # the shape of a grid is two numbers
-        return ((BASES | SHAPES | LAWS)[value][0].__doc__ or "").split("  ")[0].split("\n")[0].rstrip(".")
-    choices = f"; {key.accept.words}" if " | " in key.accept.words else ""
-    return key.meaning.split("; absent: ")[0] + choices
 
 
 def _toml(value: Any) -> str:
