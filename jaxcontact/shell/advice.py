@@ -19,7 +19,7 @@ from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.pytree import replace
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body, thickest
 from jaxcontact.bodies.controls import Load
-from jaxcontact.bodies.materials import Material, Spectrum, relaxation_modes
+from jaxcontact.bodies.materials import Spectrum, relaxation_modes
 from jaxcontact.history.time_loop import FAINT
 from jaxcontact.indenters.predicted_contact import predicted, softening
 from jaxcontact.indenters.shapes import HeightField, Sphere
@@ -380,11 +380,28 @@ def fastest_time(case: Case) -> float:
 def _time_advice(case: Case) -> Iterator[str]:
     """Warn of an error of more than 1 % by the steps in time, as it is foretold for a bed of springs."""
     given, times = case.options.get("substeps", 1), np.asarray(case.times, float)
-    creeping = [solid for solid in solids(checked_body(case.body_for_estimates)[0]) if _creeps(solid)]
-    if KINDS[case.kind].times is None or times.size < 2 or not creeping:
+    if KINDS[case.kind].times is None or times.size < 2:
         return
+    # the topmost solid that creeps from a compliance above zero: steps can be judged by it alone
+    for solid in solids(checked_body(case.body_for_estimates)[0]):
+        creep = surface_creep(solid)
+        flows = creep.fluidity is not None and float(creep.fluidity) > 0.0
+        grows = flows or bool(np.any(np.asarray(creep.amplitudes) > 0.0))
+        if float(creep.instantaneous) > 0.0 and grows:
+            break
+    else:
+        return
+    # In series with all that is elastic under the contact, the indenter included: its creep then grows at first as the
+    # compliance of all does. That of the material by itself for a rough indenter.
+    radius = 0.0 if isinstance(case.indenter, HeightField) else _predicted_radius(case, times)
+    if radius > 0.0:
+        fastest = float(np.max(creep.rates, initial=0.0))
+        soon = 0.1 / fastest if fastest > 0.0 else 1e-2 * float(times[-1] - times[0])
+        alone = float(creep.creep(soon)) / float(creep.instantaneous) - 1.0
+        outline = case.indenter.outline()
+        part = softening(case.body_for_estimates, outline, radius, soon) / alone if alone > 0.0 else 1.0
+        creep = replace(creep, instantaneous=creep.instantaneous / max(part, 1e-9))
     values = np.broadcast_to(np.asarray(case.control.value, float), times.shape)
-    creep = _as_soft_as_all(case, surface_creep(creeping[0]))
     error = lambda substeps: foretold_step_error(
         creep, times, values, isinstance(case.control, Load), substeps
     )
@@ -399,33 +416,6 @@ def _time_advice(case: Case) -> Iterator[str]:
         f" {share} % (shortest relaxation time {fastest_time(case):.3g} s); accepted: shorter steps, logarithmic"
         f" spacing{remedy}"
     )
-
-
-def _as_soft_as_all(case: Case, creep: Spectrum) -> Spectrum:
-    """Return the creep of a material of the body in series with all that is elastic under the contact, the indenter
-    included: it then grows at first as the compliance of all does. That of the material by itself for a rough indenter.
-    """
-    radius = 0.0 if isinstance(case.indenter, HeightField) else _predicted_radius(case, case.times)
-    if not radius > 0.0:
-        return creep
-    soon = (
-        0.1 * float(1.0 / np.max(np.asarray(creep.rates))) if np.max(creep.rates, initial=0.0) > 0.0 else None
-    )
-    soon = 1e-2 * float(case.times[-1] - case.times[0]) if soon is None else soon
-    alone = float(creep.creep(soon)) / float(creep.instantaneous) - 1.0
-    share = (
-        softening(case.body_for_estimates, case.indenter.outline(), radius, soon) / alone
-        if alone > 0.0
-        else 1.0
-    )
-    return replace(creep, instantaneous=creep.instantaneous / max(share, 1e-9))
-
-
-def _creeps(solid: Material) -> bool:
-    """Return whether a material creeps from a compliance above zero, so that its steps can be judged."""
-    creep = surface_creep(solid)
-    flows = creep.fluidity is not None and float(creep.fluidity) > 0.0
-    return float(creep.instantaneous) > 0.0 and (flows or bool(np.any(np.asarray(creep.amplitudes) > 0.0)))
 
 
 def foretold_step_error(
@@ -486,17 +476,12 @@ def _on_springs(
             eta = decay[:, None] * eta + dt * old[:, None] * pressure
             compliance, gap = 1.0 + dt * shares @ new, heights + shares @ eta
             target = before + (value - before) * part
-            approach = _approach_of(gap, compliance * target) if load_controlled else target
+            approach = target
+            if load_controlled:  # at which the overlaps with the first 1, 2, ... springs sum to the load
+                overlaps = np.cumsum(np.sort(gap)) + compliance * target
+                approach = np.min(overlaps / np.arange(1, gap.size + 1))
             pressure = np.maximum(approach - gap, 0.0) / compliance
             eta = eta + dt * new[:, None] * pressure
             last = part
         found.append(pressure)
     return np.array(found)
-
-
-def _approach_of(gap: np.ndarray, total: float) -> float:
-    """Return the approach at which the overlaps with springs at some gaps sum to a total."""
-    ordered = np.sort(gap)
-    counts = np.arange(1, gap.size + 1)
-    approaches = (np.cumsum(ordered) + total) / counts  # with the first 1, 2, ... springs in contact
-    return float(approaches[np.argmin(approaches)])

@@ -134,10 +134,6 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
-def _is_whole(value: Any, low: int, high: int) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
-
-
 def _all_numbers(value: Any, low: float = -math.inf) -> bool:
     return isinstance(value, list) and bool(value) and all(_is_number(v) and v >= low for v in value)
 
@@ -167,7 +163,8 @@ def choice(*names: str) -> Accept:
 
 def whole_number(low: int, high: int) -> Accept:
     """A whole number from ``low`` to ``high``."""
-    return Accept(lambda v: _is_whole(v, low, high), f"a whole number from {low} to {high}")
+    test = lambda v: isinstance(v, int) and not isinstance(v, bool) and low <= v <= high
+    return Accept(test, f"a whole number from {low} to {high}")
 
 
 RANGE = f"up to {LARGEST:g}"

@@ -95,13 +95,10 @@ def heat_of(shift: str = NO_SHIFT, **given: Any) -> Thermal:
     for name, value in of_shifts.items():
         if (value is None) == (name in names):
             found = "missing" if value is None else "found"
-            raise ValueError(f'thermal.{name}: {found} with shift = "{shift}"; accepted: {_words(names)}')
+            accepted = ", ".join(names) or "no other key of a shift"
+            raise ValueError(f'thermal.{name}: {found} with shift = "{shift}"; accepted: {accepted}')
     own = None if law is None else law(**{names[name]: of_shifts[name] for name in names})
     return Thermal(shift=own, **given)
-
-
-def _words(names: dict[str, str]) -> str:
-    return ", ".join(names) or "no other key of a shift"
 
 
 @dataclass(frozen=True)

@@ -125,7 +125,12 @@ class FinishedSteps:
         """
         # 1. The checkpoints that can be read, and how far each of them is.
         paths = [self.folder / name for name in CHECKPOINTS]
-        found = {path: _whole(path) for path in paths if path.exists()}
+        found: dict[Path, dict[str, np.ndarray] | None] = {}
+        for path in filter(Path.exists, paths):
+            try:
+                found[path] = read_npz(path)
+            except (ValueError, FileNotFoundError):
+                found[path] = None
         known = [checkpoint for checkpoint in found.values() if checkpoint is not None]
         if any(str(checkpoint["case"]) != self.fingerprint for checkpoint in known):
             raise ValueError(
@@ -170,9 +175,23 @@ class FinishedSteps:
             return replace(before, status=block.status)
         now = ResumePoint(before.blocks + 1, before.steps + count, block.status, seconds, block.carry)
         steps = np.isin(before.steps + np.arange(count), self.chosen)
-        arrays = arrays_of(block.history) | _lines(block.history)
-        if SLIP in arrays:
-            arrays[SLIP] = self._slip(before, arrays[SLIP], steps)
+        # the arrays, and the lines and numbers that follow from the maps, see ``FinishedRun``
+        arrays, history = arrays_of(block.history), block.history
+        middle = history.grid.shape[1] // 2
+        following = following_from_maps(type(history), stored_fields(type(history)))
+        for line in following:
+            values = getattr(history, line.removesuffix("_line"), None) if FIELDS[line].is_map else None
+            if values is not None:
+                arrays[line] = np.asarray(values)[:, :, middle]
+        arrays |= {name: values for name, values in numbers_of(history).items() if name in following}
+        # the slip of each step is that since the last step whose maps are kept
+        if SLIP in arrays and self.chosen.size:
+            slip = arrays[SLIP] = arrays[SLIP].copy()
+            if before.steps and before.steps - 1 not in self.chosen:
+                slip[0] += read_npz(self._checkpoint(before.blocks), SLIP)[SLIP]
+            for index in range(1, count):
+                if not steps[index - 1]:
+                    slip[index] += slip[index - 1]
         fields = StoredFields.of(self.kind).among(arrays)
         last = {name: arrays[name] for name in fields.whole} | {
             name: arrays[name][-1] for name in fields.maps
@@ -214,31 +233,11 @@ class FinishedSteps:
         }
         return FinishedRun(history, chosen, next(_parts(blocks, "pressure", 2))[0], maps, lines)
 
-    def _slip(self, before: ResumePoint, slip: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-        """Return the slip of each step of a block since the last chosen step before it, or since the step before."""
-        if not self.chosen.size:
-            return slip
-        sums = slip.copy()
-        if before.steps and before.steps - 1 not in self.chosen:
-            sums[0] += read_npz(self._checkpoint(before.blocks), SLIP)[SLIP]
-        for index in range(1, len(sums)):
-            if not chosen[index - 1]:
-                sums[index] += sums[index - 1]
-        return sums
-
     def _block(self, index: int) -> Path:
         return self.folder / f"{index:06}.npz"
 
     def _checkpoint(self, blocks: int) -> Path:
         return self.folder / CHECKPOINTS[blocks % 2]
-
-
-def _whole(path: Path, *names: str) -> dict[str, np.ndarray] | None:
-    """Return the arrays in a file, or None where it is not there or damaged."""
-    try:
-        return read_npz(path, *names)
-    except (ValueError, FileNotFoundError):
-        return None
 
 
 def _intact(path: Path) -> bool:
@@ -248,16 +247,6 @@ def _intact(path: Path) -> bool:
             return file.testzip() is None
     except (OSError, zipfile.BadZipFile, zlib.error):
         return False
-
-
-def _lines(history: ContactHistory) -> dict[str, np.ndarray]:
-    """Return the lines of a block, see ``FinishedRun``."""
-    middle = history.grid.shape[1] // 2
-    names = following_from_maps(type(history), stored_fields(type(history)))
-    maps = {name: name.removesuffix("_line") for name in names if FIELDS[name].is_map}
-    maps = {line: name for line, name in maps.items() if getattr(history, name, None) is not None}
-    lines = {line: np.asarray(getattr(history, name))[:, :, middle] for line, name in maps.items()}
-    return lines | {name: values for name, values in numbers_of(history).items() if name in names}
 
 
 def _parts(files: list[Path], name: str, ndim: int) -> Iterator[np.ndarray]:

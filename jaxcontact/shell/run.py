@@ -94,18 +94,14 @@ def run(options: argparse.Namespace) -> int:
         )
     advice.check(case, options.case)
     advice.check_disk(case, options.case, options.directory)
-    return _run_into(options.directory, case, options)
-
-
-def _run_into(directory: Path, case: Case, options: argparse.Namespace) -> int:
     maps = chosen(case.kept, case.times.size)
-    folder, result = directory / files.UNFINISHED, case.result
+    folder, result = options.directory / files.UNFINISHED, case.result
     steps = FinishedSteps(folder, fingerprint(case), maps, result)
-    if options.resume and (ended := _ended(directory, steps.fingerprint)) is not None:
+    if options.resume and (ended := _ended(options.directory, steps.fingerprint)) is not None:
         count = f"{ended.resume_point.steps} of {case.times.size} steps are finished"
-        tell(f"{directory}: {count}; --resume has nothing left to compute", sys.stdout)
+        tell(f"{options.directory}: {count}; --resume has nothing left to compute", sys.stdout)
         return _finish(ended, case, options)
-    with files.claimed(directory, force=options.force, resume=options.resume) as taken:
+    with files.claimed(options.directory, force=options.force, resume=options.resume) as taken:
         if not options.resume:
             steps.remove()
         experiment = case.experiment()

@@ -80,7 +80,19 @@ def write_results(report: Report, directory: Path, case: Case, facts: dict[str, 
     described: dict[str, Any] = {"pictures": list(report.pictures), "arrays_in_result_npz": stored}
     described |= {"arrays_in_course_npz": meanings(report.course)} if report.course else {}
     figures = figures_in(report.values, hasattr(report.result, "times"))
-    summary = facts | _extent(report.result, case) | figures | described
+    times = np.atleast_1d(np.asarray(getattr(report.result, "times", 0.0)))
+    extent: dict[str, Any] = {
+        "jaxcontact_version": __version__,
+        "experiment": case.kind,
+        "steps_requested_count": case.times.size,
+        "steps_finished_count": times.size,
+        "iterations_total_count": int(np.sum(report.result.iterations)),
+        "grid_cells_count": list(report.result.grid.shape),
+        "cell_size_m": [float(size) for size in report.result.grid.spacing],
+    }
+    if hasattr(report.result, "times"):
+        extent |= {"time_start_s": float(times[0]), "time_end_s": float(times[-1])}
+    summary = facts | extent | figures | described
     notes |= {"case": case_text(case)}
     write_whole(directory / "result.npz", lambda path: write_npz(path, report.arrays | notes))
     (directory / COURSE).unlink(missing_ok=True)  # of an earlier run that --force overwrites
@@ -111,30 +123,22 @@ def meanings(all_arrays: Mapping[str, np.ndarray | Stacked]) -> dict[str, str]:
     return axes | fields
 
 
-def _extent(result: Any, case: Case) -> dict[str, Any]:
-    """Return the entries of the summary on the numbers of steps and the grid."""
-    times = np.atleast_1d(np.asarray(getattr(result, "times", 0.0)))
-    over_time = {"time_start_s": float(times[0]), "time_end_s": float(times[-1])}
-    return {
-        "jaxcontact_version": __version__,
-        "experiment": case.kind,
-        "steps_requested_count": case.times.size,
-        "steps_finished_count": times.size,
-        "iterations_total_count": int(np.sum(result.iterations)),
-        "grid_cells_count": list(result.grid.shape),
-        "cell_size_m": [float(size) for size in result.grid.spacing],
-    } | (over_time if hasattr(result, "times") else {})
-
-
 def pictures(run: FinishedRun) -> dict[str, Any]:
     """Return the pictures of an experiment over time by file name."""
     history = run.history
     x = history.grid.axes()[0]
     times, middle = np.asarray(history.times), history.grid.shape[1] // 2
     profile = np.asarray(history.profile)[:, middle]
+    map_figure = None
+    if not history.grid.plane_strain:  # where a map is a line
+        maps = [(history.times[-1], history.pressure)]
+        if run.first_pressure is not None:
+            maps.insert(0, (history.times[0], run.first_pressure))
+        titles = [f"t = {float(time):g} s" for time, _ in maps]
+        map_figure = plotting.maps_figure(*history.grid.axes(), [field for _, field in maps], titles)
     own = {
         "pressure_profiles.png": plotting.profiles_figure(x, run.lines["pressure_line"], times),
-        "pressure_map.png": _maps(run),
+        "pressure_map.png": map_figure,
         "history.png": plotting.history_figure(history),
         "surface.png": plotting.surface_figure(
             x, profile, run.lines["displacement_line"], history.approach, times
@@ -143,15 +147,3 @@ def pictures(run: FinishedRun) -> dict[str, Any]:
         "overview.png": figures.overview_of(history),
     }
     return {name: figure for name, figure in own.items() if figure is not None}
-
-
-def _maps(run: FinishedRun) -> Any:
-    """Return a figure of the pressure at the first and the last time; None in plane strain, where a map is a line."""
-    history = run.history
-    if history.grid.plane_strain:
-        return None
-    maps = [(history.times[-1], history.pressure)]
-    if run.first_pressure is not None:
-        maps.insert(0, (history.times[0], run.first_pressure))
-    titles = [f"t = {float(time):g} s" for time, _ in maps]
-    return plotting.maps_figure(*history.grid.axes(), [field for _, field in maps], titles)

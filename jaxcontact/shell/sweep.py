@@ -23,7 +23,6 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -143,7 +142,24 @@ def _combined(sweep: Any) -> tuple[Table, ...]:
     check_table("sweep", options, OPTIONS)
     latin = options.get("method") == "latin-hypercube"
     for name, value in given.items():
-        _check_values(name, value, latin)
+        if "." not in name:
+            raise CaseError(
+                f"sweep.{name}: unknown key; accepted: {', '.join(OPTIONS)}, and keys of the case by their table, as in"
+                ' "control.load"'
+            )
+        if isinstance(value, list) and value:
+            continue
+        if not isinstance(value, dict):
+            accepted = "a list of values, or a range {from, to, count, log}"
+            raise CaseError(f"sweep.{name}: found {shown(value)}, accepted: {accepted}")
+        # a Latin hypercube has as many values of each key as samples, so that its ranges have no count
+        keys = {key: own for key, own in RANGE.items() if key != "count" or not latin}
+        check_table(f"sweep.{name}", value, keys)
+        if not latin and "count" not in value:
+            raise CaseError(f"sweep.{name}.count: missing; accepted: {RANGE['count'].words}")
+        if value["to"] <= value["from"] or (value.get("log") and value["from"] <= 0):
+            lowest = "0 < from < to, since log = true" if value.get("log") else "from < to"
+            raise CaseError(f"sweep.{name}: found {value['from']:g} to {value['to']:g}, accepted: {lowest}")
     if not given:
         raise CaseError('[sweep]: missing; accepted: keys and their values, as "control.load" = [10.0, 60.0]')
     if not latin and len(options) > ("method" in options):
@@ -151,38 +167,17 @@ def _combined(sweep: Any) -> tuple[Table, ...]:
         raise CaseError(f'sweep.{name}: found with a grid, accepted: with method = "latin-hypercube"')
     if latin and "samples" not in options:
         raise CaseError(f"sweep.samples: missing; accepted: {OPTIONS['samples'].words}")
-    return tuple(_sampled(given, options) if latin else _grid(given))
-
-
-def _flat(table: Table, above: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted keys and their values, since TOML reads an unquoted dotted key as nested tables."""
-    for name, value in table.items():
-        nested = isinstance(value, dict) and value and all(isinstance(v, dict | list) for v in value.values())
-        yield from _flat(value, f"{above}{name}.") if nested else [(above + name, value)]
-
-
-def _check_values(name: str, value: Any, latin: bool) -> None:
-    """Check that the value is a list, or a range with a count for a grid and without one for a Latin hypercube."""
-    if "." not in name:
-        raise CaseError(
-            f"sweep.{name}: unknown key; accepted: {', '.join(OPTIONS)}, and keys of the case by their table, as in"
-            ' "control.load"'
+    if latin:  # each sample has a stratum of every key to itself; from a list, equally many of each value
+        random = np.random.default_rng(options.get("seed", 0))
+        samples = scipy.stats.qmc.LatinHypercube(len(given), seed=random).random(options["samples"])
+        return tuple(
+            {
+                name: value[int(share * len(value))] if isinstance(value, list) else _between(value, share)
+                for (name, value), share in zip(given.items(), shares, strict=True)
+            }
+            for shares in samples
         )
-    if isinstance(value, list) and value:
-        return
-    if not isinstance(value, dict):
-        accepted = "a list of values, or a range {from, to, count, log}"
-        raise CaseError(f"sweep.{name}: found {shown(value)}, accepted: {accepted}")
-    check_table(f"sweep.{name}", value, {key: RANGE[key] for key in RANGE if key != "count" or not latin})
-    if not latin and "count" not in value:
-        raise CaseError(f"sweep.{name}.count: missing; accepted: {RANGE['count'].words}")
-    if value["to"] <= value["from"] or (value.get("log") and value["from"] <= 0):
-        lowest = "0 < from < to, since log = true" if value.get("log") else "from < to"
-        raise CaseError(f"sweep.{name}: found {value['from']:g} to {value['to']:g}, accepted: {lowest}")
-
-
-def _grid(given: Table) -> Iterator[Table]:
-    """Yield every combination; the last key varies fastest."""
+    # every combination; the last key varies fastest
     counts = [len(value) if isinstance(value, list) else value["count"] for value in given.values()]
     if math.prod(counts) > MOST_CASES:
         raise CaseError(f"[sweep]: found {math.prod(counts)}, accepted: up to {MOST_CASES} cases")
@@ -192,18 +187,14 @@ def _grid(given: Table) -> Iterator[Table]:
         else [_between(value, share) for share in np.linspace(0.0, 1.0, count)]
         for value, count in zip(given.values(), counts, strict=True)
     ]
-    for row in itertools.product(*columns):
-        yield dict(zip(given, row, strict=True))
+    return tuple(dict(zip(given, row, strict=True)) for row in itertools.product(*columns))
 
 
-def _sampled(given: Table, options: Table) -> Iterator[Table]:
-    """Yield samples of which each has a stratum of every key to itself; from a list, equally many of each value."""
-    random = np.random.default_rng(options.get("seed", 0))
-    for shares in scipy.stats.qmc.LatinHypercube(len(given), seed=random).random(options["samples"]):
-        yield {
-            name: value[int(share * len(value))] if isinstance(value, list) else _between(value, share)
-            for (name, value), share in zip(given.items(), shares, strict=True)
-        }
+def _flat(table: Table, above: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted keys and their values, since TOML reads an unquoted dotted key as nested tables."""
+    for name, value in table.items():
+        nested = isinstance(value, dict) and value and all(isinstance(v, dict | list) for v in value.values())
+        yield from _flat(value, f"{above}{name}.") if nested else [(above + name, value)]
 
 
 def _between(given: Table, share: float) -> float:
@@ -249,7 +240,16 @@ def run_study(options: argparse.Namespace) -> int:
     entries = {f"[{name}]": value for name, value in study.tables.items()}
     identity = {name: json.dumps(value, sort_keys=True, default=str) for name, value in entries.items()}
     try:
-        with _executor(options.scheduler) as executor:
+        with contextlib.ExitStack() as stack:
+            executor = None  # processes of this machine
+            if options.scheduler is not None:  # workers of Dask, which keep their compiled programs
+                try:
+                    from distributed import Client
+                except ImportError as error:
+                    raise ImportError("--scheduler: needs the extra jaxcontact[cluster]") from error
+                client = stack.enter_context(Client(options.scheduler))
+                client.run(enable_compilation_cache)
+                executor = client.get_executor()
             where = {"executor": executor, "processes": options.processes}
             found = sweep_of(compute, cases, options.directory, identity, **where)
     except KeyboardInterrupt as interrupt:
@@ -258,7 +258,43 @@ def run_study(options: argparse.Namespace) -> int:
         return print_error(f"{study.path}: interrupted by {name}: {reason}", exit_status(interrupt))
     except ValueError as error:
         raise CaseError(f"{study.path}: {error}") from error
-    return _finish(study, found, options.directory)
+
+    # a row for each case: the varied values, and its figures with their notes or the failure
+    rows: list[dict[str, Any]] = []
+    for index, values in enumerate(study.cases):
+        row = {"case": index} | _varying(values)
+        if index in found.failures:
+            rows.append(row | {"failure": found.failures[index]})
+            continue
+        notes = found.notes.get(index, ())
+        figures = {name: value.item() for name, value in found[index].items()}
+        rows.append(row | figures | {"warnings_count": len(notes), "notes": "; ".join(notes)})
+    names = list(dict.fromkeys(name for row in rows for name in row if name != "failure"))
+    write_whole(options.directory / TABLE, lambda path: _write_table(path, [*names, "failure"], rows))
+    summary = {
+        "jaxcontact_version": __version__,
+        "study": study.path.name,
+        "varied": list(study.cases[0]),
+        "cases_count": len(found),
+        "failed_count": len(found.failures),
+        "notes": found.notes_in_words(),
+        "failures": [study.cases[i] | {"case": i, "failure": why} for i, why in found.failures.items()],
+    }
+    text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
+    write_whole(options.directory / SUMMARY, lambda path: path.write_text(text, encoding="utf-8"))
+    undrawn = _draw(study, found, options.directory / PICTURE)
+    counts = [f"note: {line}" for line in found.notes_in_words()]
+    counts += [f"no picture: {undrawn}"] if undrawn else []
+    tell(
+        "\n".join([f"{len(found.done())} of {len(found)} cases, in {options.directory / TABLE}", *counts]),
+        sys.stdout,
+    )
+    for index, why in found.failures.items():
+        tell(f"jaxcontact: warning: case {index}, {in_words(study.cases[index])}: {why}", sys.stderr)
+    if not found.failures:
+        return FINE
+    reason = f"{len(found.failures)} of {len(found)} cases failed; the same command tries them again"
+    return print_error(f"{study.path}: {reason}", NOT_CONVERGED)
 
 
 def figures_by(tables: dict[str, Any], path: str) -> Callable[[dict[str, Any]], dict[str, Any]]:
@@ -281,60 +317,6 @@ def figures_by(tables: dict[str, Any], path: str) -> Callable[[dict[str, Any]], 
 
 def _varying(case: dict[str, Any]) -> dict[str, Any]:
     return {key: json.dumps(value) if isinstance(value, list) else value for key, value in case.items()}
-
-
-@contextlib.contextmanager
-def _executor(scheduler: str | None) -> Iterator[Executor | None]:
-    """Yield the workers of a Dask scheduler, which keep their compiled programs; None for processes of this machine."""
-    if scheduler is None:
-        yield None
-        return
-    try:
-        from distributed import Client
-    except ImportError as error:
-        raise ImportError("--scheduler: needs the extra jaxcontact[cluster]") from error
-    with Client(scheduler) as client:
-        client.run(enable_compilation_cache)
-        yield client.get_executor()
-
-
-def _finish(study: CaseStudy, found: Study, directory: Path) -> int:
-    """Write the table and the summary, report failures, and return the exit status."""
-    # a row for each case: the varied values, and its figures with their notes or the failure
-    rows: list[dict[str, Any]] = []
-    for index, values in enumerate(study.cases):
-        row = {"case": index} | _varying(values)
-        if index in found.failures:
-            rows.append(row | {"failure": found.failures[index]})
-            continue
-        notes = found.notes.get(index, ())
-        figures = {name: value.item() for name, value in found[index].items()}
-        rows.append(row | figures | {"warnings_count": len(notes), "notes": "; ".join(notes)})
-    names = list(dict.fromkeys(name for row in rows for name in row if name != "failure"))
-    write_whole(directory / TABLE, lambda path: _write_table(path, [*names, "failure"], rows))
-    summary = {
-        "jaxcontact_version": __version__,
-        "study": study.path.name,
-        "varied": list(study.cases[0]),
-        "cases_count": len(found),
-        "failed_count": len(found.failures),
-        "notes": found.notes_in_words(),
-        "failures": [study.cases[i] | {"case": i, "failure": why} for i, why in found.failures.items()],
-    }
-    text = json.dumps(summary, indent=2, ensure_ascii=False) + "\n"
-    write_whole(directory / SUMMARY, lambda path: path.write_text(text, encoding="utf-8"))
-    undrawn = _draw(study, found, directory / PICTURE)
-    counts = [f"note: {line}" for line in found.notes_in_words()]
-    counts += [f"no picture: {undrawn}"] if undrawn else []
-    tell(
-        "\n".join([f"{len(found.done())} of {len(found)} cases, in {directory / TABLE}", *counts]), sys.stdout
-    )
-    for index, why in found.failures.items():
-        tell(f"jaxcontact: warning: case {index}, {in_words(study.cases[index])}: {why}", sys.stderr)
-    if not found.failures:
-        return FINE
-    reason = f"{len(found.failures)} of {len(found)} cases failed; the same command tries them again"
-    return print_error(f"{study.path}: {reason}", NOT_CONVERGED)
 
 
 def _draw(study: CaseStudy, found: Study, path: Path) -> str | None:

@@ -82,7 +82,10 @@ SUBSTRATES = {"steel": STEEL, "glass": jc.Elastic.from_young(70e9, nu=0.22)}
 def solve(name: str, values: tuple[float, ...]) -> dict[str, Any]:
     """Return the results of a preset's contact in JSON's types and SI units, with its notes in words."""
     body, indenter, load = contact(name, **dict(zip(PRESETS[name].values, values, strict=True)))
-    history = _indented(*jax.tree.map(np.float64, (body, indenter, load)), _grid(body, indenter, load))
+    grid = jc.Grid.around(body, indenter, jc.Load(load), TIMES, n=48)
+    if isinstance(indenter, jc.Cylinder):
+        grid = jc.Grid((96, 1), (grid.width[0] / 96, 1.0), periodic=(False, True))
+    history = _indented(*jax.tree.map(np.float64, (body, indenter, load)), grid)
     status = int(np.max(history.status))
     middle = history.grid.shape[1] // 2
     return {
@@ -118,13 +121,6 @@ def contact(
     body = jc.LayeredHalfSpace([jc.Layer(film, thickness)], SUBSTRATES[preset.substrate])
     roller = preset.indenter == "roller"
     return body, jc.Cylinder(radius, 1.0, STEEL) if roller else jc.Sphere(radius, STEEL), load
-
-
-def _grid(body: jc.LayeredHalfSpace, indenter: Any, load: float) -> jc.Grid:
-    grid = jc.Grid.around(body, indenter, jc.Load(load), TIMES, n=48)
-    if isinstance(indenter, jc.Cylinder):
-        return jc.Grid((96, 1), (grid.width[0] / 96, 1.0), periodic=(False, True))
-    return grid
 
 
 # The first figure waits for the compiler; on grids as small as these a run takes a tenth of a second all the same.

@@ -99,30 +99,25 @@ class _Handler(BaseHTTPRequestHandler):
     def do_POST(self) -> None:
         if not self._is_local():
             self._send_line(HTTPStatus.FORBIDDEN, "Host, Origin: expected names of this machine")
-        elif self.path != "/run":
+            return
+        if self.path != "/run":
             self._send_line(HTTPStatus.NOT_FOUND, "there is no such page")
-        else:
-            self._run()
-
-    def _run(self) -> None:
+            return
         try:
-            answer = self.server.runs.answer(*checked(self._request()))
+            length = self.headers.get("Content-Length", "")
+            if not length.isdecimal() or int(length) > LARGEST:
+                raise ValueError(f"Content-Length: expected at most {LARGEST} bytes of JSON")
+            try:
+                request = json.loads(self.rfile.read(int(length)))
+            except (ValueError, RecursionError) as error:
+                raise ValueError("request: expected JSON") from error
+            answer = self.server.runs.answer(*checked(request))
         except ValueError as error:
             self._send_line(HTTPStatus.BAD_REQUEST, str(error))
         except Exception as error:  # the page shows it, whatever it is
             self._send_line(HTTPStatus.INTERNAL_SERVER_ERROR, f"{type(error).__name__}: {error}")
         else:
             self._send_json(answer)
-
-    def _request(self) -> Any:
-        """Return the request's JSON; ValueError if it has none."""
-        length = self.headers.get("Content-Length", "")
-        if not length.isdecimal() or int(length) > LARGEST:
-            raise ValueError(f"Content-Length: expected at most {LARGEST} bytes of JSON")
-        try:
-            return json.loads(self.rfile.read(int(length)))
-        except (ValueError, RecursionError) as error:
-            raise ValueError("request: expected JSON") from error
 
     def _is_local(self) -> bool:
         """Return whether the browser asked for this machine by name, and for no page of another one."""
