@@ -8,7 +8,7 @@ import math
 import os
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -184,26 +184,24 @@ class Heading(NamedTuple):
 def read_heading(cell: str) -> Heading:
     """Parse a header cell such as "J [1/GPa]", "Depth (nm)", "time / s", "F/mN", "time_s" or "Kraft in N"."""
     cell = AGAIN.sub("", cell.strip().strip(":"))
-    cuts = [(pattern, *found) for pattern in PARTS for found in _cuts(pattern, cell)]
+    # the ways (pattern, name, unit) to split the cell
+    cuts: list[tuple[str, str, str | None]] = []
+    for pattern in PARTS:
+        if pattern == "_":  # at each underscore, from the right
+            places = [
+                k for k, letter in enumerate(cell) if letter == "_" and not re.search(r"\s[\[(]", cell[k:])
+            ]
+            cuts += [(pattern, cell[:k], cell[k + 1 :]) for k in reversed(places)]
+        elif found := re.fullmatch(pattern, cell):
+            cuts.append((pattern, found["name"], found.groupdict().get("unit")))
     for pattern, name, unit in cuts:
         kind = kind_of(name)
         if kind and (pattern is not BLANK or (kind in KINDS and units.is_unit(KINDS[kind], unit or ""))):
             return Heading(plain(name), kind, unit)
     for pattern, name, unit in cuts:
-        if unit is not None and (
-            pattern in BRACKETS or any(units.is_unit(kind, unit) for kind in units.KINDS)
-        ):
+        if unit is not None and (pattern in BRACKETS or _is_any_unit(unit)):
             return Heading(plain(name), None, unit)
     return Heading(plain(cell), None, None)
-
-
-def _cuts(pattern: str, cell: str) -> list[tuple[str, str | None]]:
-    """Return the ways (name, unit) in which a pattern splits the cell; by an underscore, at each of them."""
-    if pattern == "_":
-        places = [k for k, letter in enumerate(cell) if letter == "_" and not re.search(r"\s[\[(]", cell[k:])]
-        return [(cell[:k], cell[k + 1 :]) for k in reversed(places)]
-    found = re.fullmatch(pattern, cell)
-    return [(found["name"], found.groupdict().get("unit"))] if found else []
 
 
 def kind_of(name: str) -> str | None:
@@ -258,32 +256,23 @@ def read_lines(path: str | os.PathLike) -> list[Line]:
         raise ValueError(
             f"{name}: expected rows of numbers, got {content.strip()[:12]!r}: save the table as CSV"
         )
-    found = [_line(number, text) for number, text in _joined(content.splitlines()) if text.strip(" \t\r\n,;")]
+    found, texts, k = [], content.splitlines(), 0
+    while k < len(texts):
+        size = 1
+        if OPEN.search(texts[k]):  # up to the line in which the cell ends ("Time" over "(s)" in a workbook)
+            for more in range(2, LONGEST + 1):
+                joined = " ".join(texts[k : k + more])
+                if joined.count('"') % 2 == 0 and not OPEN.search(joined):
+                    size = more
+                    break
+        text = " ".join(texts[k : k + size])
+        if text.strip(" \t\r\n,;"):
+            mark = REMARK.match(text)
+            found.append(Line(k + 1, text[mark.end() :] if mark else text, bool(mark)))
+        k += size
     if not any(line.text.strip() and not line.remark for line in found):
         raise ValueError(f"{name}: expected a table, got an empty file")
     return found
-
-
-def _joined(texts: list[str]) -> Iterator[tuple[int, str]]:
-    """Yield numbers and texts of lines, joining those within a quoted cell ("Time" over "(s)" in a workbook)."""
-    k = 0
-    while k < len(texts):
-        size = 1
-        if OPEN.search(texts[k]):
-            size = next((n for n in range(2, LONGEST + 1) if _closed(texts[k : k + n])), 1)
-        yield k + 1, " ".join(texts[k : k + size])
-        k += size
-
-
-def _closed(texts: list[str]) -> bool:
-    """Return whether every quoted cell ends within these lines."""
-    joined = " ".join(texts)
-    return joined.count('"') % 2 == 0 and not OPEN.search(joined)
-
-
-def _line(number: int, text: str) -> Line:
-    mark = REMARK.match(text)
-    return Line(number, text[mark.end() :] if mark else text, bool(mark))
 
 
 def decode(name: str) -> str:
@@ -309,7 +298,12 @@ def decode(name: str) -> str:
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return _japanese(raw) or raw.decode("latin-1")
+        pass
+    try:
+        text = raw.decode("cp932")
+    except UnicodeDecodeError:
+        text = ""
+    return text if any(name in text for name in JAPANESE) else raw.decode("latin-1")
 
 
 def _by_plugin(name: str, suffix: str) -> str:
@@ -338,15 +332,6 @@ def _by_plugin(name: str, suffix: str) -> str:
             f"{name}: expected columns by their headings from the plug-in for .{suffix} files, got: {reason}"
         ) from error
     return "\n".join(parts) + "\n"
-
-
-def _japanese(raw: bytes) -> str | None:
-    """Return the text in Shift JIS, None where it is in another encoding."""
-    try:
-        text = raw.decode("cp932")
-    except UnicodeDecodeError:
-        return None
-    return text if any(name in text for name in JAPANESE) else None
 
 
 # Cells of a line and the numbers in them, in several dialects of delimited text.
@@ -435,7 +420,15 @@ def choose(path: str, lines: list[Line], decimal: str | None) -> Dialect:
     plain = [line.text for line in lines if not line.remark]
     sample = plain[:: math.ceil(len(plain) / SAMPLE)]
     marks = (decimal,) if decimal else (".", ",")
-    ranked = {Dialect(s, mark): _score(sample, s, mark) for s in ("\t", ";", ",", None) for mark in marks}
+    # for each dialect: rows of numbers, the share of their cells that are numbers or missing, minus grouped numbers
+    ranked: dict[Dialect, tuple[int, float, int]] = {}
+    for dialect in itertools.starmap(Dialect, itertools.product(("\t", ";", ",", None), marks)):
+        rows = [split(text, dialect.separator) for text in sample]
+        rows = [row for row in rows if is_data(row, dialect.decimal)]
+        cells = [cell for row in rows for cell in row]
+        fine = sum(is_missing(cell) or number(cell, dialect.decimal) is not None for cell in cells)
+        grouped = sum(bool(GROUPED[dialect.decimal].fullmatch(cell)) for cell in cells)
+        ranked[dialect] = len(rows), round(fine / max(len(cells), 1), 6), -grouped
     best = max(ranked, key=lambda dialect: ranked[dialect])
     if ranked[best][0] == 0:
         what = (
@@ -444,32 +437,17 @@ def choose(path: str, lines: list[Line], decimal: str | None) -> Dialect:
         )
         raise ValueError(f"{path}: line {lines[-1].number}: {what}")
     twin = Dialect(best.separator, "," if best.decimal == "." else ".")
-    if ranked.get(twin, ())[:2] == ranked[best][:2] and _doubtful(sample, best, ranked[best], ranked[twin]):
-        raise ValueError(
-            f"{path}: expected one decimal mark, got numbers that read both ways: give decimal='.' or ','"
-        )
+    both = ranked.get(twin, ())[:2] == ranked[best][:2]
+    if both and (ranked[best][2] or ranked[twin][2]):
+        # Numbers that the other mark reads as groups of three digits. They are not ambiguous where every number of a
+        # column has the mark, as all would be whole thousands.
+        rows = [row for row in (split(text, best.separator) for text in sample) if is_data(row, best.decimal)]
+        marked = [{best.decimal in cell for cell in column} for column in zip(*rows, strict=False)]
+        if ranked[best][2] or best.separator == best.decimal or {True, False} in marked:
+            raise ValueError(
+                f"{path}: expected one decimal mark, got numbers that read both ways: give decimal='.' or ','"
+            )
     return best
-
-
-def _score(sample: list[str], separator: str | None, decimal: str) -> tuple[int, float, int]:
-    """Return (rows of numbers, fraction of their cells that are numbers or missing, minus grouped numbers)."""
-    rows = [row for row in (split(text, separator) for text in sample) if is_data(row, decimal)]
-    cells = [cell for row in rows for cell in row]
-    fine = sum(is_missing(cell) or number(cell, decimal) is not None for cell in cells)
-    grouped = sum(bool(GROUPED[decimal].fullmatch(cell)) for cell in cells)
-    return len(rows), round(fine / max(len(cells), 1), 6), -grouped
-
-
-def _doubtful(sample: list[str], best: Dialect, score: tuple, other: tuple) -> bool:
-    """Return whether numbers that the other mark reads as groups of three digits are ambiguous.
-
-    They are not where every number of a column has the mark, as all would be whole thousands.
-    """
-    if not (score[2] or other[2]):
-        return False
-    rows = [row for row in (split(text, best.separator) for text in sample) if is_data(row, best.decimal)]
-    marked = [{best.decimal in cell for cell in column} for column in zip(*rows, strict=False)]
-    return bool(score[2]) or best.separator == best.decimal or {True, False} in marked
 
 
 # Detection of the header of a block of numbers, and of a line of units, among the preceding lines.
@@ -495,11 +473,28 @@ def find_header(lines: list[Line], width: int, separator: str | None) -> Header 
     if best is None:
         return None
     (*_, k), cells = best
-    found = _units(lines[k + 1 :], cells, separator)
+    # The units: in a line below in which a known column has a unit of its kind, otherwise the words directly above the
+    # numbers if there is one for each name (wrong ones are rejected when the column is read), or the line above.
+    below = lines[k + 1 :]
+    ways = (_under(way, len(cells)) for line in below for way in ways_to_split(line.text, separator))
+    found = next((way for way in ways if way and any(map(_fits, cells, way))), [])
+    if not found:
+        last = _under(split(below[-1].text, separator), len(cells)) if below and not below[-1].remark else []
+        words = [text for text in last if re.search(r"\w", text)]
+        every = words and len(words) == len([text for text in last if text])
+        found = last if every else [""] * len(cells)
     if not any(found) and k > 0:
         above = _under(split(lines[k - 1].text, separator), len(cells))
         found = above if above and all(map(_fits, cells, above)) else found
-    return Header(cells, _with_factors(lines[k + 1 :], found, separator), lines[k].number)
+    # Powers of ten in a line below ("x 1e-6 1/Pa") belong to the units, which are rejected when the column is read; a
+    # fact ("sensitivity: 4.8E-8") has none.
+    for line in below:
+        factors = _under(split(line.text, separator), len(found))
+        if any(map(FACTOR.search, factors)) and not factors[0].endswith(":"):
+            pairs = zip(factors, found, strict=True)
+            found = [f"{text} {unit}".strip() if FACTOR.search(text) else unit for text, unit in pairs]
+            break
+    return Header(cells, found, lines[k].number)
 
 
 def _cells(text: str, width: int, separator: str | None) -> list[str]:
@@ -555,35 +550,6 @@ def _trimmed(cells: list[str], width: int) -> list[str]:
     while len(cells) > 1 and not cells[-1]:
         cells = cells[:-1]
     return cells[1:] if len(cells) == width + 1 and cells[0][-1:] in ("", ":") else cells
-
-
-def _units(lines: list[Line], cells: list[str], separator: str | None) -> list[str]:
-    """Return the units below the names, "" where there is none.
-
-    They are taken from the line in which a known column has a unit of its kind, otherwise from the words directly above
-    the numbers if there is one for each name; invalid ones are rejected when the column is read.
-    """
-    for line in lines:
-        for texts in ways_to_split(line.text, separator):
-            texts = _under(texts, len(cells))
-            if texts and any(map(_fits, cells, texts)):
-                return texts
-    last = _under(split(lines[-1].text, separator), len(cells)) if lines and not lines[-1].remark else []
-    words = [text for text in last if re.search(r"\w", text)]
-    return last if words and len(words) == len([text for text in last if text]) else [""] * len(cells)
-
-
-def _with_factors(lines: list[Line], found: list[str], separator: str | None) -> list[str]:
-    """Return the units with powers of ten in the lines below ("x 1e-6 1/Pa"), which are rejected when the column is
-    read."""
-    for line in lines:
-        cells = _under(split(line.text, separator), len(found))
-        if any(map(FACTOR.search, cells)) and not cells[0].endswith(":"):  # a fact: "sensitivity: 4.8E-8"
-            return [
-                f"{cell} {unit}".strip() if FACTOR.search(cell) else unit
-                for cell, unit in zip(cells, found, strict=True)
-            ]
-    return found
 
 
 def _under(texts: list[str], width: int) -> list[str]:
@@ -664,24 +630,48 @@ def read_table(
         raise ValueError(f"decimal: expected '.' or ',', got {decimal!r}")
     lines = read_lines(path)
     dialect = choose(name, lines, decimal)
+    # groups of lines of text, each with the rows of numbers that follow
+    groups: list[tuple[list[Line], list[Row]]] = [([], [])]
+    for line in lines:
+        cells = split(line.text, dialect.separator)
+        own = before_gap(cells)  # words may stand beside the table, beyond an empty cell
+        is_row = is_data(cells, dialect.decimal) or (len(own) > 1 and _all_numbers(own, dialect.decimal))
+        if is_row and not line.remark:
+            groups[-1][1].append((line.number, cells))
+        elif groups[-1][1]:
+            groups.append(([line], []))
+        else:
+            groups[-1][0].append(line)
     blocks: list[Block] = []
-    groups = _groups(lines, dialect)
     for k, (before, rows) in enumerate(groups):
-        _check_words(name, before, dialect)
+        for other in itertools.starmap(Dialect, itertools.product(",;\t", ".,")):
+            texts = [split(line.text, other.separator) for line in before if not line.remark]
+            hits = [text for text in texts if len(text) > 1 and _all_numbers(text, other.decimal)]
+            if other != dialect and len(hits) >= FOREIGN:
+                raise ValueError(
+                    f"{name}: line {before[0].number}: expected one separator and decimal mark throughout, got others in "
+                    f"{len(hits)} lines: write all lines in one dialect"
+                )
         header = find_header(before, _width(rows), dialect.separator) if rows else None
         text = "\n".join(line.text for line in before)
         sheet = any(line.text.strip() == "[step]" for line in before)
         if sheet and not rows and blocks:
             continue  # a sheet of words
-        if (
-            not blocks
-            or sheet
-            or (header and (known(header.cells) or _after(blocks[-1], groups[k:], dialect)))
-        ):
+        begins = not blocks or sheet or bool(header and known(header.cells))
+        if header and not begins:
+            # statistics of the curve: all that follows is small beside it and has no known names
+            size = len(blocks[-1].rows)
+            few = sum(len(each) for _, each in groups[k:]) <= min(max(FEW, size // 10), size // 2)
+            later = [
+                find_header(above, _width(each), dialect.separator) for above, each in groups[k:] if each
+            ]
+            begins = few and not any(each and known(each.cells) for each in later)
+        if begins:
             width = len(header.cells) if header else _width(rows)
             blocks.append(Block(_name(text), text, header, width, list(rows)))
         else:
-            blocks[-1].rows.extend(_as_rows(before, dialect) + rows)
+            more = [(line.number, split(line.text, dialect.separator)) for line in before if not line.remark]
+            blocks[-1].rows.extend(more + rows)
     if not any(block.header and known(block.header.cells) > 1 for block in blocks):
         blocks = _on_side(lines, dialect) or blocks
     if not any(isinstance(one, int) for one in (columns or {}).values()):
@@ -696,18 +686,8 @@ def read_table(
     return Table(name, dialect, blocks, columns or {}, units or {})
 
 
-def _after(last: Block, groups: list[tuple[list[Line], list[Row]]], dialect: Dialect) -> bool:
-    """Return whether all that follows a block is small beside it and has no known names: statistics of the curve."""
-    headers = [find_header(before, _width(rows), dialect.separator) for before, rows in groups if rows]
-    few = sum(len(rows) for _, rows in groups) <= min(max(FEW, len(last.rows) // 10), len(last.rows) // 2)
-    return few and not any(header and known(header.cells) for header in headers)
-
-
 def _on_side(lines: list[Line], dialect: Dialect) -> list[Block]:
-    """Return the tables of a file whose quantities stand in lines: a known name, then numbers, at least two such lines.
-
-    The line above the first may have the abscissa, with a unit in each cell ("0.1 Hz", "1 Hz").
-    """
+    """Return the tables of a file whose quantities stand in lines: a known name, then numbers, at least two such lines."""
     found: list[Block] = []
     group: list[tuple[Line, str, list[str]]] = []
     abscissa: tuple[Line, str, list[str]] | None = None
@@ -717,7 +697,7 @@ def _on_side(lines: list[Line], dialect: Dialect) -> list[Block]:
         while cells and not cells[-1]:
             cells.pop()
         name, values = (cells[0], cells[1:]) if cells else ("", [])
-        if values and any(units.is_unit(kind, values[0].strip("[]() ")) for kind in units.KINDS if values[0]):
+        if values and values[0] and _is_any_unit(values[0].strip("[]() ")):
             name, values = f"{name} [{values[0].strip('[]() ')}]", values[1:]
         numbers = sum(number(cell, dialect.decimal) is not None for cell in values)
         fits = numbers >= LEAST and number(name, dialect.decimal) is None and bool(name)
@@ -738,24 +718,17 @@ def _on_side(lines: list[Line], dialect: Dialect) -> list[Block]:
         if group:
             group, before = [], []
         before.append(line.text)
-        abscissa = _abscissa(line, cells, dialect)
+        # The abscissa may stand above: cells that are numbers with one and the same unit ("0.1 Hz", "1 Hz").
+        abscissa = None
+        parts = [cell.rpartition(" ") for cell in cells[1:] if cell]
+        unit = parts[0][2] if parts else ""
+        alike = len(parts) >= LEAST and all(last == unit for *_, last in parts)
+        if alike and all(number(one, dialect.decimal) is not None for one, *_ in parts):
+            kind = next((kind for kind in ASIDE if units.is_unit(kind, unit)), None)
+            known_name = cells[0] if read_heading(cells[0]).kind else ASIDE.get(kind or "")
+            if known_name and kind:
+                abscissa = line, f"{known_name} [{unit}]", [one for one, *_ in parts]
     return found
-
-
-def _abscissa(line: Line, cells: list[str], dialect: Dialect) -> tuple[Line, str, list[str]] | None:
-    """Return (line, name, numbers) of a line whose cells are numbers with one and the same unit, None for another line."""
-    parts = [cell.rpartition(" ") for cell in cells[1:] if cell]
-    unit = {last for _, _, last in parts}
-    if (
-        len(parts) < LEAST
-        or len(unit) != 1
-        or any(number(one, dialect.decimal) is None for one, _, _ in parts)
-    ):
-        return None
-    text = unit.pop()
-    kind = next((kind for kind in ASIDE if units.is_unit(kind, text)), None)
-    known_name = cells[0] if read_heading(cells[0]).kind else ASIDE.get(kind or "")
-    return (line, f"{known_name} [{text}]", [one for one, _, _ in parts]) if known_name and kind else None
 
 
 def _apart(block: Block, dialect: Dialect) -> list[Block]:
@@ -801,44 +774,8 @@ def _apart(block: Block, dialect: Dialect) -> list[Block]:
     return found
 
 
-def _groups(lines: list[Line], dialect: Dialect) -> list[tuple[list[Line], list[Row]]]:
-    """Return groups of text lines, each with the rows of numbers that follow."""
-    rows = [(line, split(line.text, dialect.separator)) for line in lines]
-    runs = itertools.groupby(rows, lambda row: not row[0].remark and _is_row(row[1], dialect.decimal))
-    groups: list[tuple[list[Line], list[Row]]] = [([], [])]
-    for numbers, run in runs:
-        if numbers:
-            groups[-1][1].extend((line.number, cells) for line, cells in run)
-        else:
-            groups.append(([line for line, _ in run], []))
-    return [group for group in groups if any(group)]
-
-
-def _is_row(cells: list[str], decimal: str) -> bool:
-    """Return whether cells are a row of numbers, which may have words beside the table, beyond an empty cell."""
-    own = before_gap(cells)
-    return is_data(cells, decimal) or (len(own) > 1 and _all_numbers(own, decimal))
-
-
-def _check_words(path: str, lines: list[Line], dialect: Dialect) -> None:
-    """Raise ValueError where the text between numbers consists of numbers in another dialect."""
-    for other in itertools.starmap(Dialect, itertools.product(",;\t", ".,")):
-        cells = [split(line.text, other.separator) for line in lines if not line.remark]
-        hits = [row for row in cells if len(row) > 1 and _all_numbers(row, other.decimal)]
-        if other != dialect and len(hits) >= FOREIGN:
-            raise ValueError(
-                f"{path}: line {lines[0].number}: expected one separator and decimal mark throughout, got others in "
-                f"{len(hits)} lines: write all lines in one dialect"
-            )
-
-
 def _all_numbers(row: list[str], decimal: str) -> bool:
     return all(number(cell, decimal) is not None for cell in row)
-
-
-def _as_rows(lines: list[Line], dialect: Dialect) -> list[Row]:
-    """Return text lines as rows, except remarks."""
-    return [(line.number, split(line.text, dialect.separator)) for line in lines if not line.remark]
 
 
 def _width(rows: list[Row]) -> int:
