@@ -175,7 +175,14 @@ def _place(table: Table, block: Block, wanted: Wanted) -> tuple[int, str | None,
     if choice is not None:
         hits, name = [i for i, cell in enumerate(cells) if cell == choice], None
     else:
-        hits, name = _by_name(cells, block.header.units, wanted)
+        # The preferred kind of name that is there; columns with a readable unit precede others such as "Depth (V)".
+        kinds, hits, name = [read_heading(cell).kind for cell in cells], [], None
+        for name in filter(kinds.__contains__, wanted.names):
+            hits = [i for i, kind in enumerate(kinds) if kind == name]
+            units = {i: read_heading(cells[i]).unit or block.header.units[i] for i in hits}
+            fine = [i for i, unit in units.items() if not unit or unit_table.is_unit(KINDS[name], unit)]
+            hits = fine or hits
+            break
     if len(hits) != 1:
         found = "none" if not hits else " and ".join(repr(cells[i]) for i in hits)
         for cell in cells:
@@ -191,21 +198,6 @@ def _place(table: Table, block: Block, wanted: Wanted) -> tuple[int, str | None,
     others = [cell for i, cell in enumerate(cells) if i != place and read_heading(cell).kind in wanted.names]
     noted = bool(others) and len(wanted.names) > 1
     return place, kind, (f"{cells[place]!r} taken, not {others[0]!r}",) if noted else ()
-
-
-def _by_name(cells: list[str], under: list[str], wanted: Wanted) -> tuple[list[int], str | None]:
-    """Return the columns of the preferred kind of name; those with a readable unit precede others such as "Depth (V)"."""
-    for name in wanted.names:
-        hits = [i for i, cell in enumerate(cells) if read_heading(cell).kind == name]
-        units = [read_heading(cells[i]).unit or under[i] for i in hits]
-        fine = [
-            i
-            for i, unit in zip(hits, units, strict=True)
-            if not unit or unit_table.is_unit(KINDS[name], unit)
-        ]
-        if hits:
-            return fine or hits, name
-    return [], None
 
 
 def series(table: Table, block: Block, found: dict[str, Column]) -> Series:

@@ -162,7 +162,23 @@ def creep_of(
 ) -> CreepData:  # fmt: skip
     """Return the creep test of a series with the columns of ``wanted_of``."""
     if "creep_modulus" in taken.values:
-        taken = _inverse(table.path, taken)
+        # its inverse is a compliance, of a test in tension unless the column names shear
+        column = taken.columns["creep_modulus"]
+        if "sigma" in taken.values:
+            raise ValueError(
+                f"{table.path}: columns['sigma']: expected none beside a creep modulus, got one: it is not that of 1/J"
+            )
+        shear = column.name == "shear creep modulus"
+        inverse = column._replace(
+            name="compliance" if shear else "tensile compliance",
+            shown="shear compliance" if shear else column.shown,
+        )
+        values, columns = dict(taken.values), dict(taken.columns)
+        modulus, _ = values.pop("creep_modulus"), columns.pop("creep_modulus")
+        with np.errstate(divide="ignore"):
+            compliance = np.where(modulus > 0.0, 1.0 / modulus, np.nan)
+        taken = taken._replace(values=values | {"J": compliance}, columns=columns | {"J": inverse})
+        taken = taken.say(f"{column.label}: its inverse is the compliance")
     if "J" in taken.values and "stress" in taken.values:
         taken = cleaning.settle(table.path, taken, window and window[1])
     convention, taken = _tension(table, taken, convention, nu)
@@ -175,7 +191,20 @@ def creep_of(
         fields |= {"J": taken.values["J"], "start": 0.0}
         loading_time.check_course(table.path, taken.values["t"], fields["J"])
     else:
-        taken = cleaning.ordered(cleaning.complete(table.path, _stressed(table, taken, stress)))
+        # with a stress, from the file or the caller
+        if "stress" in taken.values and stress is not None:
+            raise ValueError(
+                f"{table.path}: stress: expected none for a file with a column of stress, got {stress!r}"
+            )
+        if "stress" not in taken.values:
+            value = _stated_stress(taken.before) if stress is None else float(stress)
+            if not value or not np.isfinite(value):
+                raise ValueError(
+                    f"{table.path}: stress: expected a stress in Pa that is not zero, got {value!r}"
+                )
+            constant = {"stress": np.full(taken.lines.size, value)}
+            taken = taken._replace(values=taken.values | constant).say(f"constant stress {value:g} Pa")
+        taken = cleaning.ordered(cleaning.complete(table.path, taken))
         taken, fields["stress"] = loading_time.loaded(table.path, taken, start)
         taken = cleaning.window(taken, window)
         taken = cleaning.check_times(table.path, taken)
@@ -185,56 +214,30 @@ def creep_of(
     return build(table.path, CreepData, t=taken.values["t"], notes=once(taken.notes), **fields)
 
 
-def _inverse(path: str, taken: Series) -> Series:
-    """Return the series with the compliance, the inverse of its creep modulus, of a test in tension unless the column names
-    shear."""
-    modulus, column = taken.values["creep_modulus"], taken.columns["creep_modulus"]
-    if "sigma" in taken.values:
-        raise ValueError(
-            f"{path}: columns['sigma']: expected none beside a creep modulus, got one: it is not that of 1/J"
-        )
-    with np.errstate(divide="ignore"):
-        compliance = np.where(modulus > 0.0, 1.0 / modulus, np.nan)
-    shear = column.name == "shear creep modulus"
-    inverse = column._replace(
-        name="compliance" if shear else "tensile compliance",
-        shown="shear compliance" if shear else column.shown,
-    )
-    values = {**{key: one for key, one in taken.values.items() if key != "creep_modulus"}, "J": compliance}
-    columns = {**{key: one for key, one in taken.columns.items() if key != "creep_modulus"}, "J": inverse}
-    return taken._replace(values=values, columns=columns).say(
-        f"{column.label}: its inverse is the compliance"
-    )
-
-
 def wanted_of(table: Table, stress: float | None) -> tuple[Wanted, ...]:
-    """Return the wanted columns of a creep test."""
-    wanted = _what(table, stress)
+    """Return the wanted columns of a creep test: compliance where a block has it, otherwise strain and stress."""
+    some, columns = lambda *wanted: bool(having(table, *wanted)), table.columns
+    others = {"J", "strain", "stress"} & set(columns)
+    wanted: tuple[Wanted, ...]
+    if CREEP_MODULUS.key in columns or (some(CREEP_MODULUS) and not others):
+        wanted = TIME, CREEP_MODULUS  # a compliance beside it is 1/D too
+    elif some(COMPLIANCE) or not some(STRAIN):
+        if not some(COMPLIANCE) and "J" not in columns:
+            check_holdings(table, "a creep compliance or strain and stress", "read_creep")
+        wanted = TIME, COMPLIANCE
+    else:
+        alone = stress is not None or _stated_stress(table.blocks[0].before) is not None
+        if not some(STRAIN, STRESS) and not alone and "strain" not in columns:
+            raise ValueError(
+                f"{table.path}: column 'stress': expected one beside the strain, got none: give stress= [Pa]"
+            )
+        wanted = (TIME, STRAIN, STRESS) if some(STRAIN, STRESS) else (TIME, STRAIN)
     if "sigma" in table.columns:
         wanted = (*wanted, Wanted("sigma", wanted[1].names))
     # the stress, and the strain, in the columns beside a compliance, unless the stress is missing or ambiguous
     if COMPLIANCE in wanted and _is_located(table, STRESS):
         wanted = (*wanted, STRESS, *([STRAIN] if _is_located(table, STRAIN) else []))
     return wanted
-
-
-def _what(table: Table, stress: float | None) -> tuple[Wanted, ...]:
-    """Return the wanted columns: compliance where a block has it, otherwise strain and stress."""
-    some, columns = lambda *wanted: bool(having(table, *wanted)), table.columns
-    others = {"J", "strain", "stress"} & set(columns)
-    # then a compliance beside it is 1/D too
-    if CREEP_MODULUS.key in columns or (some(CREEP_MODULUS) and not others):
-        return TIME, CREEP_MODULUS
-    if some(COMPLIANCE) or not some(STRAIN):
-        if not some(COMPLIANCE) and "J" not in columns:
-            check_holdings(table, "a creep compliance or strain and stress", "read_creep")
-        return TIME, COMPLIANCE
-    alone = stress is not None or _stated_stress(table.blocks[0].before) is not None
-    if not some(STRAIN, STRESS) and not alone and "strain" not in columns:
-        raise ValueError(
-            f"{table.path}: column 'stress': expected one beside the strain, got none: give stress= [Pa]"
-        )
-    return (TIME, STRAIN, STRESS) if some(STRAIN, STRESS) else (TIME, STRAIN)
 
 
 def _is_located(table: Table, wanted: Wanted) -> bool:
@@ -244,21 +247,6 @@ def _is_located(table: Table, wanted: Wanted) -> bool:
         return bool(blocks) and all(locate(table, block, wanted) for block in blocks)
     except (ValueError, AssertionError):
         return False
-
-
-def _stressed(table: Table, taken: Series, stress: float | None) -> Series:
-    """Return the series with a stress, from the file or the caller."""
-    if "stress" in taken.values:
-        if stress is not None:
-            raise ValueError(
-                f"{table.path}: stress: expected none for a file with a column of stress, got {stress!r}"
-            )
-        return taken
-    value = _stated_stress(taken.before) if stress is None else float(stress)
-    if not value or not np.isfinite(value):
-        raise ValueError(f"{table.path}: stress: expected a stress in Pa that is not zero, got {value!r}")
-    values = taken.values | {"stress": np.full(taken.lines.size, value)}
-    return taken._replace(values=values).say(f"constant stress {value:g} Pa")
 
 
 def _tension(table: Table, taken: Series, convention: str, nu: float | None) -> tuple[str, Series]:

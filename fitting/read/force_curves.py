@@ -1,7 +1,6 @@
 """Reader of force curves of atomic force microscopes: of Bruker here, of Asylum by ``fitting.read.asylum``, of others by the
 library afmformats, which is imported on first use."""
 
-import contextlib
 import functools
 import importlib
 import itertools
@@ -9,7 +8,6 @@ import logging
 import math
 import os
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -226,7 +224,15 @@ def read_bruker(
         flags = " and ".join(f"{what.replace(' ', '_')}=" for what in missing)
         raise ValueError(f"{name}: the file does not state the {' and the '.join(missing)}: give {flags}")
     raw = curves.deflection.raw[place]
-    order, t = _order(curves, raw.size), _times(curves, raw.size)
+    # both parts begin at the turning point, so that the approach is stored backwards
+    first, size = curves.approach, raw.size
+    order = np.concatenate([np.arange(first)[::-1], np.arange(first, size)])
+    # times of the samples from the speeds of the ramp, or else from its frequency
+    force, ramp = curves.header.one("ciao force list"), channel.number("ramp size")
+    half = 0.5 / (force.number("scan rate") or math.nan)
+    speeds = [force.number(f"{way} vel.") for way in ("forward", "reverse")]
+    there, back = (ramp / speed if ramp and speed else half for speed in speeds)
+    t = np.append(there * np.arange(first) / first, there + back * np.arange(size - first) / (size - first))
     taken = ~np.isin(raw[order], MISSING)
     load = k * s * curves.deflection.volts * raw[order][taken].astype(float)
     height, source = _height(name, curves, place)
@@ -270,8 +276,15 @@ def _loaded_bruker(name: str, _: int) -> ForceVolume:
             f"{name}: expected a force curve or a force volume, got the operating mode {mode!r}, such as of a PeakForce"
             " capture, whose height oscillates and is not stored: export its curves as text"
         )
-    columns, rows = _grid(header) if mode == CURVES[1] else (1, 1)
-    deflection, sensor = (_section(header, word) for word in ("deflection", "height sensor"))
+    columns, rows = 1, 1
+    if mode == CURVES[1]:  # a force volume
+        image, scan = header.one("ciao image list"), header.one("ciao scan list")
+        columns = (image.integers("samps/line") or scan.integers("samps/line") or [1])[0]
+        rows = (image.integers("number of lines") or scan.integers("lines") or [1])[0]
+    deflection, sensor = (
+        next((one for one in header.all(CHANNEL) if word in one.values.get("image data", "")), None)
+        for word in ("deflection", "height sensor")
+    )
     if deflection is None:
         found = [one.values.get("image data", "?").split('"')[-2:][0] for one in header.all(CHANNEL)]
         raise ValueError(
@@ -281,20 +294,11 @@ def _loaded_bruker(name: str, _: int) -> ForceVolume:
     per_curve = sum(samples) if len(samples) > 1 else 2 * sum(samples)
     bent = _channel(name, deflection, columns * rows, per_curve)
     height = _channel(name, sensor, columns * rows, per_curve) if sensor else None
-    return ForceVolume(bent, height, _approach(bent.raw[0], samples), header, columns)
-
-
-def _section(header: ScopeHeader, word: str) -> HeaderSection | None:
-    """Return the first channel whose name has a word, or None."""
-    found = (one for one in header.all(CHANNEL) if word in one.values.get("image data", ""))
-    return next(found, None)
-
-
-def _grid(header: ScopeHeader) -> tuple[int, int]:
-    """Return the numbers of columns and rows of a force volume."""
-    image, scan = header.one("ciao image list"), header.one("ciao scan list")
-    columns = (image.integers("samps/line") or scan.integers("samps/line") or [1])[0]
-    return columns, (image.integers("number of lines") or scan.integers("lines") or [1])[0]
+    # The samples of the approach: files state two numbers in an order that differs among descriptions. Both parts begin at
+    # the turning point, so that the deflection jumps where the second begins.
+    raw = bent.raw[0]
+    jump = lambda first: abs(float(raw[first]) - float(raw[first - 1])) if 0 < first < raw.size else -1.0
+    return ForceVolume(bent, height, max(samples[:2], key=jump), header, columns)
 
 
 def _channel(name: str, section: HeaderSection, count: int, samples: int) -> SampleChannel:
@@ -317,35 +321,6 @@ def _channel(name: str, section: HeaderSection, count: int, samples: int) -> Sam
         return SampleChannel(raw, *scale, ())
     note = f"samples taken as 1/{FINE} LSB, since they exceed the 16 bits of the converter"
     return SampleChannel(raw, scale[0] / FINE, scale[1], (note,))
-
-
-def _approach(raw: np.ndarray, samples: list[int]) -> int:
-    """Return the number of samples of the approach.
-
-    Files state two numbers in an order that differs among descriptions. Both parts begin at the turning point, so that
-    the deflection jumps where the second begins.
-    """
-    jump = lambda first: abs(float(raw[first]) - float(raw[first - 1])) if 0 < first < raw.size else -1.0
-    return max(samples[:2], key=jump)
-
-
-def _order(curves: ForceVolume, size: int) -> np.ndarray:
-    """Return the places of the samples (size,) in their order in time."""
-    first = curves.approach
-    return np.concatenate([np.arange(first)[::-1], np.arange(first, size)])
-
-
-def _times(curves: ForceVolume, size: int) -> np.ndarray:
-    """Return the times of the samples (size,) [s], from the speeds of the ramp or else from its frequency."""
-    force = curves.header.one("ciao force list")
-    ramp = curves.header.all(CHANNEL)[0].number("ramp size")
-    half = 0.5 / (force.number("scan rate") or math.nan)
-    speeds = [force.number(f"{way} vel.") for way in ("forward", "reverse")]
-    there, back = (ramp / speed if ramp and speed else half for speed in speeds)
-    first = curves.approach
-    return np.concatenate(
-        [there * np.arange(first) / first, there + back * np.arange(size - first) / (size - first)]
-    )
 
 
 def _height(name: str, curves: ForceVolume, place: int) -> tuple[np.ndarray, str]:
@@ -433,7 +408,8 @@ def read(
     else:
         height = next(key for key in ("height (measured)", "height (piezo)") if key in data)
         depth, note = tip_depth(name, t, load, np.asarray(data[height], dtype=float), k)
-    marks = _marks(data, load, depth)
+    segments = [str(mark) for mark in data["segment"]] if "segment" in data else None
+    marks = None if segments is None else label(segments, load, depth)
     return {
         "t": t,
         "load": load,
@@ -475,9 +451,11 @@ def _loaded(name: str, _: int, spring_constant: float | None, sensitivity: float
     errors = (Exception, library.errors.AFMFileFormatError, library.errors.MissingMetaDataError)
     known = {"spring constant": spring_constant, "sensitivity": sensitivity}
     given = {key: value for key, value in known.items() if value is not None}
+    # the library reports with a traceback what is raised here in one line
+    speaker = logging.getLogger("afmformats.formats")
+    silent, speaker.disabled = speaker.disabled, True
     try:
-        with _without_tracebacks():
-            return library.load_data(name, meta_override=given or None)
+        return library.load_data(name, meta_override=given or None)
     except errors as error:
         if missing := [key for key in known if key in getattr(error, "meta_keys", ())]:
             flags = " and ".join(f"{key.replace(' ', '_')}=" for key in missing)
@@ -486,21 +464,8 @@ def _loaded(name: str, _: int, spring_constant: float | None, sensitivity: float
             ) from None
         what = (str(error) or type(error).__name__).splitlines()[0][:200]
         raise ValueError(f"{name}: afmformats cannot read it: {what}") from None
-
-
-@contextlib.contextmanager
-def _without_tracebacks() -> Iterator[None]:
-    """Silence the library's own report of the errors that are raised here in one line."""
-    speaker = logging.getLogger("afmformats.formats")
-    silent, speaker.disabled = speaker.disabled, True
-    try:
-        yield
     finally:
         speaker.disabled = silent
-
-
-def _marks(data: Any, load: np.ndarray, depth: np.ndarray) -> np.ndarray | None:
-    return label([str(mark) for mark in data["segment"]], load, depth) if "segment" in data else None
 
 
 # The files of a folder that may hold curves.

@@ -21,7 +21,7 @@ from fitting.read.curves import (
     stated_facts,
     stated_number,
 )
-from fitting.read.table import Table, is_data, read_table
+from fitting.read.table import is_data, read_table
 
 CLOCK = Wanted("t", ("time", "step time"))
 HEIGHT = Wanted("height", ("height", "smoothed height", "commanded height"))
@@ -152,7 +152,21 @@ def _indentation_text(
     table = read_table(path, decimal, columns, units, keys)
     untimed = untimed and not having(table, CLOCK)
     if untimed and "t" not in table.columns:
-        table = _numbered(table)
+        # with a last column of times that numbers the rows
+        blocks, count, places = [], itertools.count(), table.columns
+        for block in table.blocks:
+            rows = [(line, cells + [""] * (block.width - len(cells))) for line, cells in block.rows]
+            rows = [
+                (line, [*cells, str(next(count))] if is_data(cells, table.dialect.decimal) else cells)
+                for line, cells in rows
+            ]
+            head = block.header
+            if head:
+                head = head._replace(cells=[*head.cells, "time"], units=[*head.units, "s"])
+            else:
+                places = {**places, "t": block.width}
+            blocks.append(block._replace(header=head, width=block.width + 1, rows=rows))
+        table = table._replace(blocks=blocks, columns=places, units={**table.units, "t": "s"})
     # the depth in its own column, or the separation of tip and sample, or the height of the base
     way = DEPTH
     if "height" in table.columns:
@@ -193,21 +207,3 @@ def _indentation_text(
         numbered=untimed,
         **known,
     )
-
-
-def _numbered(table: Table) -> Table:
-    """Return the table with a last column of times that numbers its rows."""
-    blocks, count, columns = [], itertools.count(), table.columns
-    for block in table.blocks:
-        rows = [(line, cells + [""] * (block.width - len(cells))) for line, cells in block.rows]
-        rows = [
-            (line, [*cells, str(next(count))] if is_data(cells, table.dialect.decimal) else cells)
-            for line, cells in rows
-        ]
-        head = block.header
-        if head:
-            head = head._replace(cells=[*head.cells, "time"], units=[*head.units, "s"])
-        else:
-            columns = {**columns, "t": block.width}
-        blocks.append(block._replace(header=head, width=block.width + 1, rows=rows))
-    return table._replace(blocks=blocks, columns=columns, units={**table.units, "t": "s"})

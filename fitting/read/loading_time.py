@@ -62,8 +62,18 @@ def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tupl
         ValueError: the file does not show when the stress began; the message names ``start``.
     """
     t, stress = series.values["t"], series.values["stress"]
-    largest = np.max(np.abs(stress))
-    first = _first(np.abs(stress))
+    # the first sample under stress; for a slow rise, the beginning of the rise
+    size = np.abs(stress)
+    largest = np.max(size)
+    first = int(np.argmax(size > ZERO * largest))
+    if first > 0:
+        least = max(NOTHING * largest, SURE * sample_noise(size[: first + 2]) if first > 1 else 0.0)
+        while (
+            first > 0
+            and size[first - 1] > least
+            and (first == 1 or size[first - 1] - size[first - 2] > least)
+        ):
+            first -= 1
     later = np.abs(np.diff(stress[first:])) > JUMP * largest
     if np.any(later):
         between = t[first:][np.argmax(later)], t[first:][np.argmax(later) + 1]
@@ -82,7 +92,14 @@ def loaded(path: str, series: Series, start: float | None) -> tuple[Series, tupl
             f"{path}: stress: expected the beginning of the stress in the file, got a stress from the first sample on, at"
             f" {t[0]:g} s: give the time of loading, start= [s]"
         )
-    if _ramps(t, stress):
+    # a sloping line through the first stresses that passes through zero at t = 0
+    few = slice(0, LEAST)
+    slope, at_zero = (
+        np.polyfit(t[few], stress[few], 1)
+        if t[0] > 0.0 and np.unique(t[few]).size == LEAST
+        else (0.0, np.inf)
+    )
+    if abs(slope * t[0]) > JUMP * abs(stress[0]) and abs(at_zero) < JUMP * abs(stress[0]):
         series = series.say("the stress is taken to rise from zero at t = 0; if not, give start=")
         return series, (np.append(0.0, t), np.append(0.0, stress))
     return series.say("the stress is taken to begin at t = 0; if not, give start="), _step(t, stress)
@@ -110,30 +127,6 @@ def check_course(path: str, t: np.ndarray, y: np.ndarray, stress: np.ndarray | N
             f"{path}: expected a creep curve that rises, got one that falls after {last:g} s: a recovery? "
             f"window=(0, {last:.6g}) selects the creep"
         )
-
-
-def _first(stress: np.ndarray) -> int:
-    """Return the index of the first sample under stress (n,) >= 0; for a slow rise, of the beginning of the rise."""
-    first = int(np.argmax(stress > ZERO * stress.max()))
-    if first == 0:
-        return 0
-    least = max(NOTHING * stress.max(), SURE * sample_noise(stress[: first + 2]) if first > 1 else 0.0)
-    while (
-        first > 0
-        and stress[first - 1] > least
-        and (first == 1 or stress[first - 1] - stress[first - 2] > least)
-    ):
-        first -= 1
-    return first
-
-
-def _ramps(t: np.ndarray, stress: np.ndarray) -> bool:
-    """Return whether a sloping line through the first stresses passes through zero at t = 0."""
-    few = slice(0, LEAST)
-    if t[0] <= 0.0 or np.unique(t[few]).size < LEAST:
-        return False
-    slope, at_zero = np.polyfit(t[few], stress[few], 1)
-    return bool(abs(slope * t[0]) > JUMP * abs(stress[0]) and abs(at_zero) < JUMP * abs(stress[0]))
 
 
 def _step(t: np.ndarray, stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

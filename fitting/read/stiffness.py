@@ -7,7 +7,7 @@ import numpy as np
 
 from fitting.data.stiffness import StiffnessData
 from fitting.read import cleaning
-from fitting.read.columns import Series, Wanted, having, locate
+from fitting.read.columns import Wanted, having, locate
 from fitting.read.curves import DEPTH, LOAD, build, curves_of, once
 from fitting.read.table import Table, read_table
 
@@ -68,7 +68,28 @@ def read_stiffness(
         taken = taken.say(
             "the contact area of the file is not used: it has no unit, which units={'area': 'um2'} gives, say"
         )
-    taken = _in_contact(table.path, cleaning.window(taken, window))
+    taken = cleaning.window(taken, window)
+    # up to the largest load, or depth
+    pushed = taken.values.get("load", taken.values["depth"])
+    end = int(np.argmax(np.where(np.isfinite(pushed), pushed, -np.inf))) + 1
+    if end < pushed.size:
+        note = f"{pushed.size - end} of {pushed.size} rows after the largest load left out"
+        taken = taken.pick(slice(end)).say(note)
+    # from the last row above the surface on
+    above = np.flatnonzero(taken.values["depth"] <= 0.0)
+    approach = int(above[-1]) + 1 if above.size else 0
+    with np.errstate(invalid="ignore"):
+        own = [values for key, values in taken.values.items() if key not in MODULI]
+        outside = np.any([values <= 0.0 for values in own], axis=0)
+    outside[:approach] = True
+    left = outside[approach:]
+    if left.sum() > EARLY * left.size or not left.size:
+        raise ValueError(
+            f"{table.path}: expected depth, load and stiffness > 0, got {outside.sum()} of {outside.size} rows without: check"
+            " the columns, or choose a window"
+        )
+    if outside.any():
+        taken = taken.pick(~outside).say(f"{outside.sum()} of {outside.size} rows before contact left out")
     for name in MODULI:  # missing where the instrument found none
         if name in taken.values and not np.all(np.isfinite(taken.values[name])):
             taken = taken._replace(values={key: one for key, one in taken.values.items() if key != name})
@@ -89,29 +110,3 @@ def _is_stated(table: Table, one: Wanted, wanted: list[Wanted]) -> bool:
         return all(locate(table, block, one).unit is not None for block in blocks)
     except ValueError:  # several columns
         return False
-
-
-def _in_contact(path: str, taken: Series) -> Series:
-    """Return the rows from the surface to the largest load; ValueError where most of them are not in contact."""
-    # up to the largest load, or depth
-    pushed = taken.values.get("load", taken.values["depth"])
-    end = int(np.argmax(np.where(np.isfinite(pushed), pushed, -np.inf))) + 1
-    if end < pushed.size:
-        note = f"{pushed.size - end} of {pushed.size} rows after the largest load left out"
-        taken = taken.pick(slice(end)).say(note)
-    # from the last row above the surface on
-    above = np.flatnonzero(taken.values["depth"] <= 0.0)
-    approach = int(above[-1]) + 1 if above.size else 0
-    with np.errstate(invalid="ignore"):
-        own = [values for key, values in taken.values.items() if key not in MODULI]
-        outside = np.any([values <= 0.0 for values in own], axis=0)
-    outside[:approach] = True
-    left = outside[approach:]
-    if left.sum() > EARLY * left.size or not left.size:
-        raise ValueError(
-            f"{path}: expected depth, load and stiffness > 0, got {outside.sum()} of {outside.size} rows without: check the"
-            " columns, or choose a window"
-        )
-    if not outside.any():
-        return taken
-    return taken.pick(~outside).say(f"{outside.sum()} of {outside.size} rows before contact left out")

@@ -32,7 +32,7 @@ from fitting.read.modulus import (
     relaxation_of,
     swept,
 )
-from fitting.read.table import Block, Table, read_heading, read_table
+from fitting.read.table import Table, read_heading, read_table
 
 TEMPERATURE = Wanted("temperature", ("temperature",))
 ZERO = 273.15  # K, of the Celsius scale
@@ -94,7 +94,27 @@ def read_sweeps(
     else:
         wanted = (TIME, MODULUS) if relaxed else (OMEGA, *pair_of(table))
     found: list[Any] = []
-    parts = _parts(table, wanted, temperature is None)
+    # the first column of temperatures
+    headings = (enumerate(block.header.cells if block.header else []) for block in table.blocks)
+    hits = (k for cells in headings for k, cell in cells if read_heading(cell).kind == TEMPERATURE.key)
+    place = next(hits, None)
+    if temperature is None and (place is not None or TEMPERATURE.key in table.columns):
+        wanted = (*wanted, TEMPERATURE)
+        table = table._replace(columns={TEMPERATURE.key: place, **table.columns})
+    # the curves of the file, cut where the temperature changes
+    parts: list[Series] = []
+    for part in curves_of(table, wanted, divided=True):
+        T = part.values.get(TEMPERATURE.key, np.zeros(part.lines.size))
+        cuts = np.flatnonzero(np.abs(np.diff(T)) > STEP) + 1
+        if (
+            cuts.size and "t" in part.values
+        ):  # a modulus or a compliance is a function of the time since its own step
+            raise ValueError(
+                f"{table.path}: t: expected times that start again with the step at each temperature, got times that go on"
+                f" at {part.values['t'][cuts[0]]:g} s, where it changes from {T[cuts[0] - 1]:g} to {T[cuts[0]]:g}: subtract the"
+                " time of each step"
+            )
+        parts += [part.pick(rows) for rows in np.split(np.arange(T.size), cuts)] if cuts.size else [part]
     for part in parts if crept or relaxed else swept(parts, math.inf):
         if part.error:
             raise ValueError(part.error)
@@ -120,46 +140,19 @@ def read_sweeps(
     return found
 
 
-def _parts(table: Table, wanted: tuple[Wanted, ...], heated: bool) -> list[Series]:
-    """Return the curves of a file, each at one temperature."""
-    place = next((_column(block) for block in table.blocks if _column(block) is not None), None)
-    if heated and (place is not None or TEMPERATURE.key in table.columns):
-        wanted = (*wanted, TEMPERATURE)
-        table = table._replace(columns={TEMPERATURE.key: place, **table.columns})
-    parts = curves_of(table, wanted, divided=True)
-    return [piece for part in parts for piece in _pieces(table.path, part)]
-
-
-def _column(block: Block) -> int | None:
-    """Return the place of the first column of temperatures."""
-    cells = block.header.cells if block.header else []
-    return next((k for k, cell in enumerate(cells) if read_heading(cell).kind == TEMPERATURE.key), None)
-
-
-def _pieces(path: str, part: Series) -> list[Series]:
-    """Return the parts of a curve between changes of the temperature.
-
-    ValueError for times that go on from one to the next, since a relaxation modulus or a compliance is a function of the
-    time since its own step.
-    """
-    T = part.values.get(TEMPERATURE.key)
-    if T is None:
-        return [part]
-    cuts = np.flatnonzero(np.abs(np.diff(T)) > STEP) + 1
-    if cuts.size and "t" in part.values:
-        raise ValueError(
-            f"{path}: t: expected times that start again with the step at each temperature, got times that go on at"
-            f" {part.values['t'][cuts[0]]:g} s, where it changes from {T[cuts[0] - 1]:g} to {T[cuts[0]]:g}: subtract the"
-            " time of each step"
-        )
-    return [part.pick(rows) for rows in np.split(np.arange(T.size), cuts)]
-
-
 def _held(table: Table, part: Series) -> float:
     """Return the temperature of a curve [K]: the median of its column, or what its name or the text above it states."""
     path, T = table.path, part.values.get(TEMPERATURE.key)
     if T is None:
-        return _stated(path, part.name, part.before)
+        patterns = [(IN_NAME, part.name), *((one, part.before) for one in STATED)]
+        for pattern, text in patterns:
+            hits = {(m["value"].replace(",", "."), m["unit"]) for m in re.finditer(pattern, text)}
+            if len(hits) == 1:
+                value, unit = hits.pop()
+                return round(float(value) + (0.0 if unit.casefold() == "k" else ZERO), 6)
+        raise ValueError(
+            f"{path}: temperature: expected a column, or a step or a line that states it, got none: give temperature= [K]"
+        )
     column = part.columns[TEMPERATURE.key]
     unit = str(table.units.get(TEMPERATURE.key, column.unit or ""))
     if not unit:
@@ -174,16 +167,3 @@ def _held(table: Table, part: Series) -> float:
         )
     zero = 0.0 if unit.strip("[]() ").casefold() == "k" else ZERO
     return round(float(np.nanmedian(T)) + zero, 6)
-
-
-def _stated(path: str, *texts: str) -> float:
-    """Return the temperature [K] that the name of a step or the text above it states."""
-    patterns = [(IN_NAME, texts[0])] if len(texts) > 1 else []
-    for pattern, text in [*patterns, *((one, texts[-1]) for one in STATED)]:
-        hits = {(m["value"].replace(",", "."), m["unit"]) for m in re.finditer(pattern, text)}
-        if len(hits) == 1:
-            value, unit = hits.pop()
-            return round(float(value) + (0.0 if unit.casefold() == "k" else ZERO), 6)
-    raise ValueError(
-        f"{path}: temperature: expected a column, or a step or a line that states it, got none: give temperature= [K]"
-    )
