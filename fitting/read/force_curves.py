@@ -106,10 +106,10 @@ def is_nanoscope(name: str) -> bool:
 
 
 def first_line(name: str) -> bytes:
-    """Return the beginning of a file, b"" if it cannot be read."""
+    """Return the first line of a file, at most 80 bytes of it, b"" if it cannot be read."""
     try:
         with open(name, "rb") as file:
-            return file.read(len(FORCE))
+            return file.readline(80)
     except OSError:
         return b""
 
@@ -345,7 +345,7 @@ def _height(name: str, curves: ForceVolume, place: int) -> tuple[np.ndarray, str
 
 ASYLUM = (".ibw", ".ardf")
 SUFFIXES = (".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".h5", ".hdf5", *ASYLUM)
-HEADS = ("Force-Distance Curve", "# afmformats")  # first lines of files of AFM Workshop and of afmformats
+HEADS = (b"Force-Distance Curve", b"# afmformats")  # first lines of files of AFM Workshop and of afmformats
 
 
 def is_force_curve(path: str | os.PathLike) -> bool:
@@ -356,15 +356,7 @@ def is_force_curve(path: str | os.PathLike) -> bool:
 def is_force_text(path: str | os.PathLike) -> bool:
     """Return whether a text file is a force curve of AFM Workshop or afmformats, whose first lines are ``HEADS``."""
     name = os.fspath(path)
-    return name.lower().endswith((".csv", ".tab")) and _first_line(name).startswith(HEADS)
-
-
-def _first_line(name: str) -> str:
-    try:
-        with open(name, encoding="utf-8", errors="replace") as file:
-            return file.readline().strip()
-    except OSError:
-        return ""
+    return name.lower().endswith((".csv", ".tab")) and first_line(name).strip().startswith(HEADS)
 
 
 def read(

@@ -85,8 +85,8 @@ def read_stiffness(
     left = outside[approach:]
     if left.sum() > EARLY * left.size or not left.size:
         raise ValueError(
-            f"{table.path}: expected depth, load and stiffness > 0, got {outside.sum()} of {outside.size} rows without: check"
-            " the columns, or choose a window"
+            f"{table.path}: expected depth, load and stiffness > 0, got {outside.sum()} of {outside.size} rows"
+            " without: check the columns, or choose a window"
         )
     if outside.any():
         taken = taken.pick(~outside).say(f"{outside.sum()} of {outside.size} rows before contact left out")

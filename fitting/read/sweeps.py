@@ -111,8 +111,8 @@ def read_sweeps(
         ):  # a modulus or a compliance is a function of the time since its own step
             raise ValueError(
                 f"{table.path}: t: expected times that start again with the step at each temperature, got times that go on"
-                f" at {part.values['t'][cuts[0]]:g} s, where it changes from {T[cuts[0] - 1]:g} to {T[cuts[0]]:g}: subtract the"
-                " time of each step"
+                f" at {part.values['t'][cuts[0]]:g} s, where it changes from {T[cuts[0] - 1]:g} to {T[cuts[0]]:g}:"
+                " subtract the time of each step"
             )
         parts += [part.pick(rows) for rows in np.split(np.arange(T.size), cuts)] if cuts.size else [part]
     for part in parts if crept or relaxed else swept(parts, math.inf):

@@ -59,17 +59,28 @@ class LeafCoordinates:
     scale: Any
 
     @classmethod
-    def of(cls, name: str, start: np.ndarray, bounds: Any, scale: Any) -> LeafCoordinates:
+    def of(cls, name: str, leaf: Any, bounds: Any, scale: Any) -> LeafCoordinates:
         """Return the coordinates of one leaf after checking its start, bounds and scale; ValueError that names the
         leaf."""
+        try:
+            start = np.asarray(leaf, float)
+        except (TypeError, ValueError):
+            raise ValueError(f"start{name}: expected a number or an array, got {leaf!r}") from None
         if not np.all(np.isfinite(start)):
             raise ValueError(f"start{name}: expected finite numbers")
-        low, high = _pair(name, bounds)
+        low, high = None, None  # where open
+        if bounds is not None:
+            if not isinstance(bounds, tuple | list) or len(bounds) != 2:
+                raise ValueError(f"bounds{name}: expected (low, high), None where open, got {bounds!r}")
+            low, high = (
+                None if end is None or np.all(np.isinf(end)) else np.asarray(end, float) for end in bounds
+            )
+        if low is not None and high is not None and not np.all(low < high):
+            raise ValueError(f"bounds{name}: expected low < high, got ({low}, {high})")
         inside = (low is None or np.all(start > low)) and (high is None or np.all(start < high))
         if not inside:
-            raise ValueError(
-                f"start{name}: expected values inside the bounds ({low}, {high}), got {_range(start)}"
-            )
+            span = f"{start:g}" if start.size == 1 else f"{start.min():g} to {start.max():g}"
+            raise ValueError(f"start{name}: expected values inside the bounds ({low}, {high}), got {span}")
         if scale is not None and not np.all(np.asarray(scale) > 0.0):
             raise ValueError(f"scale{name}: expected > 0, got {scale}")
         if low is not None or high is not None:
@@ -120,7 +131,7 @@ class SearchCoordinates:
         spans, scales = _by_leaf("bounds", bounds, tree), _by_leaf("scale", scale, tree)
         named = [(jax.tree_util.keystr(path), leaf) for path, leaf in paths]
         leaves = [
-            LeafCoordinates.of(name, _numbers(name, leaf), span, size)
+            LeafCoordinates.of(name, leaf, span, size)
             for (name, leaf), span, size in zip(named, spans, scales, strict=True)
         ]
         return cls(tree, tuple(leaves))
@@ -136,18 +147,11 @@ class SearchCoordinates:
         return jax.tree.unflatten(self.tree, values)
 
 
-def _numbers(name: str, leaf: Any) -> np.ndarray:
-    """Return a leaf of ``start`` as an array of floats; ValueError that names it if it is none."""
-    try:
-        return np.asarray(leaf, float)
-    except (TypeError, ValueError):
-        raise ValueError(f"start{name}: expected a number or an array, got {leaf!r}") from None
-
-
 def _by_leaf(name: str, given: Any, tree: Any) -> list[Any]:
     """Return the argument for each leaf: one value for all, or a tree like ``start``."""
-    one_for_all = given is None or isinstance(given, float | int) or (name == "bounds" and _is_pair(given))
-    if one_for_all:
+    pair = name == "bounds" and isinstance(given, tuple) and len(given) == 2
+    pair = pair and all(end is None or isinstance(end, float | int) for end in given)
+    if given is None or isinstance(given, float | int) or pair:
         return [given] * tree.num_leaves
     try:
         found = tree.flatten_up_to(given)
@@ -156,28 +160,6 @@ def _by_leaf(name: str, given: Any, tree: Any) -> list[Any]:
             f"{name}: expected one for all parameters, or a tree like start, got {given!r}"
         ) from None
     return found
-
-
-def _is_pair(given: Any) -> bool:
-    numbers = isinstance(given, tuple) and len(given) == 2
-    return numbers and all(end is None or isinstance(end, float | int) for end in given)
-
-
-def _pair(name: str, bounds: Any) -> tuple[Any, Any]:
-    """Return (low, high) as arrays, None where open."""
-    if bounds is None:
-        return None, None
-    if not isinstance(bounds, tuple | list) or len(bounds) != 2:
-        raise ValueError(f"bounds{name}: expected (low, high), None where open, got {bounds!r}")
-    ends = (None if end is None or np.all(np.isinf(end)) else np.asarray(end, float) for end in bounds)
-    low, high = ends
-    if low is not None and high is not None and not np.all(low < high):
-        raise ValueError(f"bounds{name}: expected low < high, got ({low}, {high})")
-    return low, high
-
-
-def _range(values: np.ndarray) -> str:
-    return f"{values:g}" if values.size == 1 else f"{values.min():g} to {values.max():g}"
 
 
 @dataclass(frozen=True)
@@ -319,17 +301,15 @@ class _Minimisation:
         )
         self.values: list[float] = []
         self.gradients: list[float] = []
-        self.compiled = jax.jit(jax.value_and_grad(self._value_and_status(loss), has_aux=True))
 
-    def _value_and_status(self, loss: Callable) -> Callable:
         def of_coordinates(z: list[Array]) -> tuple[Array, Array]:
-            found = loss(self.coordinates.outwards(z))
+            found = loss(coordinates.outwards(z))
             value, status = found if isinstance(found, tuple) else (found, 0)
             if jnp.shape(value) != ():
                 raise ValueError(f"loss: expected one number, got shape {jnp.shape(value)}")
             return value, jnp.all(jnp.asarray(status) == 0)
 
-        return of_coordinates
+        self.compiled = jax.jit(jax.value_and_grad(of_coordinates, has_aux=True))
 
     def at(self, z: list[Array]) -> Trial:
         """Return the trial point at coordinates z, with the loss and its gradient."""
@@ -401,21 +381,18 @@ class _Minimisation:
         """Take one step; return None as the trial where none was found."""
         gradient = [g / self.unit for g in here.gradient]
         change, memory = self.update(gradient, memory, here.z)
-        if self.line_search:
+        if not self.line_search:
+            for halvings in range(TRIALS):
+                trial = self.at(_moved(here.z, change, 0.5**halvings))
+                if trial.sound:
+                    return trial, memory
+            return None, memory
+        direction = [-c for c in change]
+        # curvature lost to rounding: restart from steepest descent
+        if not _dot(direction, here.gradient) < 0.0:
+            change, memory = self.update(gradient, self.method.init(here.z), here.z)
             direction = [-c for c in change]
-            # curvature lost to rounding: restart from steepest descent
-            if not _dot(direction, here.gradient) < 0.0:
-                change, memory = self.update(gradient, self.method.init(here.z), here.z)
-                direction = [-c for c in change]
-            return self._along(here, direction), memory
-        for halvings in range(TRIALS):
-            trial = self.at(_moved(here.z, change, 0.5**halvings))
-            if trial.sound:
-                return trial, memory
-        return None, memory
-
-    def _along(self, here: Trial, direction: list[Array]) -> Trial | None:
-        """Search along a direction for the weak Wolfe conditions, by bisection."""
+        # along the direction to the weak Wolfe conditions, by bisection
         slope, low, high, best = _dot(direction, here.gradient), 0.0, np.inf, None
         length = 1.0
         if len(self.values) == 1:
@@ -429,7 +406,7 @@ class _Minimisation:
                 if _dot(direction, trial.gradient) >= FLATTER * slope:
                     break
             length = 2.0 * low if np.isinf(high) else 0.5 * (low + high)
-        return best
+        return best, memory
 
     def _ended(self) -> str:
         """Return the reason why the search has ended, or an empty string if it has not."""

@@ -261,16 +261,13 @@ def minimise_from(objective: Objective, starts: Sequence[np.ndarray]) -> Best:
     best = min(found, key=lambda one: one.rss)
     low = best.rss * (1.0 + SAME) + objective.floor
     agreed = sum(one.rss <= low for one in found)
-    return best._replace(starts=len(found), agreed=agreed, others=_different(found)[1:])
-
-
-def _different(found: list[Best]) -> tuple[np.ndarray, ...]:
-    """Return theta of the minima whose RSS differ, the lowest first."""
+    # the minima whose RSS differ, the lowest first
     kept: list[Best] = []
     for one in sorted(found, key=lambda one: one.rss):
         if not kept or one.rss > kept[-1].rss * (1.0 + SAME):
             kept.append(one)
-    return tuple(one.theta for one in kept)
+    others = tuple(one.theta for one in kept[1:])
+    return best._replace(starts=len(found), agreed=agreed, others=others)
 
 
 def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, floor: float) -> Best:
@@ -284,11 +281,7 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
     residual, damping = objective.at(theta), 0.0
     jacobian = objective.slope(theta)
     converged = some.size == 0
-    # every step of many residuals is that of the few rows of R in [J, r] = Q R
-    reduced = lambda J, r: (
-        (J, r) if r.size <= MANY or J.shape[1] == 0 else _triangular(np.column_stack([J, r]))
-    )
-    small = reduced(jacobian[:, own], residual)
+    small = _reduced(jacobian[:, own], residual)
     for _ in range(ITERATIONS if some.size else 0):
         # 1. The step of least RSS of the linearised residuals, within the bounds; the end if it promises too little.
         rss, (J, r) = float(residual @ residual), small
@@ -313,15 +306,17 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
             damping *= max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3)
             theta, residual, damping = trial, after, damping if damping > 1e-4 else 0.0
             jacobian = objective.slope(theta)
-            small = reduced(jacobian[:, own], residual)
+            small = _reduced(jacobian[:, own], residual)
         else:
             damping = max(10.0 * damping, 1e-3)
     return Best(theta, residual, jacobian, float(residual @ residual), converged=converged)
 
 
-def _triangular(both: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return J (k + 1, k) and r (k + 1,) with the same least-squares problems as [J, r] (n, k + 1)."""
-    R = np.asarray(np.linalg.qr(both, mode="r"))
+def _reduced(J: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return J (n, k) and r (n,); of many residuals the k + 1 rows of R in [J, r] = Q R, with the same steps."""
+    if r.size <= MANY or J.shape[1] == 0:
+        return J, r
+    R = np.asarray(np.linalg.qr(np.column_stack([J, r]), mode="r"))
     return R[:, :-1], R[:, -1]
 
 

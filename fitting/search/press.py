@@ -47,16 +47,15 @@ class Instrument(NamedTuple):
 
     def box(self, sizes: np.ndarray) -> np.ndarray:
         """Return the bounds (3, 2) relative to ``sizes`` (3,) in SI units, equal where a value is known."""
-        rows = zip(self._fields, self, sizes, strict=True)
-        return np.array([_within(name, value, size) for name, value, size in rows])
-
-
-def _within(name: str, value: float | str, size: float) -> tuple[float, float]:
-    if isinstance(value, str) and value.lower() == "fit":
-        return (0.0 if name == "machine_compliance" else -1.0), 1.0
-    if isinstance(value, str) or not np.isfinite(value):
-        raise ValueError(f'{name}: expected a number or "fit", got {value!r}')
-    return value / size, value / size
+        ends = []
+        for name, value, size in zip(self._fields, self, sizes, strict=True):
+            if isinstance(value, str) and value.lower() == "fit":
+                ends.append((0.0 if name == "machine_compliance" else -1.0, 1.0))
+                continue
+            if isinstance(value, str) or not np.isfinite(value):
+                raise ValueError(f'{name}: expected a number or "fit", got {value!r}')
+            ends.append((value / size, value / size))
+        return np.array(ends)
 
 
 class Pressing(NamedTuple):
@@ -217,10 +216,28 @@ def prepare(
         sigma = np.insert(np.asarray(sigma, dtype=float), 0, np.full(np.sum(~selected), np.max(sigma)))
     weight, label = indentation_weights(data, kept, control, weights, sigma)
     P, d, T = float(data.load.max()), float(data.depth.max()), float(t[-1])
-    layer, stiffer = _layer(sought, pressing, d, instrument)
+    layer, stiffer = None, 1.0
+    if pressing.thickness is not None:
+        # The factor of a layer on a rigid base, and its value at the largest depth; all of that is indentation where the
+        # instrument adds nothing, and must lie within the table.
+        thin = ThinLayer.of(
+            pressing.indenter, pressing.thickness, sought.volume.value, Base(bonded=not pressing.unbonded)
+        )
+        chi = float(thin.chi(d))
+        if chi > LARGEST and instrument == Instrument():
+            raise ValueError(
+                "thickness: expected a sample with chi (sqrt(R depth)/thickness of a ball) up to"
+                f" {LARGEST:g}, got {told_apart(chi, LARGEST, 3)} at the largest depth of {d:.3g} m"
+            )
+        layer, stiffer = thin.scaled(d), float(jnp.exp(thin.log_factor(d)))
     # compliance [1/Pa] that a scaled compliance of one stands for
     units = Units(T, P, d, probe.size * d**probe.power * stiffer / (sought.volume.one_minus_nu * P))
-    space = _space(sought, instrument, units, LEAST if pressing.film else 0.0)
+    # the search space: compliances, above zero at their open end for a film, then the instrument's contributions
+    structure, own = sought.structure, sought.structure.units(units.compliance, units.duration)
+    sizes = units.depth / np.array([1.0, units.duration, units.load])
+    box = np.concatenate([structure.box(sought.table) / own[:, None], instrument.box(sizes)])
+    least = LEAST if pressing.film else 0.0
+    space = Parameters.of_compliances(structure, box, np.append(own, sizes), least=least)
 
     # 4. Checks of the contact: under a prescribed load it must not shrink, and it must begin at the first point.
     last = float(data.load[-1])
@@ -229,8 +246,17 @@ def prepare(
             f"data: load control requires a growing contact, got a load that falls from {P:g} to {last:g} N;"
             ' leave out the unloading by segment=("approach", "hold"), or use control="depth"'
         )
-    if not work:  # under adhesion the load falls before it rises
-        _check_contact(data, kept, probe.power, pressing.stiffened)
+    if not work and not data.cut:  # under adhesion the load falls before it rises
+        found = find_contact(data.t, data.load, data.depth, power=probe.power, film=pressing.stiffened)
+        # number of samples that each resampled point represents
+        scatter = data.scatter_depth
+        samples = np.ones(kept.size) if scatter is None else (scatter.max() / scatter) ** 2
+        fitted = round(float(np.sum((kept * samples)[: found.before])))
+        if fitted > max(AIR, AIR_SHARE * np.sum(kept * samples)):
+            raise ValueError(
+                f"data: expected a curve from contact on, got {fitted} points before it, at {found.t:.4g} s and"
+                f" {found.depth:.4g} m: data.in_contact({'film=True' if pressing.stiffened else ''}) leaves them out"
+            )
 
     # 5. Notes: points that are not fitted, and a body that creeps under a load whose history before is not known.
     notes = []
@@ -256,45 +282,6 @@ def prepare(
     )  # fmt: skip
 
 
-def _layer(
-    sought: Sought, pressing: Pressing, depth: float, instrument: Instrument
-) -> tuple[ThinLayer | None, float]:
-    """Return the factor of a layer on a rigid base over depths in units of ``depth``, and its value there.
-
-    Raises ValueError where the largest depth, all of which is indentation, is beyond the table.
-    """
-    if pressing.thickness is None:
-        return None, 1.0
-    base = Base(bonded=not pressing.unbonded)
-    layer = ThinLayer.of(pressing.indenter, pressing.thickness, sought.volume.value, base)
-    chi = float(layer.chi(depth))
-    if chi > LARGEST and instrument == Instrument():
-        raise ValueError(
-            "thickness: expected a sample with chi (sqrt(R depth)/thickness of a ball) up to"
-            f" {LARGEST:g}, got {told_apart(chi, LARGEST, 3)} at the largest depth of {depth:.3g} m"
-        )
-    return layer.scaled(depth), float(jnp.exp(layer.log_factor(depth)))
-
-
-def _check_contact(data: IndentationData, kept: np.ndarray, power: float, film: bool) -> None:
-    """Raise ValueError if points before contact would be fitted as points in contact."""
-    if data.cut:
-        return
-    found = find_contact(data.t, data.load, data.depth, power=power, film=film)
-    # number of samples that each resampled point represents
-    samples = (
-        np.ones(kept.size)
-        if data.scatter_depth is None
-        else (data.scatter_depth.max() / data.scatter_depth) ** 2
-    )
-    fitted = round(float(np.sum((kept * samples)[: found.before])))
-    if fitted > max(AIR, AIR_SHARE * np.sum(kept * samples)):
-        raise ValueError(
-            f"data: expected a curve from contact on, got {fitted} points before it, at {found.t:.4g} s and"
-            f" {found.depth:.4g} m: data.in_contact({'film=True' if film else ''}) leaves them out"
-        )
-
-
 def indentation_weights(
     data: IndentationData, kept: np.ndarray, control: str, weights: str | None, sigma: Any
 ) -> tuple[np.ndarray, str]:
@@ -310,14 +297,6 @@ def indentation_weights(
     since = data.t - data.t[0]
     chosen[kept], label = choose_weights(since[kept], response[kept], weights, sigma, some)
     return chosen, label
-
-
-def _space(sought: Sought, instrument: Instrument, units: Units, least: float) -> Parameters:
-    """Return the search space: compliances, at least ``least`` at their open end, then the instrument's contributions."""
-    structure, own = sought.structure, sought.structure.units(units.compliance, units.duration)
-    sizes = units.depth / np.array([1.0, units.duration, units.load])
-    box = np.concatenate([structure.box(sought.table) / own[:, None], instrument.box(sizes)])
-    return Parameters.of_compliances(structure, box, np.append(own, sizes), least=least)
 
 
 def start(

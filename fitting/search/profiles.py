@@ -86,7 +86,14 @@ class _Side:
         straight = abs(value - self.first - self.sign * self._line) < STRAIGHT * self._line
         several = [] if self.best.starts == 1 else [self.best.theta, *self.best.others]
         for _ in range(BRANCHES):
-            lower = None if value == self.bound else self._lower(value, self.rivals if straight else several)
+            if value == self.bound:
+                break
+            # a point below the level at this value, or at another minimum beyond it
+            points = (
+                self._at(self.sign * max(self.sign * value, self.sign * theta[self.i]), theta)
+                for theta in (self.rivals if straight else several)
+            )
+            lower = next((point for point in points if point.height < 1.0 - LOWER), None)
             if lower is None:
                 break
             value = self._walk(lower)
@@ -100,14 +107,6 @@ class _Side:
     def _line(self) -> float:
         """Distance to the level along the straight line."""
         return math.sqrt(max(self.level - self.best.rss, 0.0)) / max(self._tangent(self.best)[1], 1e-300)
-
-    def _lower(self, value: float, minima: list[np.ndarray]) -> Point | None:
-        """Return a point below the level at the value, or at a minimum beyond it; None if there is none."""
-        for theta in minima:
-            found = self._at(self.sign * max(self.sign * value, self.sign * theta[self.i]), theta)
-            if found.height < 1.0 - LOWER:
-                return found
-        return None
 
     def _at(self, value: float, start: np.ndarray) -> Point:
         """Return the point of the profile at a value, with the other coordinates fitted from a start."""
