@@ -105,14 +105,6 @@ class HoldDesign(NamedTuple):
         return str(self)
 
 
-def _second_hold(found: RelaxationCause) -> HoldDesign:
-    """Return what second holds at several depths would tell."""
-    named = {ratio: named_at(found, ratio) for ratio in RATIOS}
-    good = [all(cause == name for cause, name in named[ratio].items()) for ratio in RATIOS]
-    enough = next((ratio for k, ratio in enumerate(RATIOS) if all(good[k:])), math.inf)
-    return HoldDesign(found.depths[0], enough, named)
-
-
 def design(
     material: Any, *, target: float = 0.1, noise: float = 0.01, weights: str = "relative", points: int = 200,
     first: float = 1.0, shares: tuple[float, ...] = (1.0, 0.5, 0.2), parameters: tuple[str, ...] | None = None,
@@ -145,12 +137,33 @@ def design(
         even times for 28 s
     """
     if isinstance(material, RelaxationCause):
-        return _second_hold(material)
+        named = {ratio: named_at(material, ratio) for ratio in RATIOS}
+        good = [all(cause == name for cause, name in named[ratio].items()) for ratio in RATIOS]
+        enough = next((ratio for k, ratio in enumerate(RATIOS) if all(good[k:])), math.inf)
+        return HoldDesign(material.depths[0], enough, named)
     material = getattr(material, "material", material)
     law, values = of_material(material)
     wanted = tuple(values) if parameters is None else tuple(parameters)
-    _check(values, wanted, target, noise, weights, points, first, shares)
-    span = _time_scale(law, values)
+    if not all(math.isfinite(value) and value > 0 for value in values.values()):
+        raise ValueError(f"material: expected finite parameters > 0, got {values}")
+    if not wanted or set(wanted) - set(values):
+        raise ValueError(f"parameters: expected some of {list(values)}, got {list(wanted)}")
+    if not (target > 0 and noise > 0 and first > 0 and points >= 5):
+        raise ValueError(
+            f"target, noise, first > 0 and points >= 5 expected, got {target}, {noise}, {first}, {points}"
+        )
+    if weights not in ("relative", "absolute"):
+        raise ValueError(f'weights: expected "relative" or "absolute", got {weights!r}')
+    if not shares or any(not 0.0 < share <= 1.0 for share in shares):
+        raise ValueError(f"shares: expected numbers in (0, 1], got {shares}")
+
+    # durations are tried about the longest retardation time, or the time after which flow exceeds the elastic strain
+    if law.tau is not None:
+        span = float(law.tau[-1])
+    elif "G2" in values:
+        span = values["eta2"] / values["G2"]
+    else:
+        span = values.get("eta", 1.0) / values["G"]
 
     def shortest(sampling: str, share: float) -> CreepTest:
         sd = lambda T: _bounds(law, values, *_times(T, points, first, sampling, share), noise, weights)
@@ -226,27 +239,3 @@ def _shortest(
         middle = math.sqrt(low * high)
         low, high = (low, middle) if good(middle) else (middle, high)
     return float(high), sd(high)
-
-
-def _time_scale(law: Structure, values: dict[str, float]) -> float:
-    """Return the longest retardation time [s], or the time after which flow exceeds the elastic strain."""
-    if law.tau is not None:
-        return float(law.tau[-1])
-    if "G2" in values:
-        return values["eta2"] / values["G2"]
-    return values.get("eta", 1.0) / values["G"]
-
-
-def _check(values, wanted, target, noise, weights, points, first, shares) -> None:
-    if not all(math.isfinite(value) and value > 0 for value in values.values()):
-        raise ValueError(f"material: expected finite parameters > 0, got {values}")
-    if not wanted or set(wanted) - set(values):
-        raise ValueError(f"parameters: expected some of {list(values)}, got {list(wanted)}")
-    if not (target > 0 and noise > 0 and first > 0 and points >= 5):
-        raise ValueError(
-            f"target, noise, first > 0 and points >= 5 expected, got {target}, {noise}, {first}, {points}"
-        )
-    if weights not in ("relative", "absolute"):
-        raise ValueError(f'weights: expected "relative" or "absolute", got {weights!r}')
-    if not shares or any(not 0.0 < share <= 1.0 for share in shares):
-        raise ValueError(f"shares: expected numbers in (0, 1], got {shares}")

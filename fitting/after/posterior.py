@@ -263,20 +263,6 @@ def posterior(
         >>> fit.intervals["G"][0] < found.medians["G"] < fit.intervals["G"][1]
         True
     """
-    land = _check(fit, samples, warmup, chains, decades)
-    free = np.flatnonzero(land.box[:, 1] > land.box[:, 0])
-    logs = free < fit.structure.size
-    box = _prior(land, free, logs, decades)
-    noise = (fit.rss, fit.widening**2, float(fit.residuals.size), fit.stated)
-    of_data = land.residual, land.best, free, logs, *box.T, *noise
-    density = Density(*(jax.tree.map(jnp.asarray, part) for part in of_data))
-    z = starts(density, chains, seed)
-    x, astray = run(jax.random.split(jax.random.key(seed), chains), z, density, warmup, samples)
-    return _gather(fit, land, free, box, np.asarray(x), float(np.mean(astray)))
-
-
-def _check(fit: Any, samples: int, warmup: int, chains: int, decades: float) -> Landscape:
-    """Return the residuals to sample; ValueError for an unsuitable fit or option, ImportError without the sampler."""
     if not isinstance(fit, Fit):
         raise ValueError(f"fit: expected the result of a fit, got {type(fit).__name__}")
     if fit.refused:
@@ -291,17 +277,22 @@ def _check(fit: Any, samples: int, warmup: int, chains: int, decades: float) -> 
         got = f"{samples}, {warmup}, {chains}, {decades}"
         raise ValueError(f"samples, warmup >= 100, chains >= 2 and decades > 0 expected, got {got}")
     sampler()
-    return land
 
-
-def _prior(land: Landscape, free: np.ndarray, logs: np.ndarray, decades: float) -> np.ndarray:
-    """Return the ranges (p, 2) of the free coordinates: logarithms of compliances, and nuisance parameters themselves."""
-    box, far = land.box[free].copy(), 10.0**decades
-    best = land.best[free]
+    # the prior: ranges (p, 2) of the free coordinates, logarithms of compliances and nuisance parameters themselves
+    free = np.flatnonzero(land.box[:, 1] > land.box[:, 0])
+    logs, far, best = free < fit.structure.size, 10.0**decades, land.best[free]
     low, high = np.where(best > 0, np.minimum(best, 1.0), 1.0) / far, np.maximum(best, 1.0) * far
+    box = land.box[free].copy()
     box[:, 0] = np.where(logs, np.maximum(box[:, 0], low), box[:, 0])
     box[:, 1] = np.where(logs, np.minimum(box[:, 1], high), box[:, 1])
-    return np.where(logs[:, None], np.log(np.where(logs[:, None], box, 1.0)), box)
+    box = np.where(logs[:, None], np.log(np.where(logs[:, None], box, 1.0)), box)
+
+    noise = (fit.rss, fit.widening**2, float(fit.residuals.size), fit.stated)
+    of_data = land.residual, land.best, free, logs, *box.T, *noise
+    density = Density(*(jax.tree.map(jnp.asarray, part) for part in of_data))
+    z = starts(density, chains, seed)
+    x, astray = run(jax.random.split(jax.random.key(seed), chains), z, density, warmup, samples)
+    return _gather(fit, land, free, box, np.asarray(x), float(np.mean(astray)))
 
 
 def _gather(
@@ -310,8 +301,26 @@ def _gather(
     """Return the posterior from coordinates (chains, samples, p); ValueError where the chains have not converged."""
     structure, size = fit.structure, fit.structure.size
     own = {name: list(free).index(place) for name, place in structure.where.items() if place in free}
-    r_hat, ess = _mixing(x, own)
-    _refuse(r_hat, ess, astray)
+    # split R-hat and effective sample size of the logarithm of each parameter
+    diagnostics = importlib.import_module("numpyro.diagnostics")
+    each = {name: x[:, :, i] for name, i in own.items()}
+    with np.errstate(divide="ignore", invalid="ignore"):  # constant chains
+        r_hat = {name: float(diagnostics.split_gelman_rubin(rows)) for name, rows in each.items()}
+        ess = {name: float(diagnostics.effective_sample_size(rows)) for name, rows in each.items()}
+    advice = "a longer warmup, more samples, or narrower bounds"
+    worst, least = max(r_hat, key=lambda name: r_hat[name]), min(ess, key=lambda name: ess[name])
+    if not r_hat[worst] < MIXED:
+        raise ValueError(
+            f"chains: not mixed, R-hat of {worst} is {r_hat[worst]:.3g}, expected < {MIXED}: {advice}"
+        )
+    if not ess[least] > ENOUGH:
+        raise ValueError(
+            f"chains: {ess[least]:.0f} effective draws of {least}, expected > {ENOUGH:g}: {advice}"
+        )
+    if astray > ASTRAY:
+        raise ValueError(
+            f"chains: {astray:.1%} of the steps diverged, expected at most {ASTRAY:.0%}: {advice}"
+        )
     draws = _values(land, free, x.reshape(-1, free.size), size)
     ends = _values(land, free, box.T, size)
     samples = {name: np.asarray(structure.parameters(draws.T)[name]) for name in own}
@@ -335,34 +344,6 @@ def _values(land: Landscape, free: np.ndarray, x: np.ndarray, size: int) -> np.n
     values = np.tile(land.best, (len(x), 1))
     values[:, free] = np.where(free < size, np.exp(np.where(free < size, x, 0.0)), x)
     return values * land.unit
-
-
-def _mixing(x: np.ndarray, own: dict[str, int]) -> tuple[dict[str, float], dict[str, float]]:
-    """Return split R-hat and effective sample size of the logarithm of each parameter."""
-    diagnostics = importlib.import_module("numpyro.diagnostics")
-    each = {name: x[:, :, i] for name, i in own.items()}
-    with np.errstate(divide="ignore", invalid="ignore"):  # constant chains
-        r_hat = {name: float(diagnostics.split_gelman_rubin(rows)) for name, rows in each.items()}
-        ess = {name: float(diagnostics.effective_sample_size(rows)) for name, rows in each.items()}
-    return r_hat, ess
-
-
-def _refuse(r_hat: dict[str, float], ess: dict[str, float], astray: float) -> None:
-    """Raise ValueError unless the chains agree on every parameter, with enough effective draws."""
-    advice = "a longer warmup, more samples, or narrower bounds"
-    worst, least = max(r_hat, key=lambda name: r_hat[name]), min(ess, key=lambda name: ess[name])
-    if not r_hat[worst] < MIXED:
-        raise ValueError(
-            f"chains: not mixed, R-hat of {worst} is {r_hat[worst]:.3g}, expected < {MIXED}: {advice}"
-        )
-    if not ess[least] > ENOUGH:
-        raise ValueError(
-            f"chains: {ess[least]:.0f} effective draws of {least}, expected > {ENOUGH:g}: {advice}"
-        )
-    if astray > ASTRAY:
-        raise ValueError(
-            f"chains: {astray:.1%} of the steps diverged, expected at most {ASTRAY:.0%}: {advice}"
-        )
 
 
 # Figure of a posterior: a histogram of each parameter, with its interval and that of the profile likelihood.

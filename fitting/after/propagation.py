@@ -9,7 +9,7 @@ which were fitted at the assumed q.
 
 import warnings
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -76,9 +76,23 @@ def propagate(
     """
     if not isinstance(fit, Fit):
         raise ValueError(f"fit: expected the result of a fit, got {type(fit).__name__}")
-    spread, structure = spread or {}, fit.structure
-    values, sds = _spread(fit, spread)
-    held = _held(fit.material)
+    spread, structure, film = spread or {}, fit.structure, getattr(fit, "film", None)
+    # values of the held volumetric parameter, unless a law has none, and of the thickness; standard deviations given
+    held = None
+    if hasattr(fit.material, "bulk_modulus"):
+        held = "nu" if fit.material.bulk_modulus is None else "bulk_modulus"
+    volume = {held: float(getattr(fit.material, held))} if held else {}
+    known = volume | {"thickness": film.thickness if film else None}
+    values, sds = {name: jnp.asarray(value) for name, value in volume.items()}, {}
+    for name, given in spread.items():
+        if name not in known:
+            raise ValueError(f"spread: expected keys among {list(known)}, got {name!r}")
+        middle, sd = given if isinstance(given, tuple) else (known[name], given)
+        if middle is None or not (np.isfinite(sd) and sd >= 0):
+            raise ValueError(f"spread[{name!r}]: expected sd >= 0, or (value, sd), got {given!r}")
+        if known[name] is not None and middle != known[name]:
+            raise ValueError(f"spread[{name!r}]: the fit was made at {known[name]:g}, got {middle:g}")
+        values[name], sds[name] = jnp.asarray(float(middle)), float(sd)
     thick = "thickness" in spread
 
     def result(p: Array, q: dict[str, Array]) -> Array:
@@ -94,49 +108,19 @@ def propagate(
     shares = {"data": np.sqrt(np.maximum(variance, 0.0))}
     for name, sd in sds.items():
         shares[name] = np.abs(np.asarray(by_q[name]) + by_p @ fit.moves(name)) * sd
-    _check_moves(value, by_p, by_q)
+    # An error where the whole result has zero derivative; a warning where a part has, since its sd would be 0.
+    slopes = np.any(by_p != 0.0, axis=-1) | np.any(
+        [np.asarray(slope) != 0.0 for slope in by_q.values()], axis=0
+    )
+    finite = np.isfinite(value)
+    without = int(np.sum(~slopes & finite))
+    why = "a count of cells (contact_area) has none; smooth_area and contact_radius have one"
+    if without and without == np.sum(finite):
+        raise ValueError(f"f: expected a result that depends smoothly on the material, got slope 0: {why}")
+    if without:
+        warnings.warn(f"f: {without} of {value.size} values have slope 0, and sd 0: {why}", stacklevel=2)
     # a value that is not known has no standard deviation either
     shares = {cause: np.where(np.isfinite(value), share, np.nan) for cause, share in shares.items()}
     total = np.sqrt(sum(share**2 for share in shares.values()))
     z = noise.two_sided(fit.level)
     return Propagated(value, total, value - z * total, value + z * total, shares)
-
-
-def _check_moves(value: np.ndarray, by_p: np.ndarray, by_q: dict[str, Array]) -> None:
-    """Raise ValueError where the whole result has zero derivative; warn where a part has, since its sd would be 0."""
-    slopes = np.any(by_p != 0.0, axis=-1) | np.any(
-        [np.asarray(slope) != 0.0 for slope in by_q.values()], axis=0
-    )
-    known = np.isfinite(value)
-    without = int(np.sum(~slopes & known))
-    why = "a count of cells (contact_area) has none; smooth_area and contact_radius have one"
-    if without and without == np.sum(known):
-        raise ValueError(f"f: expected a result that depends smoothly on the material, got slope 0: {why}")
-    if without:
-        warnings.warn(f"f: {without} of {value.size} values have slope 0, and sd 0: {why}", stacklevel=3)
-
-
-def _held(material: Any) -> str | None:
-    """Return the name of the held volumetric parameter of a material, None for a law without one."""
-    if not hasattr(material, "bulk_modulus"):
-        return None
-    return "nu" if material.bulk_modulus is None else "bulk_modulus"
-
-
-def _spread(fit: Any, spread: dict) -> tuple[dict[str, Array], dict[str, float]]:
-    """Return the values of nu (or the bulk modulus) and thickness, and the given standard deviations."""
-    film, material = getattr(fit, "film", None), fit.material
-    held = _held(material)
-    volume = {held: float(getattr(material, held))} if held else {}
-    known = volume | {"thickness": film.thickness if film else None}
-    values, sds = {name: jnp.asarray(value) for name, value in volume.items()}, {}
-    for name, given in spread.items():
-        if name not in known:
-            raise ValueError(f"spread: expected keys among {list(known)}, got {name!r}")
-        value, sd = given if isinstance(given, tuple) else (known[name], given)
-        if value is None or not (np.isfinite(sd) and sd >= 0):
-            raise ValueError(f"spread[{name!r}]: expected sd >= 0, or (value, sd), got {given!r}")
-        if known[name] is not None and value != known[name]:
-            raise ValueError(f"spread[{name!r}]: the fit was made at {known[name]:g}, got {value:g}")
-        values[name], sds[name] = jnp.asarray(float(value)), float(sd)
-    return values, sds

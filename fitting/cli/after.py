@@ -119,7 +119,20 @@ def run_propagate(options: argparse.Namespace) -> int:
     # the result as a function of a material
     x = jnp.asarray(at)
     if of == "depth":
-        _check_depth(options)
+        # a contact whose depth follows from a material
+        flags.indenter_of(options)
+        if options.load is None or not options.load > 0:
+            raise ValueError(f"--of depth: expected --load > 0 N, got {options.load}")
+        kinds.check_contact(options)
+        if options.thickness is not None:
+            raise ValueError("--thickness: expected a --layer on a substrate for --of depth")
+        if flags.FORMS["adhesion"].value(options) != 0.0:  # type: ignore[misc]
+            raise ValueError(
+                "--adhesion: expected 0 for --of depth, which is that of a contact without adhesion, got"
+                f" {options.adhesion}"
+            )
+        if options.bulk_modulus is not None and options.layer is None:
+            raise ValueError("--bulk-modulus: expected --nu for the depth on a half-space")
     elif options.load is not None:
         raise ValueError(f"--load: expected with --of depth, got --of {of}")
     kind, options = kinds.checked(options, CONTACT if of == "depth" else ())
@@ -151,22 +164,6 @@ def run_propagate(options: argparse.Namespace) -> int:
     output.write_table(options.directory / PREDICTION[0], heads, rows)
     _draw(options, sheet.prediction(wanted, at, band, fit.level), PREDICTION)
     return 0
-
-
-def _check_depth(options: argparse.Namespace) -> None:
-    """Raise ValueError unless the flags describe a contact whose depth follows from a material."""
-    flags.indenter_of(options)
-    if options.load is None or not options.load > 0:
-        raise ValueError(f"--of depth: expected --load > 0 N, got {options.load}")
-    kinds.check_contact(options)
-    if options.thickness is not None:
-        raise ValueError("--thickness: expected a --layer on a substrate for --of depth")
-    if flags.FORMS["adhesion"].value(options) != 0.0:  # type: ignore[misc]
-        raise ValueError(
-            f"--adhesion: expected 0 for --of depth, which is that of a contact without adhesion, got {options.adhesion}"
-        )
-    if options.bulk_modulus is not None and options.layer is None:
-        raise ValueError("--bulk-modulus: expected --nu for the depth on a half-space")
 
 
 def _on_half_space(options: argparse.Namespace, times: Any) -> Callable[..., Any]:

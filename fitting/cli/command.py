@@ -118,26 +118,22 @@ def add_parser(commands: Any) -> None:
             )
             if name in KINDS:
                 flags.add(parser, KINDS[name], flags.options_of(KINDS[name]))
-            else:
-                _add_several(parser, name)
-
-
-def _add_several(parser: Any, name: str) -> None:
-    """Add the flags of a command for several kinds of curves."""
-    without: tuple[str, ...] = ("model",) if name == "compare" else ()
-    if name == "compare":
-        models = f"models to compare ({MODELS})"
-        parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=models)
-    if name == "together":
-        what = f"kind of each file, in their order ({', '.join(TOGETHER)})"
-        parser.add_argument("--of", required=True, metavar="KIND,KIND,...", help=what)
-        without = ("weights",)
-    if name == "posterior":
-        after.add_posterior(parser)
-    if name == "propagate":
-        after.add_propagate(parser)
-    flag = {"propagate": "--data", "together": None}.get(name, "--of")
-    kinds.add_kinds(parser, flag, TOGETHER if name == "together" else kinds.SEVERAL, without)
+                continue
+            # a command for several kinds of curves
+            without: tuple[str, ...] = ("model",) if name == "compare" else ()
+            if name == "compare":
+                models = f"models to compare ({MODELS})"
+                parser.add_argument("--models", default=MODELS, metavar="M,M,...", help=models)
+            if name == "together":
+                what = f"kind of each file, in their order ({', '.join(TOGETHER)})"
+                parser.add_argument("--of", required=True, metavar="KIND,KIND,...", help=what)
+                without = ("weights",)
+            if name == "posterior":
+                after.add_posterior(parser)
+            if name == "propagate":
+                after.add_propagate(parser)
+            flag = {"propagate": "--data", "together": None}.get(name, "--of")
+            kinds.add_kinds(parser, flag, TOGETHER if name == "together" else kinds.SEVERAL, without)
 
 
 def _fit(options: argparse.Namespace) -> int:

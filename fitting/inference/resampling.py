@@ -65,22 +65,26 @@ def resample(data: Timed, per_decade: float = 20) -> Timed:
     if not (isinstance(per_decade, int | float | np.number) and 0.0 < per_decade < math.inf):
         raise ValueError(f"per_decade: expected a number > 0, got {per_decade!r}")
     if isinstance(data, RelaxationData):
-        return _relaxation(data, float(per_decade))
+        bins = _Bins(data.t, np.zeros(data.t.size, dtype=int), 0.0, float(per_decade))
+        rho = bins.correlation(data.modulus)
+        error = bins.error(np.hypot(error_ratio(data.t, data.modulus), data.modulus), rho)
+        return dataclasses.replace(
+            data, t=bins.mean(data.t), modulus=bins.value(data.modulus), scatter=error, notes=(*data.notes, bins.note(rho))
+        )  # fmt: skip
     return (_creep if isinstance(data, CreepData) else _indentation)(data, float(per_decade))
-
-
-def _relaxation(data: RelaxationData, per_decade: float) -> RelaxationData:
-    bins = _Bins(data.t, np.zeros(data.t.size, dtype=int), 0.0, per_decade)
-    rho = bins.correlation(data.modulus)
-    error = bins.error(np.hypot(error_ratio(data.t, data.modulus), data.modulus), rho)
-    return dataclasses.replace(
-        data, t=bins.mean(data.t), modulus=bins.value(data.modulus), scatter=error, notes=(*data.notes, bins.note(rho))
-    )  # fmt: skip
 
 
 def _creep(data: CreepData, per_decade: float) -> CreepData:
     values = data.strain if data.J is None else data.J
-    bins = _Bins(data.t, _spells(data), data.t[0] if data.stress else 0.0, per_decade)
+    spell = np.zeros(
+        data.t.size, dtype=int
+    )  # the interval between jumps of the stress in which a sample lies
+    if data.stress is not None:
+        knots, level = data.stress
+        jump = np.flatnonzero(np.abs(np.diff(level)) > STEP * np.max(np.abs(level)))
+        cuts = np.unique(np.concatenate([knots[jump], knots[jump + 1]]))
+        spell = np.searchsorted(cuts, data.t, side="right")
+    bins = _Bins(data.t, spell, data.t[0] if data.stress else 0.0, per_decade)
     rho, known = bins.correlation(values), data.sigma is not None
     raw = data.sigma if known else np.hypot(error_ratio(data.t, values), values)
     error = bins.error(raw, rho)
@@ -96,7 +100,14 @@ def _creep(data: CreepData, per_decade: float) -> CreepData:
 
 def _indentation(data: IndentationData, per_decade: float) -> IndentationData:
     marks = data.segments
-    bins = _Bins(data.t, _parts(data, marks), data.t[0], per_decade)
+    # the segment of each sample; a hold marked before its level is reached is split there
+    part, hold = np.cumsum(np.append(False, marks[1:] != marks[:-1])), np.flatnonzero(marks == "hold")
+    if hold.size:
+        late = hold[hold.size // 2 :]
+        held = min((data.load, data.depth), key=lambda y: np.ptp(y[late]) / (np.ptp(y) or 1.0))
+        off = np.abs(held[hold] - np.median(held[hold]))
+        part[hold[np.argmax(off <= SURE * sample_noise(held) + SAME * np.ptp(held))] :] += 1
+    bins = _Bins(data.t, part, data.t[0], per_decade)
     errors, rhos = {}, []
     for name, values, sigma in (
         ("depth", data.depth, data.sigma_depth),
@@ -109,27 +120,6 @@ def _indentation(data: IndentationData, per_decade: float) -> IndentationData:
         t=bins.mean(data.t), load=bins.value(data.load), depth=bins.value(data.depth), marks=marks[bins.first],
         whole=data.whole_curve(), cut=data.cut, numbered=data.numbered, notes=(*data.notes, bins.note(max(rhos))), **errors,
     )  # fmt: skip
-
-
-def _spells(data: CreepData) -> np.ndarray:
-    """Return the index of the interval between jumps of the stress in which each sample lies, (n,)."""
-    if data.stress is None:
-        return np.zeros(data.t.size, dtype=int)
-    knots, stress = data.stress
-    jump = np.flatnonzero(np.abs(np.diff(stress)) > STEP * np.max(np.abs(stress)))
-    cuts = np.unique(np.concatenate([knots[jump], knots[jump + 1]]))
-    return np.searchsorted(cuts, data.t, side="right")
-
-
-def _parts(data: IndentationData, marks: np.ndarray) -> np.ndarray:
-    """Return the index of the segment of each sample, (n,); a hold marked before its level is reached is split there."""
-    part, hold = np.cumsum(np.append(False, marks[1:] != marks[:-1])), np.flatnonzero(marks == "hold")
-    if hold.size:
-        late = hold[hold.size // 2 :]
-        held = min((data.load, data.depth), key=lambda y: np.ptp(y[late]) / (np.ptp(y) or 1.0))
-        off = np.abs(held[hold] - np.median(held[hold]))
-        part[hold[np.argmax(off <= SURE * sample_noise(held) + SAME * np.ptp(held))] :] += 1
-    return part
 
 
 class _Bins:
