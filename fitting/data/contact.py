@@ -52,18 +52,15 @@ def label(marks: Sequence[str], load: np.ndarray, depth: np.ndarray) -> np.ndarr
     """Return the segments (n,) of marks (n,): by name, or for numbered ones by the change of load and depth."""
     found = {mark: named(mark) for mark in dict.fromkeys(marks)}
     every = np.asarray(marks)
-    for mark in found:
-        if found[mark] is None:
-            found[mark] = _behaviour(load[every == mark], depth[every == mark], np.ptp(depth), np.ptp(load))
+    for mark in [mark for mark, segment in found.items() if segment is None]:
+        # changes over the ways of the curve: a hold where one of them is small, otherwise their sign decides
+        P, h = load[every == mark], depth[every == mark]
+        deeper, harder = (h[-1] - h[0]) / (np.ptp(depth) or 1.0), (P[-1] - P[0]) / (np.ptp(load) or 1.0)
+        if min(abs(deeper), abs(harder)) < STILL and max(deeper, harder) < 0.5:
+            found[mark] = "hold"
+        else:
+            found[mark] = "retract" if deeper + harder < 0 else "approach"
     return np.array([found[mark] for mark in marks])
-
-
-def _behaviour(load: np.ndarray, depth: np.ndarray, way: float, force: float) -> str:
-    """Return "retract" where depth and load fall, "hold" where one of them is constant, otherwise "approach"."""
-    deeper, harder = (depth[-1] - depth[0]) / (way or 1.0), (load[-1] - load[0]) / (force or 1.0)
-    if min(abs(deeper), abs(harder)) < STILL and max(deeper, harder) < 0.5:
-        return "hold"
-    return "retract" if deeper + harder < 0 else "approach"
 
 
 def infer(t: np.ndarray, load: np.ndarray, depth: np.ndarray) -> np.ndarray:
@@ -252,25 +249,20 @@ class Rise(NamedTuple):
             return -np.inf
         laws = {law: few._best(law) for law in (few.single, few.summed)}
         best = min(laws, key=lambda law: law(laws[law]).squares)
-        allowed = few._allowed(best(laws[best]).residual)
+        # The largest sum of squares that is not rejected against that of the best law. The variance of a point is at least
+        # that of the measured noise. Correlated residuals, as where the best law does not describe the data, reduce the
+        # effective number of points.
+        residual = best(laws[best]).residual
+        squares, n = float(residual @ residual), residual.size
+        lag = float(residual[1:] @ residual[:-1]) / squares if squares > 0 else 0.0
+        together = min((1.0 + lag) / (1.0 - lag), n / INDEPENDENT) if lag > 0 else 1.0
+        variance = max(squares / n * together, sample_noise(few.y / few._range) ** 2, ROUGH**2)
+        allowed = squares + WORSE * variance
         simple = few.single(laws[few.single]).squares <= allowed
         highest = 1.0 if simple and not film else POWERS[-1]
         if not began_outside and few.summed(float(few.x[0]), highest).squares <= allowed:
             return -np.inf
         return self._best(self.single) if simple else laws[few.summed]
-
-    def _allowed(self, residual: np.ndarray) -> float:
-        """Return the largest sum of squares that is not rejected against that of the best law, whose residual is given,
-        (n,).
-
-        The variance of a point is at least that of the measured noise. Correlated residuals, as where the best law does
-        not describe the data, reduce the effective number of points.
-        """
-        squares, n = float(residual @ residual), residual.size
-        lag = float(residual[1:] @ residual[:-1]) / squares if squares > 0 else 0.0
-        together = min((1.0 + lag) / (1.0 - lag), n / INDEPENDENT) if lag > 0 else 1.0
-        variance = max(squares / n * together, sample_noise(self.y / self._range) ** 2, ROUGH**2)
-        return squares + WORSE * variance
 
     def single(self, point: float) -> "Rising":
         """Return the least-squares fit of y = b + c (x - point)^p, c >= 0."""
@@ -398,8 +390,18 @@ def find_drag(data: Any) -> Drag:
             f"drag: expected baselines of at least {LEAST_BASELINE} points in approach and retraction, got"
             f" {places[0].size} and {places[1].size} points with {speeds[0]:.3g} and {speeds[1]:.3g} m/s"
         )
-    coefficient, sd = _offset([depth[some] for some in places], [load[some] for some in places], speeds)
-    return Drag(coefficient, sd, speeds[0])
+    # The drag is the coefficient of the velocity in parallel lines over depth; its standard deviation sums the residuals
+    # over blocks and thus allows for their correlation.
+    x = np.concatenate([depth[some] for some in places])
+    v = np.repeat(speeds, [some.size for some in places])
+    A = np.stack([np.ones(x.size), (x - x.mean()) / (np.ptp(x) or 1.0), v / speeds[0]], -1)
+    inverse, y = np.linalg.pinv(A), np.concatenate([load[some] for some in places])
+    found = inverse @ y
+    parts = inverse[2] * (y - A @ found)
+    cuts = [np.array_split(one, BLOCKS) for one in np.split(parts, [places[0].size])]
+    sums = np.array([block.sum() for branch in cuts for block in branch])
+    sd = float(np.sqrt(np.sum(sums**2) * sums.size / DEGREES)) / speeds[0]
+    return Drag(found[2] / speeds[0], sd, speeds[0])
 
 
 def without(data: Any, coefficient: float) -> np.ndarray:
@@ -413,22 +415,6 @@ def _check_times(data: Any) -> None:
     """Raise ValueError for numbered points, whose velocity is not known."""
     if data.numbered:
         raise ValueError("drag: expected a curve with times, got points that are numbered in their place")
-
-
-def _offset(depths: list[np.ndarray], loads: list[np.ndarray], speeds: list[float]) -> tuple[float, float]:
-    """Return the coefficient of the velocity in parallel lines over depth, and its standard deviation, which sums the
-    residuals over blocks and thus allows for their correlation."""
-    x = np.concatenate(depths)
-    v = np.repeat(speeds, [one.size for one in depths])
-    A = np.stack([np.ones(x.size), (x - x.mean()) / (np.ptp(x) or 1.0), v / speeds[0]], -1)
-    inverse = np.linalg.pinv(A)
-    y = np.concatenate(loads)
-    found = inverse @ y
-    parts = inverse[2] * (y - A @ found)
-    cuts = [np.array_split(one, BLOCKS) for one in np.split(parts, [depths[0].size])]
-    sums = np.array([block.sum() for branch in cuts for block in branch])
-    count = sums.size
-    return found[2] / speeds[0], float(np.sqrt(np.sum(sums**2) * count / DEGREES)) / speeds[0]
 
 
 def tip_velocity(data: Any) -> np.ndarray:

@@ -193,7 +193,17 @@ class CreepData:
             )
         if self.t[0] < 0:
             raise ValueError(f"t: expected times >= 0, got {self.t[0]:g}")
-        _check_convention(self.convention, self.nu)
+        if self.convention not in CONVENTIONS:
+            raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {self.convention!r}")
+        tensile = self.convention == "D"
+        if tensile and (self.nu is None or not -1.0 < self.nu <= 0.5):
+            raise ValueError(
+                f"nu: expected -1 < nu <= 0.5 for a tensile compliance (convention 'D'), got {self.nu!r}"
+            )
+        if not tensile and self.nu is not None:
+            raise ValueError(
+                f"nu: expected none with convention {self.convention!r}, only 'D' needs it; got {self.nu!r}"
+            )
         put("temperature", absolute(self.temperature))
         if (self.J is None) == (self.strain is None):
             raise ValueError("CreepData: expected either J, or strain and stress; got both or none")
@@ -208,7 +218,21 @@ class CreepData:
                 raise ValueError(f"J: expected > 0, got {self.J.min():g}")
             return
         put("strain", array("strain", self.strain, self.t))
-        put("stress", _history(self.stress, self.t))
+        if self.stress is None:
+            raise ValueError("stress: expected (times, values) or an array as long as t, got None")
+        is_pair = isinstance(self.stress, tuple) and len(self.stress) == 2
+        knots, values = self.stress if is_pair else (self.t, self.stress)
+        require_real("stress", [knots, values])
+        knots, values = np.array(knots, dtype=float), np.array(values, dtype=float)
+        if knots.ndim != 1 or knots.shape != values.shape or knots.size == 0:
+            raise ValueError(
+                f"stress: expected times and values of one length, got {knots.shape} and {values.shape}"
+            )
+        if not (np.all(np.isfinite(knots)) and np.all(np.isfinite(values)) and np.all(np.diff(knots) >= 0)):
+            raise ValueError("stress: expected finite values at times that do not decrease")
+        if np.all(values == 0):
+            raise ValueError("stress: expected a stress that is not zero throughout")
+        put("stress", (knots, values))
 
     def __repr__(self) -> str:
         stress = None if self.stress is None else self.stress[1]
@@ -252,30 +276,3 @@ class CreepData:
     def _factor(self) -> float:
         """Factor from the convention to gamma/tau."""
         return {"J": 1.0, "1/(2G)": 2.0, "D": 2.0 * (1.0 + (self.nu or 0.0))}[self.convention]
-
-
-def _check_convention(convention: str, nu: float | None) -> None:
-    if convention not in CONVENTIONS:
-        raise ValueError(f"convention: expected one of {sorted(CONVENTIONS)}, got {convention!r}")
-    if convention == "D" and (nu is None or not -1.0 < nu <= 0.5):
-        raise ValueError(f"nu: expected -1 < nu <= 0.5 for a tensile compliance (convention 'D'), got {nu!r}")
-    if convention != "D" and nu is not None:
-        raise ValueError(f"nu: expected none with convention {convention!r}, only 'D' needs it; got {nu!r}")
-
-
-def _history(stress: object, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return (knots, values) of the stress after validation."""
-    if stress is None:
-        raise ValueError("stress: expected (times, values) or an array as long as t, got None")
-    knots, values = stress if isinstance(stress, tuple) and len(stress) == 2 else (t, stress)
-    require_real("stress", [knots, values])
-    knots, values = np.array(knots, dtype=float), np.array(values, dtype=float)
-    if knots.ndim != 1 or knots.shape != values.shape or knots.size == 0:
-        raise ValueError(
-            f"stress: expected times and values of one length, got {knots.shape} and {values.shape}"
-        )
-    if not (np.all(np.isfinite(knots)) and np.all(np.isfinite(values)) and np.all(np.diff(knots) >= 0)):
-        raise ValueError("stress: expected finite values at times that do not decrease")
-    if np.all(values == 0):
-        raise ValueError("stress: expected a stress that is not zero throughout")
-    return knots, values

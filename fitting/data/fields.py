@@ -61,40 +61,43 @@ class ContactData:
             raise ValueError(f"grid: expected a Grid, got {type(self.grid).__name__}")
         if not self.fields or not set(self.fields) <= set(UNITS):
             raise ValueError(f"fields: expected some of {', '.join(UNITS)}, got {list(self.fields)}")
-        put("fields", {name: self._field(name, value) for name, value in self.fields.items()})
-        put("sigma", {name: self._sigma(name, value) for name, value in (self.sigma or {}).items()})
 
-    def _field(self, name: str, value: Any) -> np.ndarray:
-        """Return a field (nt, nx, ny)."""
-        shape = (self.times.size, *self.grid.shape)
-        if not isinstance(value, np.ma.MaskedArray):  # masked cells are cells that were not measured
-            require_real(f"fields[{name!r}]", value)
-        array: np.ndarray = np.ma.array(value, dtype=float).filled(np.nan)
-        array = array[None] if array.ndim == 2 else array
-        if array.shape != shape:
-            raise ValueError(f"fields[{name!r}]: expected shape {shape}, got {np.shape(value)}")
-        known = array[np.isfinite(array)]
-        if known.size == 0 or np.any(np.isinf(array)):
-            raise ValueError(
-                f"fields[{name!r}]: expected finite values, or NaN where a pixel is not measured"
-            )
-        if name == "contact" and not np.all(np.isin(known, (0.0, 1.0))):
-            raise ValueError(f"fields['contact']: expected 0 and 1, got {known.min():g} to {known.max():g}")
-        array.setflags(write=False)
-        return array
+        # the fields, (nt, nx, ny) each
+        fields, shape = {}, (self.times.size, *self.grid.shape)
+        for name, value in self.fields.items():
+            if not isinstance(value, np.ma.MaskedArray):  # masked cells are cells that were not measured
+                require_real(f"fields[{name!r}]", value)
+            array: np.ndarray = np.ma.array(value, dtype=float).filled(np.nan)
+            array = array[None] if array.ndim == 2 else array
+            if array.shape != shape:
+                raise ValueError(f"fields[{name!r}]: expected shape {shape}, got {np.shape(value)}")
+            known = array[np.isfinite(array)]
+            if known.size == 0 or np.any(np.isinf(array)):
+                raise ValueError(
+                    f"fields[{name!r}]: expected finite values, or NaN where a pixel is not measured"
+                )
+            if name == "contact" and not np.all(np.isin(known, (0.0, 1.0))):
+                raise ValueError(
+                    f"fields['contact']: expected 0 and 1, got {known.min():g} to {known.max():g}"
+                )
+            array.setflags(write=False)
+            fields[name] = array
+        put("fields", fields)
 
-    def _sigma(self, name: str, value: Any) -> np.ndarray:
-        """Return the standard deviations (nt, nx, ny) of a field."""
-        if name not in self.fields or name == "contact":
-            own = [one for one in self.fields if one != "contact"]
-            raise ValueError(f"sigma: expected those of {own}, got {name!r}")
-        require_real(f"sigma[{name!r}]", value)
-        array, shape = np.asarray(value, dtype=float), self.fields[name].shape
-        if array.shape not in ((), shape[1:], shape):
-            raise ValueError(f"sigma[{name!r}]: expected a number or shape {shape}, got {array.shape}")
-        if not np.all(np.isfinite(array) & (array > 0)):
-            raise ValueError(f"sigma[{name!r}]: expected finite values > 0")
-        return np.broadcast_to(array, shape)
+        # their standard deviations, likewise
+        sigma = {}
+        for name, value in (self.sigma or {}).items():
+            if name not in fields or name == "contact":
+                own = [one for one in fields if one != "contact"]
+                raise ValueError(f"sigma: expected those of {own}, got {name!r}")
+            require_real(f"sigma[{name!r}]", value)
+            array = np.asarray(value, dtype=float)
+            if array.shape not in ((), shape[1:], shape):
+                raise ValueError(f"sigma[{name!r}]: expected a number or shape {shape}, got {array.shape}")
+            if not np.all(np.isfinite(array) & (array > 0)):
+                raise ValueError(f"sigma[{name!r}]: expected finite values > 0")
+            sigma[name] = np.broadcast_to(array, shape)
+        put("sigma", sigma)
 
     def __repr__(self) -> str:
         rows = [(name, value[np.isfinite(value)], UNITS[name]) for name, value in self.fields.items()]

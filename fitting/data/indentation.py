@@ -183,7 +183,10 @@ class IndentationData:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, deviations(name, getattr(self, name), self.t))
         if self.marks is not None:
-            object.__setattr__(self, "marks", _marks(self.marks, self.t))
+            marks = np.asarray(self.marks)
+            if marks.shape != self.t.shape or not set(marks.tolist()) <= set(SEGMENTS):
+                raise ValueError(f"marks: expected {self.t.size} of {', '.join(SEGMENTS)}; got {marks.shape}")
+            object.__setattr__(self, "marks", marks)
 
     def __repr__(self) -> str:
         rows = [("t", self.t, "s"), ("load", self.load, "N"), ("depth", self.depth, "m")]
@@ -292,14 +295,15 @@ class IndentationData:
             return dataclasses.replace(
                 self, notes=(*self.notes, "the curve begins in contact: all points taken")
             )
-        return self._zeroed(found)
-
-    def _zeroed(self, found: FirstTouch) -> "IndentationData":
-        """Return the curve from the contact on, with zeros and signs of the contact."""
+        # the curve from the contact on, with its zeros and signs
         t = self.t - found.t
         load = found.load_sign * (self.load - found.load)
-        depth = found.depth_sign * (self.depth - found.depth)
-        first, last = found.before, found.before + _unloaded(load[found.before :])
+        way = found.depth_sign * (self.depth - found.depth)
+        # up to the point at which the load has returned to zero after its maximum
+        first = found.before
+        top = first + int(np.argmax(load[first:]))
+        back = np.flatnonzero(load[top:] <= 0)
+        last = top + int(back[0]) if back.size else load.size
         take = lambda y: np.concatenate([[0.0], y[first:last]])
         again = lambda y: None if y is None else np.concatenate([y[first : first + 1], y[first:last]])
         notes = [
@@ -311,7 +315,7 @@ class IndentationData:
         notes += [f"{t.size - last} points after the contact left out"] if last < t.size else []
         earlier = [note for note in self.notes if not note.endswith(LEAVE_OUT)]
         return IndentationData(
-            t=take(t), load=take(load), depth=take(depth), notes=(*earlier, *notes), marks=again(self.marks), cut=True,
+            t=take(t), load=take(load), depth=take(way), notes=(*earlier, *notes), marks=again(self.marks), cut=True,
             numbered=self.numbered,
             **{name: again(getattr(self, name)) for name in DEVIATIONS},
             whole=self.whole_curve() * [[1], [found.load_sign], [found.depth_sign]]
@@ -388,20 +392,6 @@ class IndentationData:
         return draw_curve(self)
 
 
-def _marks(value: Any, t: np.ndarray) -> np.ndarray:
-    marks = np.asarray(value)
-    if marks.shape != t.shape or not set(marks.tolist()) <= set(SEGMENTS):
-        raise ValueError(f"marks: expected {t.size} of {', '.join(SEGMENTS)}; got {marks.shape}")
-    return marks
-
-
-def _unloaded(load: np.ndarray) -> int:
-    """Return the number of points until the load has returned to zero after its maximum."""
-    top = int(np.argmax(load))
-    back = np.flatnonzero(load[top:] <= 0)
-    return top + int(back[0]) if back.size else load.size
-
-
 # The part of a curve before the points that were selected from it: history of the material, which a fit does not
 # compare.
 #
@@ -416,7 +406,15 @@ MOST = 200  # largest number of points of the history, evenly spaced in those of
 
 def with_earlier(data: IndentationData) -> tuple[IndentationData, np.ndarray]:
     """Return a curve with the points in contact before its first one, and which of its points it had already, (n,)."""
-    t, load, depth = _earlier(data)
+    # the whole curve from contact to the first point, the contact included
+    earlier = np.zeros((3, 0))
+    if data.whole is not None and not data.cut:
+        touching = data.whole[:, find_contact(*data.whole).before :]
+        earlier = _thinned(touching[:, touching[0] < data.t[0]])
+    elif data.whole is not None and data.t[0] > 0.0:  # the contact is at zero
+        some = data.whole[:, (data.whole[0] > 0.0) & (data.whole[0] < data.t[0])]
+        earlier = np.concatenate([np.zeros((3, 1)), _thinned(some)], 1)
+    t, load, depth = earlier
     n = t.size
     if n == 0:
         return data, np.ones(data.t.size, dtype=bool)
@@ -433,18 +431,6 @@ def with_earlier(data: IndentationData) -> tuple[IndentationData, np.ndarray]:
         notes=(*data.notes, note), whole=data.whole, cut=data.cut, numbered=data.numbered, **errors,
     )  # fmt: skip
     return longer, np.arange(longer.t.size) >= n
-
-
-def _earlier(data: IndentationData) -> np.ndarray:
-    """Return time, load and depth, (3, n), of the whole curve from contact to the first point, the contact included."""
-    none = np.zeros((3, 0))
-    if data.whole is None:
-        return none
-    if data.cut:  # the contact is at zero
-        some = data.whole[:, (data.whole[0] > 0.0) & (data.whole[0] < data.t[0])]
-        return np.concatenate([np.zeros((3, 1)), _thinned(some)], 1) if data.t[0] > 0.0 else none
-    touching = data.whole[:, find_contact(*data.whole).before :]
-    return _thinned(touching[:, touching[0] < data.t[0]])
 
 
 def _thinned(points: np.ndarray) -> np.ndarray:
@@ -568,18 +554,12 @@ def check_signs(data: IndentationData, radius: float) -> None:
             f"load: expected the largest loads at the largest depths, got {np.mean(load[deep]):.3g} N there and"
             f" {np.median(load):.3g} N on average over the retraction: give the load with the other sign"
         )
-    way = float(np.ptp(data.depth[_held_points(data)]))
+    way = float(np.ptp(depth[_held(load)]))
     if way > radius:
         raise ValueError(
             f"depth: expected a contact less deep than the radius of the ball, {radius:.3g} m, got {way:.3g} m: expected a"
             " depth in m and not in mm, um or nm"
         )
-
-
-def _held_points(data: IndentationData) -> np.ndarray:
-    """Return the places of the points of the retraction in contact."""
-    back = np.flatnonzero(data.segments == "retract")
-    return back[_held(data.load[back])]
 
 
 def read_pull_off(data: IndentationData) -> PullOff:
@@ -597,9 +577,22 @@ def read_pull_off(data: IndentationData) -> PullOff:
     contact[back] = _held(load[back])
     there = np.flatnonzero(marks == "approach")
     if there.size:
-        contact[there] = _touched(load[there], spread)
-    force = _lowest(data.depth[back], load[back], contact[back])
-    return PullOff(force, *_work(data.depth[back], load[back], contact[back], spread), contact)
+        # from the jump into contact, or from where the load leaves its noise and drift
+        before = load[there]
+        least = max(SURE * spread, ONSET * float(before.max()))
+        lowest, apart = int(np.argmin(before)), np.flatnonzero(before <= least)
+        first = int(apart[-1]) + 1 if apart.size else 0
+        contact[there] = np.arange(before.size) >= (lowest if before[lowest] < -least else first)
+    # the largest tension, from a parabola through the points near it
+    depth, after, held = data.depth[back], load[back], contact[back]
+    lowest, near = int(np.argmin(after)), np.flatnonzero(held & (after < NEAR * after.min()))
+    force = -float(after[lowest])
+    if near.size >= FEWEST:
+        x = depth[near] - depth[lowest]
+        x = x / max(float(np.ptp(x)), 1e-300)
+        A = np.stack([np.ones(x.size), x, x**2], -1)
+        force = -float(np.min(A @ np.linalg.lstsq(A, after[near], rcond=None)[0]))
+    return PullOff(force, *_work(depth, after, held, spread), contact)
 
 
 def _held(load: np.ndarray) -> np.ndarray:
@@ -616,28 +609,6 @@ def _held(load: np.ndarray) -> np.ndarray:
     lost = np.lib.stride_tricks.sliding_window_view(beyond > (1.0 - LOST) * lowest, IN_A_ROW).all(-1)
     end = first + int(np.argmax(lost)) if lost.any() else load.size
     return np.arange(load.size) < end
-
-
-def _touched(load: np.ndarray, spread: float) -> np.ndarray:
-    """Return which points (n,) of an approach are in contact."""
-    least = max(SURE * spread, ONSET * float(load.max()))
-    lowest = int(np.argmin(load))
-    apart = np.flatnonzero(load <= least)
-    first = int(apart[-1]) + 1 if apart.size else 0
-    start = lowest if load[lowest] < -least else first
-    return np.arange(load.size) >= start
-
-
-def _lowest(depth: np.ndarray, load: np.ndarray, contact: np.ndarray) -> float:
-    """Return an estimate of the largest tension, from a parabola through the points near it."""
-    near = np.flatnonzero(contact & (load < NEAR * load.min()))
-    lowest = int(np.argmin(load))
-    if near.size < FEWEST:
-        return -float(load[lowest])
-    x = depth[near] - depth[lowest]
-    x = x / max(float(np.ptp(x)), 1e-300)
-    A = np.stack([np.ones(x.size), x, x**2], -1)
-    return -float(np.min(A @ np.linalg.lstsq(A, load[near], rcond=None)[0]))
 
 
 def _work(

@@ -143,26 +143,22 @@ def claimed(directory: Path, *, force: bool, resume: bool) -> Iterator[bool]:
     directory.mkdir(parents=True, exist_ok=True)
     try:
         with locked(directory):
-            yield _check_free(directory, force=force, resume=resume)
+            found = {path.name for path in directory.iterdir()} - {LOCK}
+            if resume and found and UNFINISHED not in found:
+                raise DirectoryTakenError(
+                    f"{directory}: found no unfinished run and no finished one of this case, accepted with --resume: the"
+                    " directory of a run of this case, or a new one"
+                )
+            if found and not (force or resume):
+                hint = "--resume continues the run that was stopped there, " if UNFINISHED in found else ""
+                raise DirectoryTakenError(
+                    f"{directory}: found a directory that is not empty; {hint}--force overwrites it"
+                )
+            yield bool(found)
     finally:
         if is_new:
             with contextlib.suppress(OSError):  # it is not empty
                 directory.rmdir()
-
-
-def _check_free(directory: Path, *, force: bool, resume: bool) -> bool:
-    found = {path.name for path in directory.iterdir()} - {LOCK}
-    if resume and found and UNFINISHED not in found:
-        raise DirectoryTakenError(
-            f"{directory}: found no unfinished run and no finished one of this case, accepted with --resume: the"
-            " directory of a run of this case, or a new one"
-        )
-    if found and not (force or resume):
-        hint = "--resume continues the run that was stopped there, " if UNFINISHED in found else ""
-        raise DirectoryTakenError(
-            f"{directory}: found a directory that is not empty; {hint}--force overwrites it"
-        )
-    return bool(found)
 
 
 @contextlib.contextmanager

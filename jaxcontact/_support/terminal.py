@@ -2,6 +2,7 @@
 warnings of a run, collected in a list."""
 
 import argparse
+import functools
 import os
 import re
 import signal
@@ -73,18 +74,13 @@ def print_error(message: str, status: int) -> int:
 def tell(text: str, stream: TextIO) -> None:
     """Print a text, ignoring a closed terminal (after a hangup), so that the exit status is still returned."""
     try:
-        print(_coloured(text, stream), file=stream, flush=True)
+        if stream.isatty() and not os.environ.get("NO_COLOR"):  # the verdict in colour (https://no-color.org)
+            verdict = rf"(?<=: )({'|'.join(COLOURS)})(?=[:,])"
+            text = re.sub(verdict, lambda found: f"\x1b[{COLOURS[found[0]]}m{found[0]}\x1b[0m", text, count=1)
+        print(text, file=stream, flush=True)
     except OSError:
         # otherwise the flush at exit fails as well
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-def _coloured(text: str, stream: TextIO) -> str:
-    """Return the text with its verdict in colour on a terminal, unless NO_COLOR is set (https://no-color.org)."""
-    if not stream.isatty() or os.environ.get("NO_COLOR"):
-        return text
-    verdict = rf"(?<=: )({'|'.join(COLOURS)})(?=[:,])"
-    return re.sub(verdict, lambda found: f"\x1b[{COLOURS[found[0]]}m{found[0]}\x1b[0m", text, count=1)
 
 
 # Interruption of a run: Ctrl-C and the signals of a batch system or a closed terminal, handled alike.
@@ -174,41 +170,31 @@ def recorded_warnings() -> Iterator[list[Any]]:
     recorded, including one shown before; a thread that records nothing shows its warnings as usual. The list holds the
     arguments of ``warnings.warn``: a ``Note`` of this package or text.
     """
+    global _active, _filters
+
+    def record(show: Any, message: Any, *args: Any, **kwargs: Any) -> None:
+        listening = getattr(_own, "messages", None)  # of the thread that warns
+        if listening is None:
+            show(message, *args, **kwargs)
+        else:
+            listening.append(message.args[0] if len(message.args) == 1 else str(message))
+
     outer = getattr(_own, "messages", None)
     messages: list[Any] = []
     _own.messages = messages
-    _enter()
-    try:
-        yield messages
-    finally:
-        _leave()
-        _own.messages = outer
-
-
-def _enter() -> None:
-    global _active, _filters
     with _lock:
         if _active == 0:
             _filters = warnings.catch_warnings()
             _filters.__enter__()
             warnings.simplefilter("always")
-            show = warnings.showwarning
-            warnings.showwarning = lambda *args, **kwargs: _record(show, *args, **kwargs)
+            warnings.showwarning = functools.partial(record, warnings.showwarning)
         _active += 1
-
-
-def _leave() -> None:
-    global _active, _filters
-    with _lock:
-        _active -= 1
-        if _active == 0 and _filters is not None:
-            _filters.__exit__(None, None, None)
-            _filters = None
-
-
-def _record(show: Any, message: Any, *args: Any, **kwargs: Any) -> None:
-    messages = getattr(_own, "messages", None)
-    if messages is None:
-        show(message, *args, **kwargs)
-    else:
-        messages.append(message.args[0] if len(message.args) == 1 else str(message))
+    try:
+        yield messages
+    finally:
+        with _lock:
+            _active -= 1
+            if _active == 0 and _filters is not None:
+                _filters.__exit__(None, None, None)
+                _filters = None
+        _own.messages = outer

@@ -374,16 +374,11 @@ def ahead(field: Array, step: Array) -> Array:
     """A field (2, nx, ny) a step further, (2,) of at most a cell each way; linear between cells, and at the grid's end as
     on its last cell."""
     for axis, way in ((1, step[0]), (2, step[1])):
-        field = field + jnp.abs(way) * (_next(field, axis, way > 0.0) - field)
+        first, last = jnp.take(field, jnp.array([0]), axis), jnp.take(field, jnp.array([-1]), axis)
+        later = jnp.concatenate([jnp.delete(field, 0, axis), last], axis)
+        earlier = jnp.concatenate([first, jnp.delete(field, -1, axis)], axis)
+        field = field + jnp.abs(way) * (jnp.where(way > 0.0, later, earlier) - field)
     return field
-
-
-def _next(field: Array, axis: int, forwards: Array) -> Array:
-    """Return the values of the neighbours along an axis; at the end of the grid, those of the last cells."""
-    first, last = jnp.take(field, jnp.array([0]), axis), jnp.take(field, jnp.array([-1]), axis)
-    later = jnp.concatenate([jnp.delete(field, 0, axis), last], axis)
-    earlier = jnp.concatenate([first, jnp.delete(field, -1, axis)], axis)
-    return jnp.where(forwards, later, earlier)
 
 
 def roll_steady(

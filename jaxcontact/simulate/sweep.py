@@ -171,7 +171,22 @@ def sweep(
         >>> study.stacked("area")  # doctest: +SKIP
         array([ 3.14159265, 12.56637061])
     """
-    chosen = _checked(f, cases)
+    if not isinstance(f, types.FunctionType):
+        raise ValueError(
+            f"f: expected a function of a case, got {type(f).__name__}: what varies goes into the cases"
+        )
+    if isinstance(cases, Mapping | str) or not isinstance(cases, Iterable):
+        raise ValueError(f"cases: expected a list of dicts, got {type(cases).__name__}")
+    chosen: list[Case] = []
+    for index, case in enumerate(cases):
+        if not isinstance(case, Mapping) or not all(isinstance(name, str) for name in case):
+            raise ValueError(f"cases[{index}]: expected a dict of names, got {case!r}")
+        try:
+            chosen.append(json.loads(_text(dict(case))))
+        except (TypeError, ValueError) as error:
+            raise ValueError(
+                f"cases[{index}]: expected finite numbers, text and lists, got {case}"
+            ) from error
     if not isinstance(version, str | None):
         raise ValueError(f"version: expected a text, got {version!r}")
     parts = fingerprint.parts_of(f) if version is None else {"version": version}
@@ -199,32 +214,30 @@ def sweep_of(
         raise ValueError(f"out: expected a folder that can be made, got {folder}: {error.strerror}") from None
     names = [_file(case) for case in cases]
     with locked(folder):
-        _check_identity(folder, parts | fingerprint.packages_of("jaxcontact"))
+        # a new folder gets the identity of the function, another one must have the same
+        path, parts = folder / FUNCTION, parts | fingerprint.packages_of("jaxcontact")
+        if not path.exists():
+            text = json.dumps({"parts": parts}, indent=1)
+            write_whole(path, lambda partial: partial.write_text(text, encoding="utf-8"))
+        else:
+            remedy = "take another folder, or delete this one to compute anew"
+            try:
+                found = dict(json.loads(path.read_text(encoding="utf-8"))["parts"])
+            except (ValueError, KeyError, TypeError) as error:
+                raise ValueError(
+                    f"out: {folder} was written by an earlier version of jaxcontact, whose record of the function cannot be"
+                    f" compared, or {path.name} is damaged; {remedy}"
+                ) from error
+            if differ := fingerprint.differing(found, parts):
+                listed = ", ".join(differ[:MOST_NAMES]) + (", ..." if len(differ) > MOST_NAMES else "")
+                raise ValueError(
+                    f"out: {folder} holds results of another function: {listed} differ; {remedy}"
+                )
         missing = {name: case for name, case in zip(names, cases, strict=True) if not _whole(folder / name)}
         failed = _fill(f, missing, folder, executor or processes or _cores())
     return Study(
         folder, tuple(cases), {index: failed[name] for index, name in enumerate(names) if name in failed}
     )
-
-
-def _checked(f: Any, cases: Any) -> tuple[Case, ...]:
-    if not isinstance(f, types.FunctionType):
-        raise ValueError(
-            f"f: expected a function of a case, got {type(f).__name__}: what varies goes into the cases"
-        )
-    if isinstance(cases, Mapping | str) or not isinstance(cases, Iterable):
-        raise ValueError(f"cases: expected a list of dicts, got {type(cases).__name__}")
-    cases = tuple(cases)
-    for index, case in enumerate(cases):
-        if not isinstance(case, Mapping) or not all(isinstance(name, str) for name in case):
-            raise ValueError(f"cases[{index}]: expected a dict of names, got {case!r}")
-        try:
-            _text(dict(case))
-        except (TypeError, ValueError) as error:
-            raise ValueError(
-                f"cases[{index}]: expected finite numbers, text and lists, got {case}"
-            ) from error
-    return tuple(json.loads(_text(dict(case))) for case in cases)
 
 
 def _text(case: Case) -> str:
@@ -245,27 +258,6 @@ def _whole(path: Path) -> bool:
         return False
 
 
-def _check_identity(folder: Path, parts: dict[str, str]) -> None:
-    """Write the identity of a function into a new folder. Raises ValueError for a folder of another one."""
-    path = folder / FUNCTION
-    if not path.exists():
-        text = json.dumps({"parts": parts}, indent=1)
-        write_whole(path, lambda partial: partial.write_text(text, encoding="utf-8"))
-        return
-    remedy = "take another folder, or delete this one to compute anew"
-    try:
-        found = dict(json.loads(path.read_text(encoding="utf-8"))["parts"])
-    except (ValueError, KeyError, TypeError) as error:
-        raise ValueError(
-            f"out: {folder} was written by an earlier version of jaxcontact, whose record of the function cannot be"
-            f" compared, or {path.name} is damaged; {remedy}"
-        ) from error
-    names = fingerprint.differing(found, parts)
-    if names:
-        listed = ", ".join(names[:MOST_NAMES]) + (", ..." if len(names) > MOST_NAMES else "")
-        raise ValueError(f"out: {folder} holds results of another function: {listed} differ; {remedy}")
-
-
 @dataclass(frozen=True)
 class Failure:
     """The end of a case without a result; text: what went wrong, in one line; died: whether its process ended."""
@@ -284,7 +276,19 @@ def _fill(f: Callable, missing: dict[str, Case], folder: Path, workers: Executor
     own = workers if isinstance(workers, int) else _cores()
     failures: dict[str, Failure] = {}
     with tqdm(total=len(missing), unit="case", disable=None, delay=1.0) as bar:
-        keep = lambda cases, by: _keep(_outcomes(f, cases, by), missing, folder, bar)
+
+        def keep(cases: dict[str, Case], by: Executor | int) -> dict[str, Failure]:
+            """Write what is found as it comes; {file: failure} of the others."""
+            failures: dict[str, Failure] = {}
+            for name, found in _outcomes(f, cases, by):
+                bar.update(not (isinstance(found, Failure) and found.died))
+                if isinstance(found, Failure):
+                    failures[name] = found
+                else:
+                    arrays = found | {CASE: np.asarray(_text(missing[name]))}
+                    write_whole(folder / name, functools.partial(write_npz, arrays=arrays))
+            return failures
+
         dead = lambda: {name: missing[name] for name, failure in failures.items() if failure.died}
         try:
             failures = keep(missing, workers)
@@ -292,10 +296,8 @@ def _fill(f: Callable, missing: dict[str, Case], folder: Path, workers: Executor
             # cannot be made anew: those cases are computed by processes of this machine instead.
             if not isinstance(workers, int) and (lost := dead()):
                 failures = {name: each for name, each in failures.items() if not each.died} | keep(lost, own)
-            for (
-                name,
-                case,
-            ) in dead().items():  # each alone: now only the process of its own case can have died
+            # each alone: now only the process of its own case can have died
+            for name, case in dead().items():
                 del failures[name]
                 failures |= keep({name: case}, 1)
         except KeyboardInterrupt:
@@ -305,27 +307,22 @@ def _fill(f: Callable, missing: dict[str, Case], folder: Path, workers: Executor
     return {name: failure.text for name, failure in failures.items()}
 
 
-def _keep(
-    outcomes: Iterator[tuple[str, Result | Failure]], cases: dict[str, Case], folder: Path, bar: tqdm
-) -> dict[str, Failure]:
-    """Write what was found as it comes; {file: failure} of the others."""
-    failures: dict[str, Failure] = {}
-    for name, found in outcomes:
-        bar.update(not (isinstance(found, Failure) and found.died))
-        if isinstance(found, Failure):
-            failures[name] = found
-        else:
-            arrays = found | {CASE: np.asarray(_text(cases[name]))}
-            write_whole(folder / name, functools.partial(write_npz, arrays=arrays))
-    return failures
-
-
 def _outcomes(
     f: Callable, cases: dict[str, Case], workers: Executor | int
 ) -> Iterator[tuple[str, Result | Failure]]:
     """Yield the results or failures of f as they arrive; workers: an executor, or the number of own processes, one case
     each."""
-    call = functools.partial(_attempt, _stored(f) if isinstance(workers, int) else f)
+    sent: Callable | bytes = f
+    if isinstance(
+        workers, int
+    ):  # as bytes, so that the process that computes can report why it cannot be read there
+        import cloudpickle  # that of loky
+
+        try:
+            sent = cloudpickle.dumps(f)
+        except Exception as refused:
+            raise ValueError(f"f: cannot be sent to another process: {_failure(refused).text}") from refused
+    call = functools.partial(_attempt, sent)
     waiting, running = deque(cases.items()), dict[Future, str]()
     width = min(workers, len(cases)) if isinstance(workers, int) else len(cases)
     told = False
@@ -339,7 +336,9 @@ def _outcomes(
                 except BrokenExecutor:  # a process has died since the last case was submitted
                     yield name, DEAD
             done = wait(running, timeout=PATIENCE, return_when=FIRST_COMPLETED).done
-            if not done and not told and _has_no_worker(workers):
+            # a Dask cluster that has no worker at present; other executors cannot say
+            client: Any = getattr(workers, "_client", None)
+            if not done and not told and hasattr(client, "nthreads") and not client.nthreads():
                 told = True
                 tqdm.write(
                     f"sweep: the cluster has no worker; {len(running)} cases wait for one (Ctrl-C keeps the finished"
@@ -356,12 +355,6 @@ def _outcomes(
     finally:
         for future in running:
             future.cancel()
-
-
-def _has_no_worker(workers: Executor | int) -> bool:
-    """Return whether the workers are those of a Dask cluster that has none at present; other executors cannot say."""
-    client: Any = getattr(workers, "_client", None)
-    return hasattr(client, "nthreads") and not client.nthreads()
 
 
 def _cores() -> int:
@@ -390,43 +383,27 @@ def _failure(error: BaseException) -> Failure:
         return Failure(type(error).__name__)
 
 
-def _stored(f: Callable) -> bytes:
-    """Return f as bytes, so that the process that computes can report why it cannot be read there."""
-    import cloudpickle  # that of loky
-
-    try:
-        return cloudpickle.dumps(f)
-    except Exception as error:
-        raise ValueError(f"f: cannot be sent to another process: {_failure(error).text}") from error
-
-
 def _attempt(f: Callable | bytes, case: Case) -> Result | Failure:
-    """Return, in the process that computes, the result of a case or a failure.
+    """Return, in the process that computes, the result of a case as arrays, with its notes where it has any, or a failure.
 
-    No exception leaves that process: one that cannot be unpickled would end it, and the cases beside this one.
+    No exception leaves that process: one that cannot be unpickled would end it, and the cases beside this one. Programs
+    are optimised from the first call on, so that results are equal bit for bit however cases are shared.
     """
     try:
-        return _call(pickle.loads(f) if isinstance(f, bytes) else f, case)
+        run = pickle.loads(f) if isinstance(f, bytes) else f
+        with recorded_warnings() as caught, optimised_at_once():
+            found = run(copy.deepcopy(case))
+        if not isinstance(found, Mapping):
+            raise ValueError(f"f: expected a dict of arrays, got {type(found).__name__}")
+        for name in found:
+            if not isinstance(name, str) or name in (CASE, NOTES):
+                raise ValueError(f"f: expected names of arrays, got {name!r}")
+        arrays = {name: np.asarray(values) for name, values in found.items()}
+        for name, values in arrays.items():
+            if values.dtype.kind not in "biufc":
+                raise ValueError(f"f: expected numbers in {name!r}, got {values.dtype}")
+        notes = [in_one_line(each) for each in caught]
+        told = json.dumps([(note, kind_of(note)) for note in dict.fromkeys(notes)])
+        return arrays | ({NOTES: np.asarray(told)} if notes else {})
     except (Exception, SystemExit) as error:
         return _failure(error)
-
-
-def _call(f: Callable, case: Case) -> Result:
-    """Compute a case, in a process of its own: its result as arrays of numbers, with its notes where it has any.
-
-    Programs are optimised from the first call on, so that results are equal bit for bit however cases are shared.
-    """
-    with recorded_warnings() as caught, optimised_at_once():
-        found = f(copy.deepcopy(case))
-    if not isinstance(found, Mapping):
-        raise ValueError(f"f: expected a dict of arrays, got {type(found).__name__}")
-    for name in found:
-        if not isinstance(name, str) or name in (CASE, NOTES):
-            raise ValueError(f"f: expected names of arrays, got {name!r}")
-    arrays = {name: np.asarray(values) for name, values in found.items()}
-    for name, values in arrays.items():
-        if values.dtype.kind not in "biufc":
-            raise ValueError(f"f: expected numbers in {name!r}, got {values.dtype}")
-    notes = [in_one_line(each) for each in caught]
-    told = json.dumps([(note, kind_of(note)) for note in dict.fromkeys(notes)])
-    return arrays | ({NOTES: np.asarray(told)} if notes else {})
