@@ -280,7 +280,22 @@ def run_map(options: argparse.Namespace) -> int:
             raise ValueError(f"{path}: expected a file or a folder, got neither")
     assumed = kinds.check_contact(options)
     given = {name: value for name, value in vars(options).items() if name not in LOCAL}
-    _check_directory(options, given)
+    # the directory is new, empty, or that of a map with the same options
+    directory: Path = options.directory
+    known = directory / "options.json"
+    text = json.dumps(given, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
+    same = known.is_file() and known.read_text(encoding="utf-8") == text
+    if options.resume and not same:
+        raise ValueError(f"--resume: expected a map with these options in {directory}, got none")
+    if directory.is_dir() and any(directory.iterdir()):
+        if not same and not options.force:
+            what = "that is not empty and not of a map with these options"
+            raise ValueError(f"{directory}: found a directory {what}; --force overwrites it")
+        if options.force and (directory / STORE).is_dir():
+            for path in (directory / STORE).glob("*"):
+                path.unlink()
+    directory.mkdir(parents=True, exist_ok=True)
+    output.write_text(known, text)
     files, left = files_of(options.file)
 
     # The curves with their places; a file or a curve that cannot be read is one that fails.
@@ -346,22 +361,3 @@ def run_map(options: argparse.Namespace) -> int:
     if failed:
         print(f"{failed} of {len(curves)} curves could not be fitted")
     return FAILED if failed else 0
-
-
-def _check_directory(options: argparse.Namespace, given: dict[str, Any]) -> None:
-    """Raise ValueError unless the directory is new, empty, or that of a map with the same options."""
-    directory: Path = options.directory
-    known = directory / "options.json"
-    text = json.dumps(given, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
-    same = known.is_file() and known.read_text(encoding="utf-8") == text
-    if options.resume and not same:
-        raise ValueError(f"--resume: expected a map with these options in {directory}, got none")
-    if directory.is_dir() and any(directory.iterdir()):
-        if not same and not options.force:
-            what = "that is not empty and not of a map with these options"
-            raise ValueError(f"{directory}: found a directory {what}; --force overwrites it")
-        if options.force and (directory / STORE).is_dir():
-            for path in (directory / STORE).glob("*"):
-                path.unlink()
-    directory.mkdir(parents=True, exist_ok=True)
-    output.write_text(known, text)

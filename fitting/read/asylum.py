@@ -26,12 +26,13 @@ import struct
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from fitting.data.contact import tip_depth
 
+T = TypeVar("T")
 METRES = {"m": 1.0, "um": 1e-6, "µm": 1e-6, "nm": 1e-9, "pm": 1e-12}
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 HEIGHTS = ("ZSnsr", "ZSensor", "LVDT", "Raw", "Height")  # the sensor before the drive
@@ -72,6 +73,13 @@ def stated(note: dict[str, str], name: str) -> float:
         return math.nan
 
 
+def kept_until_changed(load: Callable[..., T]) -> Callable[..., T]:
+    """Return a function of a file's name, and more, whose last two results are kept until the file changes."""
+    kept = functools.lru_cache(maxsize=2)(lambda name, changed, *more: load(name, *more))
+    return functools.wraps(load)(lambda name, *more: kept(name, Path(name).stat().st_mtime_ns, *more))
+
+
+@kept_until_changed
 def load_asylum(name: str) -> Recording:
     """Return the curves of a file; the last files are kept.
 
@@ -79,11 +87,6 @@ def load_asylum(name: str) -> Recording:
         ImportError: a wave without igor2; the message says what to install.
         ValueError: a file that is cut or damaged, or has no force curve.
     """
-    return _loaded(name, Path(name).stat().st_mtime_ns)
-
-
-@functools.lru_cache(maxsize=2)
-def _loaded(name: str, _: int) -> Recording:
     return load_map(name) if name.lower().endswith(".ardf") else load_wave(name)
 
 

@@ -120,7 +120,44 @@ def locate(table: Table, block: Block, wanted: Wanted) -> Column:
     Raises:
         ValueError: no column, several equally suitable ones, or an unknown unit.
     """
-    place, kind, notes = _place(table, block, wanted)
+    # 1. Its place and the kind of its name: where the caller says, or by the names of the header.
+    key, choice, kind = wanted.key, table.columns.get(wanted.key), None
+    cells = block.header.cells if block.header else []
+    notes: tuple[str, ...] = ()
+    if isinstance(choice, int):
+        if not 0 <= choice < block.width:
+            raise ValueError(f"{table.path}: columns[{key!r}]: expected 0 to {block.width - 1}, got {choice}")
+        place, kind = choice, read_heading(cells[choice]).kind if block.header else None
+    else:
+        assert block.header is not None  # ensured by ``having``
+        kinds = [read_heading(cell).kind for cell in cells]
+        hits: list[int] = []
+        if choice is not None:
+            hits = [i for i, cell in enumerate(cells) if cell == choice]
+        elif (kind := next(filter(kinds.__contains__, wanted.names), None)) is not None:
+            # the preferred name that is there; columns with a readable unit precede others such as "Depth (V)"
+            hits = [i for i, own in enumerate(kinds) if own == kind]
+            units = {i: read_heading(cells[i]).unit or block.header.units[i] for i in hits}
+            fine = [i for i, unit in units.items() if not unit or unit_table.is_unit(KINDS[kind], unit)]
+            hits = fine or hits
+        if len(hits) != 1:
+            found = "none" if not hits else " and ".join(repr(cells[i]) for i in hits)
+            for cell in cells:
+                if not hits and read_heading(cell).kind is None:
+                    _check_plain(table.path, block.header.line, cell, key, {})
+            shown = ", ".join(repr(cell) for cell in cells[:12])
+            alike = len({cells[i] for i in hits}) < len(hits)  # then the header does not tell them apart
+            give = f"columns={{{key!r}: {hits[0]}}} for instance" if alike else f"columns={{{key!r}: ...}}"
+            what = f"expected one column for {choice or key!r} in {shown}; got {found}; give {give}"
+            fail(table.path, block.header.line, key, what)
+        place = hits[0]
+        kind = kind or kinds[place]
+        # another column would have been suitable
+        others = [cells[i] for i, own in enumerate(kinds) if i != place and own in wanted.names]
+        if others and len(wanted.names) > 1:
+            notes = (f"{cells[place]!r} taken, not {others[0]!r}",)
+
+    # 2. What its heading states, which must not contradict it, and its unit.
     label, heading, line = f"column {place + 1}", Heading("", None, None), block.rows[0][0]
     if block.header and place < len(block.header.cells):
         label, line = block.header.cells[place], block.header.line
@@ -160,44 +197,6 @@ def _check_plain(path: str, line: int, label: str, key: str, units: dict) -> Non
     if FACTOR.search(label) and key not in units:
         what = "expected a unit without a power of ten, got one: give the unit of the numbers"
         fail(path, line, label, f"{what}, units={{{key!r}: ...}}")
-
-
-def _place(table: Table, block: Block, wanted: Wanted) -> tuple[int, str | None, tuple[str, ...]]:
-    """Return (position, kind of its name, notes) of the wanted column."""
-    key, choice = wanted.key, table.columns.get(wanted.key)
-    if isinstance(choice, int):
-        if not 0 <= choice < block.width:
-            raise ValueError(f"{table.path}: columns[{key!r}]: expected 0 to {block.width - 1}, got {choice}")
-        kind = read_heading(block.header.cells[choice]).kind if block.header else None
-        return choice, kind, ()
-    assert block.header is not None  # ensured by ``having``
-    cells = block.header.cells
-    if choice is not None:
-        hits, name = [i for i, cell in enumerate(cells) if cell == choice], None
-    else:
-        # The preferred kind of name that is there; columns with a readable unit precede others such as "Depth (V)".
-        kinds, hits, name = [read_heading(cell).kind for cell in cells], [], None
-        for name in filter(kinds.__contains__, wanted.names):
-            hits = [i for i, kind in enumerate(kinds) if kind == name]
-            units = {i: read_heading(cells[i]).unit or block.header.units[i] for i in hits}
-            fine = [i for i, unit in units.items() if not unit or unit_table.is_unit(KINDS[name], unit)]
-            hits = fine or hits
-            break
-    if len(hits) != 1:
-        found = "none" if not hits else " and ".join(repr(cells[i]) for i in hits)
-        for cell in cells:
-            if not hits and read_heading(cell).kind is None:
-                _check_plain(table.path, block.header.line, cell, wanted.key, {})
-        shown = ", ".join(repr(cell) for cell in cells[:12])
-        alike = len({cells[i] for i in hits}) < len(hits)  # then the header does not tell them apart
-        give = f"columns={{{key!r}: {hits[0]}}} for instance" if alike else f"columns={{{key!r}: ...}}"
-        what = f"expected one column for {choice or key!r} in {shown}; got {found}; give {give}"
-        fail(table.path, block.header.line, key, what)
-    place, kind = hits[0], name or read_heading(cells[hits[0]]).kind
-    # another column would have been suitable
-    others = [cell for i, cell in enumerate(cells) if i != place and read_heading(cell).kind in wanted.names]
-    noted = bool(others) and len(wanted.names) > 1
-    return place, kind, (f"{cells[place]!r} taken, not {others[0]!r}",) if noted else ()
 
 
 def series(table: Table, block: Block, found: dict[str, Column]) -> Series:

@@ -1,7 +1,6 @@
 """Reader of force curves of atomic force microscopes: of Bruker here, of Asylum by ``fitting.read.asylum``, of others by the
 library afmformats, which is imported on first use."""
 
-import functools
 import importlib
 import itertools
 import logging
@@ -260,13 +259,9 @@ def bruker_places(name: str) -> list[Place]:
     return [Place(k, x + step * (k % columns), y + step * (k // columns)) for k in range(count)]
 
 
+@asylum.kept_until_changed
 def _load_bruker(name: str) -> ForceVolume:
     """Return the curves of a file; the last files are kept."""
-    return _loaded_bruker(name, Path(name).stat().st_mtime_ns)
-
-
-@functools.lru_cache(maxsize=2)
-def _loaded_bruker(name: str, _: int) -> ForceVolume:
     if first_line(name).startswith(IMAGE):
         raise ValueError(f"{name}: expected force curves, got an image of NanoScope")
     header = read_header(name)
@@ -426,13 +421,9 @@ def places(path: str | os.PathLike) -> list[Place]:
     return [Place(k, of(one, "position x"), of(one, "position y")) for k, one in enumerate(known)]
 
 
+@asylum.kept_until_changed
 def _load(name: str, spring_constant: float | None, sensitivity: float | None) -> Any:
     """Return the curves of a file; the last files are kept."""
-    return _loaded(name, Path(name).stat().st_mtime_ns, spring_constant, sensitivity)
-
-
-@functools.lru_cache(maxsize=2)
-def _loaded(name: str, _: int, spring_constant: float | None, sensitivity: float | None) -> Any:
     try:
         library = importlib.import_module("afmformats")
     except ImportError:

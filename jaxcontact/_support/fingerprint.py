@@ -212,7 +212,11 @@ class _Identity:
         pieces.append(self.of((f.__defaults__, f.__kwdefaults__)))
         self.place.pop()
         for name, cell in zip(f.__code__.co_freevars, f.__closure__ or (), strict=True):
-            pieces += [self.of(cell.cell_contents, name)] if _is_set(cell) else []
+            try:
+                content = cell.cell_contents
+            except ValueError:  # a variable without a value yet
+                continue
+            pieces.append(self.of(content, name))
         # the globals of an installed function belong to its package
         if _package(f.__globals__.get("__name__")):
             return _digest("function", *pieces)
@@ -352,15 +356,6 @@ def _reads(code: types.CodeType, package: str | None) -> tuple[set[str], set[str
         for found, more in zip((variables, attributes, modules), _reads(nested, package), strict=True):
             found |= more
     return variables, attributes, modules
-
-
-def _is_set(cell: types.CellType) -> bool:
-    """Return whether a variable that a function closes over has a value yet."""
-    try:
-        cell.cell_contents  # noqa: B018
-    except ValueError:
-        return False
-    return True
 
 
 def _package(module: str | None) -> tuple[str, str] | None:
