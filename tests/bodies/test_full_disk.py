@@ -20,7 +20,7 @@ from jaxcontact.__main__ import main
 from jaxcontact._support.files import write_npz, write_whole
 from jaxcontact.paper import pictures, reproduce
 from jaxcontact.shell import sweep
-from jaxcontact.simulate.sweep import _check_identity, sweep_of
+from jaxcontact.simulate.sweep import sweep_of
 
 
 def written_table(path):
@@ -39,7 +39,7 @@ WRITERS = {
     "study.csv": lambda path: write_whole(path, written_table),
     "text.json": lambda path: write_whole(path, lambda part: part.write_text(" " * 99999)),
     "report.html": lambda path: reproduce.write(path.parent),
-    "function.json": lambda path: _check_identity(path.parent, {"f": "0" * 99999}),
+    "function.json": lambda path: sweep_of(dict, [], path.parent, {"f": "0" * 99999}),
 }
 
 

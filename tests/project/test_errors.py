@@ -97,18 +97,7 @@ ELSEWHERE = {  # reached by no row, and why
     "contact.py: _check_one": "test_summaries.py, many runs",
     **{
         f"sweep.py: {name}": "test_studies.py"
-        for name in (
-            *(
-                "sweep",
-                "sweep_of",
-                "_checked",
-                "_check_identity",
-                "_stored",
-                "_call",
-                "__getitem__",
-                "stacked",
-            ),
-        )
+        for name in (*("sweep", "sweep_of", "_outcomes", "_attempt", "__getitem__", "stacked"),)
     },
     **{f"plotting.py: {name}": "test_studies.py" for name in ("draw_study", "varied_numbers")},
     **{
@@ -126,12 +115,10 @@ ELSEWHERE = {  # reached by no row, and why
     "run.py: planned": "a NotImplementedError: a steady state is not marched",
     "files.py: locked": "needs two runs: test_stopped_runs.py",
     "finished_steps.py: resume_point": "needs a stopped run: test_stopped_runs.py",
-    "sweep.py: run_study": "a folder of another study: test_study_files.py; a table of more cases: test_full_disk.py",
-    "sweep.py: _executor": "without the extra",
+    "sweep.py: run_study": "a folder of another study, an extra: test_study_files.py; more cases: test_full_disk.py",
     **{f"sweep.py: {name}": "a solve that fails: test_study_files.py" for name in ("figures", "figures_by")},
     "advice.py: check_disk": "needs a full disk: test_command_line.py",
     "sensitivity.py: plot": "needs a computed table: test_gradients.py",
-    "case_file.py: _indenter": "a word of the schema",
     "contact.py: peak_pressure": "an AttributeError: test_summaries.py",
     **{
         place: "a request or an option of the page: test_play_page.py"
@@ -139,7 +126,7 @@ ELSEWHERE = {  # reached by no row, and why
             "server.py: play",
             "__init__.py: port_number",
             "contacts.py: checked",
-            "server.py: _request",
+            "server.py: do_POST",
         )
     },
     "__init__.py: __getattr__": "an AttributeError: test_public_api.py",
