@@ -31,7 +31,7 @@ from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
 from jaxcontact.history.memory import Observer, RecursiveMemory, Shift, phase_and_loss
 from jaxcontact.history.motion import as_array, check_along_x, check_sliding_friction
-from jaxcontact.history.normal_step import at_rest, contact_outcome, solve_step, status_of
+from jaxcontact.history.normal_step import contact_outcome, initial_adhesion, solve_step, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import (
@@ -739,10 +739,12 @@ def _run(
     else:
         law = Attraction(adhesion.scaled(scale.length, scale.compliance), grid.periodic)
         problem = replace(problem, law=law, drag=drag)
-        solution, _, told = solve_step(problem, jnp.zeros_like(profile), at_rest(law, profile), *solver)
+        solution, _, adhesion_numbers = solve_step(
+            problem, jnp.zeros_like(profile), initial_adhesion(law, profile), *solver
+        )
         adheres = {
             "contact_pressure": solution.carried,
-            "cohesive_cells": told["cohesive_cells"],
+            "cohesive_cells": adhesion_numbers["cohesive_cells"],
             "tabor_number": tabor_numbers(adhesion, experiment)[0],
         }
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
