@@ -1,4 +1,8 @@
-"""Rubbing: an indenter pressed and rubbed on a film that its contact makes and takes away, in place or along a path."""
+"""Rubbing: an indenter pressed and rubbed on a film that forms and wears in the contact, in place or along a path.
+
+The public function ``rub``, and ``RubExperiment``, its checked arguments and the plan of its march. The step in time, with
+the growth of the film, is ``history.growth_step``, and the laws of growth and wear are in ``bodies.laws``.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +53,7 @@ from jaxcontact.simulate.run import (
     tabor_numbers,
 )
 
-REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
+REACH = 0.125  # least thickness, in cells, up to which a film that may grow has kernels
 
 
 def rub(

@@ -1,4 +1,8 @@
-"""Shear: normal and tangential load together, with friction, over a history."""
+"""Shear: normal and tangential load together, with friction, over a history.
+
+The public function ``shear``, and ``Shearing``, its checked arguments and the plan of its march. The step in time, with the
+work of friction, is ``history.friction_step``, and Coulomb's law is solved in ``contact.friction``.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""Sliding in time: an indenter that moves over the body, in any direction and at any speed."""
+"""Sliding in time: an indenter that moves over the body, in any direction and at any speed.
+
+From the top: the public function ``slide``; ``Sliding``, its checked arguments and the plan of its march; and
+``SlideStepper``, the step of ``history.normal_step`` with heat and the statuses of sliding. The mathematics of a body that
+moves past the contact is in ``history.memory`` (``MovingMemory``).
+"""
 
 from __future__ import annotations
 
@@ -52,7 +57,7 @@ from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined, tabor_numbers
 from jaxcontact.simulate.temperature import check_peclet
 
-TRUNCATION_LIMIT = 0.01  # of the largest approach so far
+TRUNCATION_LIMIT = 0.01  # largest truncation bound, over the largest approach so far
 
 
 def slide(
