@@ -270,8 +270,11 @@ def fit_creep(
 def _fit(
     data: CreepData, first: Sample, sought: Sought, level: float, given: np.ndarray | None = None
 ) -> CreepFit:
-    """Fit a creep curve, beginning with the weights of its sample, ``first``; given (n,): estimated weights to use unchanged
-    in their place, without leaving a point out."""
+    """Fit a creep curve.
+
+    first: its sample, with the weights of the first search; given (n,): weights of an earlier fit, which are then used
+    unchanged in place of these, with no point left out.
+    """
     sample = first if given is None else first._replace(weights=given, final=True)
     structure = sought.structure
     if isinstance(structure, Law):
@@ -372,7 +375,7 @@ def compare_creep(
     data: CreepData, each: list[tuple[Any, Structure, dict[str, dict]]], *, weights: str | None = None,
     sigma: Any = None, nu: float = 0.3, level: float = 0.95,
 ) -> Comparison:  # fmt: skip
-    """Fit models to one creep curve; each: as of ``restrictions``, the other arguments: those of ``fit_creep``."""
+    """Fit models to one creep curve; each: returned by ``restrictions``; further arguments as in ``fit_creep``."""
     return _compared(data, creep_sample(data, weights, sigma), _sought(each, nu), level)
 
 

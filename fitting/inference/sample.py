@@ -32,16 +32,16 @@ NEGLIGIBLE = 1e-8  # fraction of the data's sum of squares below which no fit is
 EXACT = 1e-20  # fraction of the data's sum of squares below which residuals are rounding
 REWEIGHTINGS = 4  # reweighting iterations at most
 SAME = 0.05  # relative change of estimated weights at convergence
-CONSTANT = 1e-3  # the same of weights in proportion to the fitted values
+CONSTANT = 1e-3  # relative change at convergence of weights in proportion to the fitted values
 PROPORTIONAL = 1e-6  # largest relative deviation of weights from the reciprocals of measured values
 BIASED = 0.5  # bias over standard error of a common factor above which a note is given
-ALIKE = 2.0  # standard errors of a correlation of neighbours above which noise is not said to change along the curve
+ALIKE = 2.0  # standard errors of a correlation of neighbours above which no change of the noise along the curve is tested
 BETTER = 0.05  # probability of as high a likelihood of an error model that changes, where the noise does not
 FAINT = 1e-6  # ratio of the terms of an error model below which the smaller one is left out
 NOISELESS = (
     1e-4  # RSS per degree of freedom, with a stated sigma, below which data are taken as free of noise
 )
-APART = 0.01  # probability of a difference between runs that have nothing but noise, below which it is called significant
+APART = 0.01  # probability by noise alone below which a difference between runs is significant
 LEAST = 0.1, 1e-9  # smallest fitted value in a weight, over the measured one and over the largest one
 
 Curve = tuple[str, str, np.ndarray, np.ndarray]  # name, unit, abscissa (n,), values (n,)

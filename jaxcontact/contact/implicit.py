@@ -1,4 +1,6 @@
-"""Derivatives through the contact problem; the only module with derivative rules.
+"""Derivatives of the solutions of contact problems, by the implicit function theorem.
+
+No other module has derivative rules; jax differentiates all other code.
 
 On the contact area A = {p > 0} the solution obeys K_AA p - approach = -gap, with sum p given or the approach
 given. Hence, for changes dK, dgap, dtarget,
@@ -10,27 +12,27 @@ in the same window as the contact itself; for an operator that is not symmetric,
 linear in its leaves, so that dK p is the operator of the tangent. ``custom_linear_solve`` transposes the
 solve, so forward and reverse mode and their compositions all follow from this one rule.
 
-A cell that is just entering or leaving contact (p = 0 and g = 0) counts as outside: the derivative is
-that of the side on which it stays out. Without contact no derivative of the pressure is left. Under a load of zero the
-approach follows the lowest point of the surface less that of the profile; without history its derivative is zero. A
-derivative whose linear solve fails is nan.
+A cell that is just entering or leaving contact (p = 0 and g = 0) counts as outside, so that the derivative is the one-sided
+derivative with the cell outside. Without contact the derivative of the pressure is zero. Under a load of zero the approach
+is the lowest point of the surface less that of the profile; without history its derivative is zero. A derivative whose
+linear solve fails is nan.
 
-With adhesion (``contact.adhesive``) the cells that touch are held, on the others the attraction follows the gap, and the
-tangent is that of Newton's method, found by conjugate gradients for the displacement. Under the given control it is
+With adhesion (``contact.adhesive``) the set of cells that touch is constant, in the others the attraction follows the gap,
+and the tangent is that of Newton's method, found by conjugate gradients for the displacement. Under the given control it is
 positive on a branch of stable states and ceases to be so where the branch ends: conjugate gradients that meet a direction of
-negative curvature give nan. (Without the sign it would be a number that means nothing.) Beyond a jump derivatives are
-those of the new branch; that the jump itself moves is not in them. On a moving body and over a film whose thickness varies
+negative curvature give nan. (Without the sign it would be a number that means nothing.) Beyond a jump derivatives are those
+of the new branch; that the jump itself moves is not in them. On a moving body and over a film whose thickness varies
 (``contact.adhesive``) what the operator has beyond a uniform one acts on the change of the pressure as a part of the gap,
 and the change is found by GMRES.
 
-With friction the sets of stick and slip are held as well: where a cell sticks its slip stays, where it slips its
+With friction the sets of stick and slip are constant as well: where a cell sticks its slip stays, where it slips its
 traction stays on the rim, which grows with pressure and coefficient of friction, and turns with the slip
 (``contact.friction``). Pressure and traction then follow from one linear system, by BiCGSTAB; in rolling, whose
 operator is nearly skew, by GMRES; with adhesion, where the pressure does not depend on the traction, the traction follows
 from a symmetric one of its own, by conjugate gradients.
 
 First derivatives go over into those of the continuous problem as cells shrink. Second derivatives do not:
-they are those of the discrete problem with its area of contact held, and miss what the moving edge adds
+they are those of the discrete problem at a constant contact area, without the contribution of the moving edge
 (under a given approach the load of an elastic body is piecewise linear: the second derivative is zero).
 Differences of gradients over steps in which many cells enter see the edge.
 """
@@ -88,8 +90,8 @@ class Subspace(NamedTuple):
     def right_side(self, values: Array) -> Array:
         """Return the part of a right side in the subspace, zero where it is rounding alone.
 
-        That of a uniform field, by which reverse mode asks for the derivative of the load under a given one, is zero. A
-        search for the solution of what rounding leaves of it fails, since the subspace is that of zero mean.
+        The part of a uniform field is zero in the subspace of zero mean; it occurs in reverse mode, as the cotangent of the
+        sum of pressures under a given load. Rounding leaves a remainder of it, for which the search would not converge.
         """
         inside, size = self(values), jnp.sum(jnp.where(self.mask, values, 0.0) ** 2)
         return jnp.where(jnp.sum(inside**2) > ROUNDING**2 * size, inside, 0.0)
@@ -217,16 +219,17 @@ class SlipSpace(NamedTuple):
         return jnp.where(nothing, 0.0, bicgstab_solution(operator, inverse, b))
 
 
-KEPT = "pressure"  # what reverse mode keeps of a step, as far as it is needed, so that no contact is solved again: the
-# pressure, from which the linear solve follows, displacement and approach; with friction the whole solution
+# The name under which reverse mode stores the solution of a step, so that no contact is solved again: pressure, displacement
+# and approach; with adhesion or friction the whole solution.
+KEPT = "pressure"
 
 
 def solve_in_contact(problem: Problem, mask: Array, right: Array) -> Array:
-    """x with P K P x = P right, P the projection onto cells of the mask (and zero mean under a load)."""
+    """Return x with P K P x = P right, P the projection onto the cells of the mask (and to zero mean under a given load)."""
     operator, inside = problem.operator, Subspace(mask, problem.load_controlled)
     on_mask = lambda x: inside(operator(inside(x)))
     if operator.symmetric:
-        # closes over nothing whose derivative it does not want: jax 0.10 fails on what is left of such a one
+        # ``search`` must not refer to traced values without a derivative, with which jax 0.10 fails
         search = lambda _, b: conjugate_gradients_in_window(operator, inside, b)
         return jax.lax.custom_linear_solve(on_mask, right, search, symmetric=True)
 
@@ -240,7 +243,8 @@ def solve_in_contact(problem: Problem, mask: Array, right: Array) -> Array:
 
 @jax.custom_jvp
 def solve_contact(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
-    """``solve`` of contact.normal or .nonsymmetric, differentiable in everything in ``problem``."""
+    """Solve a contact by ``solve`` of contact.normal, or of contact.nonsymmetric for an operator that is not symmetric;
+    differentiable with respect to all numbers in ``problem``."""
     method = solve if problem.operator.symmetric else nonsymmetric.solve
     return method(problem, start, tolerance, max_iterations)
 
@@ -262,13 +266,13 @@ def _solve_contact_jvp(primals, tangents):
 
 
 def _moved_contact(problem: Problem, solution: Solution, change: Problem) -> tuple[Solution, Solution]:
-    """Return a solution, which reverse mode keeps, and its change; linear in the change of the problem."""
+    """Return a solution, marked for reverse mode to store, and its tangent; linear in the change of the problem."""
     kept = solution.pressure, solution.displacement, solution.approach
     p, u, approach = (checkpoint_name(a, KEPT) for a in kept)
     law, operator = problem.law, problem.operator
     mask = law.free(p)
 
-    # The right side dK p + dgap; pressures that the law prescribes change by themselves and lift the surface.
+    # The right side dK p + dgap. Pressures that the law prescribes (p = H) change with the law and move the surface.
     forcing, target = operator.tangent(change.operator, p) + change.gap, change.target
     prescribed = jnp.zeros_like(p)
     if law.prescribes:

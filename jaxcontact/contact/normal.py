@@ -5,13 +5,12 @@
 with either the sum of the pressures or the approach given. The method is that of I. A. Polonsky and
 L. M. Keer, Wear 231 (1999) 206, with five changes: a circulant preconditioner, on the whole grid of
 residuals continued beyond the contact (``operators.operator``); the Polak-Ribiere
-direction; cells that overlap enter the search with the others, not by a step of their own; and an iteration costs one
-convolution, also where cells leave contact: a step is tried that is as long as the last good one, what it would pull
-is clipped, and of the way from the old pressure to the clipped one, along which u is linear, the part of least energy
-is taken. A given approach is met as a given load is, by directions of zero mean, and each new pressure is brought to
-the size of least energy: a surface that yields as a whole, as a stiff film does, would else come and go with every
-cell. Where the contact leaves enough of the grid free, the search begins in a window around it (``operators.operator``);
-it ends on the whole grid in any case.
+direction; cells that overlap enter the search together with the others, without a separate step; each iteration costs one
+convolution, also where cells leave contact: a step of the last accepted length is tried, tensile cells are clipped to zero,
+and the search along the clipped step, in which u is linear, is exact; and under a given approach directions have zero mean
+too, with each new pressure multiplied by the factor of least energy, since a surface that moves as a whole, as that of a
+stiff film does, would otherwise lose and regain its contact with every cell. Where enough of the grid is free of contact,
+the search begins in a window around the contact (``operators.operator``); it always ends on the whole grid.
 
 The stopping error is dimensionless and holds for the whole problem, also outside the contact:
 
@@ -39,11 +38,12 @@ LENGTHENED = 0.5, 2.0  # bounds of the change of the trial length from step to s
 
 @pytree
 class Problem:
-    """A contact to be solved, all of order one.
+    """A contact to be solved, scaled so that its numbers are of order one.
 
-    operator: p -> K p; gap: (nx, ny), with all earlier history in it; target: sum of the pressures, or the
-    approach, (); lowest: of the profile, (); law: which pressures and gaps go together; drag: the friction of a contact with
-    adhesion (``contact.adhesive.Drag``), or None: without adhesion it is in the operator.
+    operator: p -> K p; gap: (nx, ny), at an approach of zero and without the pressure sought: the profile and the
+    displacement that earlier pressure has left; target: sum of the pressures, or the approach, (); lowest: lowest value of
+    the profile, (); law: the pressures and gaps that a cell may have; drag: the friction of a contact with adhesion
+    (``contact.adhesive.Drag``), or None: without adhesion the operator contains the friction.
     """
 
     operator: Operator
@@ -57,11 +57,11 @@ class Problem:
 
 @pytree
 class Solution:
-    """pressure, displacement (of K * p alone, and of the drag): (nx, ny); approach (); error (); iterations ().
+    """The solution of a contact.
 
-    With adhesion also contact_pressure (nx, ny), the part of the pressure that contact carries; separated (): whether
-    there is no contact because none could carry the load; and unstable (): whether the search passed states without
-    stability.
+    pressure, and displacement under it (K p, and that of the drag), (nx, ny); approach, error, iterations, (). With
+    adhesion also contact_pressure (nx, ny), the pressure without the attraction; separated (): whether there is no contact
+    because none could carry the load; and unstable (): whether the search passed unstable states.
     """
 
     pressure: Array
@@ -75,7 +75,7 @@ class Solution:
 
     @property
     def carried(self) -> Array:
-        """The pressure that contact carries, (nx, ny): all of it without adhesion."""
+        """The contact pressure, (nx, ny): with adhesion the pressure without the attraction, otherwise the pressure."""
         return self.pressure if self.contact_pressure is None else self.contact_pressure
 
 
@@ -100,12 +100,12 @@ class _Search(NamedTuple):
 
 
 def masked_mean(values: Array, mask: Array) -> Array:
-    """Mean over the cells of the mask; zero for an empty one."""
+    """Return the mean over the cells of the mask; zero for an empty one."""
     return total(jnp.where(mask, values, 0.0)) / jnp.maximum(total(mask), 1.0)
 
 
 def projected(values: Array, mask: Array, load_controlled: bool) -> Array:
-    """Zero outside the mask and, under a given load, of zero mean in it."""
+    """Return values that are zero outside the mask and, under a given load, of zero mean within it."""
     if load_controlled:
         values = values - masked_mean(values, mask)
     return jnp.where(mask, values, 0.0)
@@ -137,7 +137,7 @@ def _zero_gap(problem: Problem, pressure: Array, displacement: Array, otherwise:
 
 
 def depth_of(problem: Problem, approach: Array, energy: Array, size: Array) -> Array:
-    """Return the depth of the module's formula from the sums of p u and of p.
+    """Return the depth in the formula of the error, from the sums of p u (``energy``) and of p (``size``).
 
     It is zero only for a contact that just touches, where there is no gap either.
     """
@@ -147,7 +147,7 @@ def depth_of(problem: Problem, approach: Array, energy: Array, size: Array) -> A
 def stopping_error(
     problem: Problem, pressure: Array, displacement: Array, residual: Array, approach: Array
 ) -> Array:
-    """The dimensionless error of the module's formula."""
+    """Return the dimensionless error of the formula at the head of the module."""
     violation = problem.law.violation(pressure, residual)
     outside = violation * ~problem.law.touching(pressure)
     sums = pressure * violation, pressure, pressure * displacement
@@ -157,7 +157,8 @@ def stopping_error(
 
 
 def first_guess(problem: Problem) -> Array:
-    """Pressure in proportion to a uniform overlap: over a quarter of the cells, or by the approach."""
+    """Return a pressure in proportion to the overlap of undeformed surfaces, at the approach or over a quarter of the
+    cells."""
     gap, law = problem.gap, problem.law
     if problem.load_controlled:
         # The level below which a quarter of the cells lie, to 1e-6 of the range, by bisection: a sort takes longer, and
@@ -177,9 +178,10 @@ def first_guess(problem: Problem) -> Array:
 
 
 def usable_start(problem: Problem, start: Array) -> Array:
-    """``start`` clipped and brought to the load; the first guess where it has no contact, or does no work at the approach.
+    """Return ``start``, clipped and scaled to the load, or the first guess where ``start`` has no contact or, under a given
+    approach, does no work.
 
-    A pressure that does work, brought to its best size, has an energy below zero, as all that the search finds from it.
+    A pressure that does work has, with the factor of least energy, an energy below zero, as have all later pressures.
     """
     start = problem.law.admissible(start)
     some = _usable(problem, start)
@@ -210,7 +212,7 @@ def _of_zero_mean(problem: Problem) -> bool:
 
 
 def _assessed(problem: Problem, s: _Search) -> _Search:
-    """Return the state with all that follows from its pressure and displacement, by as few passes over the grid as can be.
+    """Return the state with residual, approach, error and working cells for its pressure, in few passes over the grid.
 
     residual: the gap at the approach of the search; working: the number of cells that the next iteration may change, and
     the sum of the residual over them.
@@ -232,7 +234,7 @@ def _assessed(problem: Problem, s: _Search) -> _Search:
     approach = level if problem.load_controlled else problem.target
     residual = surface - (level if _of_zero_mean(problem) else approach)
 
-    # The error of the module, over the depth.
+    # The error of the formula at the head of the module.
     violation, working = law.violation(p, surface - approach), law.may_change(p, residual)
     violated, number, remaining = totals(p * violation, working, working * residual)
     worst = jnp.maximum(violated / positive_or_one(size), largest(violation * ~law.touching(p)))
@@ -323,7 +325,7 @@ def _search(
     unknown = zero, nothing, nothing, (nothing, nothing)
     first = _Search(start, displacement, zero, zero, nothing, jnp.asarray(LENGTH), *unknown, none)
     first = _assessed(problem, first)
-    if problem.load_controlled:  # nothing to find without a load
+    if problem.load_controlled:  # without a load the start, zero pressure, is the solution
         first = first._replace(error=jnp.where(problem.target > 0.0, first.error, 0.0))
     going = lambda s: (s.error > tolerance) & (s.iterations < max_iterations)
     return jax.lax.while_loop(going, iterate, first)
@@ -332,12 +334,12 @@ def _search(
 def _search_in_window(
     problem: Problem, shape: tuple[int, int], start: Array, tolerance: Array, max_iterations: Array
 ) -> tuple[Array, Array]:
-    """The pressure on the whole grid and the iterations taken; ``start`` where it does not fit."""
+    """Return the pressure on the whole grid after a search in a window, and its iterations; ``start`` if it does not fit."""
     corner, fits = place(problem.law.touching(start), shape)
     part, operator = cut(start, corner, shape), problem.operator.restricted(corner)
     law = problem.law.in_window(corner, shape)
     within = replace(problem, operator=operator, gap=cut(problem.gap, corner, shape), law=law)
-    # not continued beyond the contact, which is large in the window: it would gain little
+    # the contact covers much of the window, so that residuals continued beyond it would save few iterations
     precondition = unchanged(operator.preconditioner())
     limit = jnp.where(fits, max_iterations, 0)
     found = _search(within, precondition, part, operator(part), tolerance, limit)
@@ -345,7 +347,7 @@ def _search_in_window(
 
 
 def solve_on_grid(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
-    """Solve as ``solve`` does, from any start, without a search in a window first."""
+    """Solve as ``solve`` does, but without a search in a window."""
     start = usable_start(problem, start)
     return _solution(problem, start, problem.operator(start), tolerance, max_iterations)
 
@@ -353,7 +355,7 @@ def solve_on_grid(problem: Problem, start: Array, tolerance: Array, max_iteratio
 def solve_further(
     problem: Problem, before: Solution, known: Array, tolerance: Array, max_iterations: Array
 ) -> Solution:
-    """Solve as ``solve`` does without a window, from a solution under another gap; known: whether its displacement is."""
+    """Solve as ``solve_on_grid`` does, from the solution with another gap; known: whether its displacement is K p still."""
 
     def anew() -> tuple[Array, Array]:
         start = usable_start(problem, before.pressure)
@@ -367,8 +369,8 @@ def solve_further(
 def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Array) -> Solution:
     """Solve from a start pressure (nx, ny); the iterations stop at the tolerance or the maximum.
 
-    A load of zero gives no pressure and the approach of first touch; so does an approach that reaches
-    nothing. The caller finds in ``error`` whether the tolerance was met.
+    A load of zero gives a pressure of zero at the approach of first touch, an approach without contact a pressure of zero.
+    ``error`` shows whether the tolerance was met.
     """
     p, taken = usable_start(problem, start), jnp.zeros((), int)
     window = problem.operator.window_shape(p.shape)

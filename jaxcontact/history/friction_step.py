@@ -28,16 +28,26 @@ from jaxcontact.contact.friction import Round, SlipProblem, TangentialProblem, l
 from jaxcontact.contact.implicit import solve_partial_slip, solve_tangential
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.history.memory import Memory
-from jaxcontact.history.normal_step import Adhering, at_rest, contact_outcome, solve_step, solved, status_of
+from jaxcontact.history.normal_step import (
+    AdhesionState,
+    contact_outcome,
+    initial_adhesion,
+    solve_step,
+    solved,
+    status_of,
+)
 from jaxcontact.history.time_loop import Lapse, Outcome, StepError, Stepper, Steps, after_step, present
 from jaxcontact.operators.coupled import TractionOperator
 
 
 class ShearCarry(NamedTuple):
-    """The carry: the memory's fields; traction (3, nx, ny) of q_x, q_y and p, and its rate; moved (2, nx, ny): the
-    tangential displacement; shift (2,) of the indenter; work (nx, ny): friction work per area; judged: the errors of the
-    time steps in the pressure and in the tangential traction, empty without memory; adhering and bound (nx, ny): the last
-    state of a contact with adhesion and the bound of its traction, None without."""
+    """The state of a contact with friction between two steps.
+
+    memory: the fields of the memory; traction: q_x, q_y and p, (3, nx, ny), and its rate; moved: the tangential
+    displacement, (2, nx, ny); shift: of the indenter, (2,); work: of friction per area, (nx, ny); time_step_error: of
+    pressure and of tangential traction, empty of an elastic body; adhesion_state, and bound (nx, ny): the largest traction
+    of each cell, both None without adhesion.
+    """
 
     memory: Any
     traction: Array
@@ -45,8 +55,8 @@ class ShearCarry(NamedTuple):
     moved: Array
     shift: Array
     work: Array
-    judged: tuple[StepError, ...]
-    adhering: Adhering | None = None
+    time_step_error: tuple[StepError, ...]
+    adhesion_state: AdhesionState | None = None
     bound: Array | None = None
 
 
@@ -75,18 +85,18 @@ class ShearStepper(Stepper):
         zeros = lambda *axes: jnp.zeros((*axes, *shape))
         fields = self.memory.start(shape)
         count = self.memory.delayed(fields, zeros()).rates.size
-        judged = (StepError.none(count, shape), StepError.none(count, (2, *shape))) if count else ()
-        begun = ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), judged)
+        time_step_error = (StepError.none(count, shape), StepError.none(count, (2, *shape))) if count else ()
+        begun = ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), time_step_error)
         if self.strength is None:
             return begun
-        return begun._replace(adhering=at_rest(self.law, zeros()), bound=zeros())
+        return begun._replace(adhesion_state=initial_adhesion(self.law, zeros()), bound=zeros())
 
     def advance(self, carry: ShearCarry, step: Steps) -> tuple[ShearCarry, Outcome]:
         dt, before = step.dt, carry.traction[2]
 
-        # 1. What earlier tractions have left, and the contact on it: the drift is the movement of the surface since the
-        # last step apart from that under the traction of this one. A given tangential displacement is counted from the
-        # start, and the shift from the last step on.
+        # 1. The contact problem, with the displacement that earlier tractions have left. The drift is the movement of the
+        # surface since the last step, without that under the traction of this step. A given tangential displacement is
+        # counted from the start, and the shift from the last step on.
         operator, earlier, fields, *_ = self.memory.predict(carry.memory, carry.traction, dt)
         problem = SlipProblem(
             operator=operator,
@@ -103,8 +113,8 @@ class ShearStepper(Stepper):
 
         # 2. Pressure and traction, from an extrapolated pressure and the last traction; bounds: b before and after the step.
         guess = before + carry.rate[2] * dt
-        adhering: Adhering | None = None
-        of_adhesion: dict[str, Array] = {}
+        adhesion_state: AdhesionState | None = None
+        adhesion_numbers: dict[str, Array] = {}
         if self.strength is None:
             found = solve_partial_slip(
                 problem, guess, carry.traction[:2], self.tolerance, self.max_iterations
@@ -115,8 +125,8 @@ class ShearStepper(Stepper):
             # with adhesion the pressure first, as in ``indent``: the traction does not change it
             normal = replace(problem.under(0.0), law=self.law)
             guess = jax.lax.stop_gradient(guess)
-            pressed, adhering, of_adhesion = solve_step(
-                normal, guess, carry.adhering, self.tolerance, self.max_iterations
+            pressed, adhesion_state, adhesion_numbers = solve_step(
+                normal, guess, carry.adhesion_state, self.tolerance, self.max_iterations
             )
             # then the traction, within b = mu p_c + tau where the surfaces touch
             assert carry.bound is not None and isinstance(operator, TractionOperator)
@@ -142,22 +152,23 @@ class ShearStepper(Stepper):
         sheared, p = found.tangential, pressed.pressure
         traction = jnp.concatenate([sheared.traction, p[None]])
 
-        # 3. The friction work of the module; a stuck cell's slip is what the solver left.
+        # 3. The work of friction (formula at the head of the module). The slip of a cell that sticks is an error of the
+        # solver.
         mean = jnp.where(dt > 0.0, (bounds[0] + bounds[1]) / 2.0, bounds[1])
         slip = jnp.where(sheared.stick, 0.0, length(sheared.slip))
         work = carry.work + mean * slip
 
         # 4. The errors of the time steps, both with the delayed compliance under the pressure.
-        judged: tuple[StepError, ...] = ()
-        if carry.judged:
+        time_step_error: tuple[StepError, ...] = ()
+        if carry.time_step_error:
             lapse, along = Lapse(dt), jax.lax.stop_gradient(present(before, p))
-            if adhering is not None:
+            if adhesion_state is not None:
                 lapse = lapse._replace(touches=jnp.any(pressed.carried > 0.0))
             delayed = self.memory.delayed(carry.memory, along)
-            judged = (
-                after_step(carry.judged[0], delayed, before, p, lapse, self.load_controlled),
+            time_step_error = (
+                after_step(carry.time_step_error[0], delayed, before, p, lapse, self.load_controlled),
                 after_step(
-                    carry.judged[1],
+                    carry.time_step_error[1],
                     delayed,
                     carry.traction[:2],
                     traction[:2],
@@ -177,8 +188,8 @@ class ShearStepper(Stepper):
             moved=earlier[:2] + sheared.displacement + found.tangential_shift,
             shift=carry.shift + jnp.where(moves, sheared.shift, 0.0),
             work=work,
-            judged=judged,
-            adhering=adhering,
+            time_step_error=time_step_error,
+            adhesion_state=adhesion_state,
             bound=None if self.strength is None else bounds[1],
         )
 
@@ -190,9 +201,9 @@ class ShearStepper(Stepper):
         status = status_of(under, pressed, self.tolerance, self.edges)
         status = most_serious((~met, Status.NOT_CONVERGED), status=status)
         if self.tangential_load_controlled:
-            asked = length(problem.tangential_target[:, None, None])[0, 0]
+            given = length(problem.tangential_target[:, None, None])[0, 0]
             largest = jnp.sum(bounds[1])
-            status = most_serious(((asked > 0.0) & (asked >= largest), Status.GROSS_SLIP), status=status)
+            status = most_serious(((given > 0.0) & (given >= largest), Status.GROSS_SLIP), status=status)
             # with the derivative of the given load, free of rounding
             total = problem.tangential_target + jax.lax.stop_gradient(total - problem.tangential_target)
 
@@ -210,10 +221,12 @@ class ShearStepper(Stepper):
             shown["indenter_displacement"] = numbers.pop("indenter_displacement")
         if self.strength is not None:
             shown["contact_pressure"] = pressed.carried
-        numbers |= of_adhesion
+        numbers |= adhesion_numbers
         numbers |= {
             "iterations": found.taken,
-            "time_step_error": jnp.max(jnp.stack([jnp.zeros(()), *(each.estimate for each in judged)])),
+            "time_step_error": jnp.max(
+                jnp.stack([jnp.zeros(()), *(each.estimate for each in time_step_error)])
+            ),
             "error": jnp.maximum(pressed.error, sheared.error),
             "tangential_load": total,
             "tangential_displacement": carry.shift,

@@ -52,7 +52,7 @@ from jaxcontact.contact.law import Hardness
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import ThicknessStep
 from jaxcontact.history.normal_step import (
-    Adhering,
+    AdhesionState,
     PressCarry,
     PressStepper,
     contact_outcome,
@@ -248,8 +248,11 @@ class RubCarry(NamedTuple):
 
 
 class SolvedRub(NamedTuple):
-    """A solved contact on one estimate of the thickness [m]; raised (nx, ny), scaled; warming as in ``RubCarry``; rate [m/s]
-    by the law; adhering, told: as of ``solve_step``."""
+    """A solved contact on one estimate of the thickness [m].
+
+    raised: by how much growth has raised the surface, (nx, ny), scaled; warming: as in ``RubCarry``; rate: of growth by the
+    law [m/s]; adhesion_state and adhesion_numbers: returned by ``solve_step``.
+    """
 
     problem: Problem
     solution: Solution
@@ -257,8 +260,8 @@ class SolvedRub(NamedTuple):
     state: RubbingState
     warming: Array | None
     rate: Array
-    adhering: Adhering | None
-    told: dict[str, Array]
+    adhesion_state: AdhesionState | None
+    adhesion_numbers: dict[str, Array]
 
 
 @pytree
@@ -338,11 +341,11 @@ class RubStepper(PressStepper):
         else:
             start = self.track.carried(contact.pressure, step.more.move)
         tolerance = jnp.minimum(PREDICTED * self.tolerance, LOOSEST)
-        first = self._rubbed(problem, guessed, start, contact.adhering, step, tolerance)
+        first = self._rubbed(problem, guessed, start, contact.adhesion_state, step, tolerance)
         change = first.rate - rate + relaxation * (first.state.thickness - known)
         thickness = self._changed(known, dt * (one * rate + two * change))
         again = first.solution.pressure
-        second = self._rubbed(problem, thickness, again, contact.adhering, step, self.tolerance)
+        second = self._rubbed(problem, thickness, again, contact.adhesion_state, step, self.tolerance)
         pressure, solution = second.solution.pressure, second.solution
 
         # 4. The error of the step: the larger of dt phi_2 |N_(n+1) - N*| and dt^3/12 |d^2 N/dt^2|.
@@ -372,15 +375,15 @@ class RubStepper(PressStepper):
             shift = self.heated.shifted(shift, second.state.temperature, solution.carried, dt)
             if self.heated.shift is not None:
                 lapse = lapse._replace(assumed=own, found=in_reduced_time(dt, carry.shift, shift))
-        if second.adhering is not None:
+        if second.adhesion_state is not None:
             lapse = lapse._replace(touches=jnp.any(solution.carried > 0.0))
-        judged = self._judged(contact, fields, pressure, lapse)
+        time_step_error = self._time_step_error(contact, fields, pressure, lapse)
         pressed = contact._replace(
             memory=fields,
             pressure=pressure,
             rate=jax.lax.stop_gradient(per_time(pressure - contact.pressure)),
-            judged=judged,
-            adhering=second.adhering,
+            time_step_error=time_step_error,
+            adhesion_state=second.adhesion_state,
             dent=self._dented(contact.dent, second.problem, solution),
         )
 
@@ -407,7 +410,7 @@ class RubStepper(PressStepper):
 
         numbers = contact_outcome(second.problem, solution, predicted.earlier)
         numbers |= {
-            "time_step_error": jnp.zeros(()) if judged is None else judged.estimate,
+            "time_step_error": jnp.zeros(()) if time_step_error is None else time_step_error.estimate,
             "iterations": first.solution.iterations + solution.iterations,
             "status": most_serious(
                 (too_long, Status.STEP_TOO_LONG),
@@ -416,7 +419,7 @@ class RubStepper(PressStepper):
             ),
             "step_error": after.error / self.scale.length,
         }
-        numbers |= self.memory.observe(fields, pressure, driven) | second.told
+        numbers |= self.memory.observe(fields, pressure, driven) | second.adhesion_numbers
         shown = {
             "pressure": numbers.pop("pressure"),
             "displacement": predicted.earlier - second.raised + solution.displacement,
@@ -430,7 +433,7 @@ class RubStepper(PressStepper):
             numbers |= {"film_strain": others, "indenter_film_strain": own}
         if pressed.dent is not None:
             shown |= {"displacement": shown["displacement"] + pressed.dent, "dent": pressed.dent}
-        if second.adhering is not None:
+        if second.adhesion_state is not None:
             shown["contact_pressure"] = solution.carried
         if self.track is not None:
             shown["moved_profile"] = profile
@@ -450,7 +453,7 @@ class RubStepper(PressStepper):
         """Return the work of friction, scaled as results are."""
         return {"friction_work": carry.work / self.scale.unit("friction_work")}
 
-    def told(self, carry: RubCarry) -> dict[str, Array]:
+    def for_notes(self, carry: RubCarry) -> dict[str, Array]:
         """Return the time from which the base is bare, and the share of the contact over which it is."""
         return {"bare_from": carry.bare[0], "bare_share": carry.bare[1]}
 
@@ -463,7 +466,7 @@ class RubStepper(PressStepper):
         problem: Problem,
         thickness: Array,
         guess: Array,
-        before: Adhering | None,
+        before: AdhesionState | None,
         step: Steps,
         tolerance: Array,
     ) -> SolvedRub:
@@ -472,7 +475,9 @@ class RubStepper(PressStepper):
         raised = (thickness - self.at_first) / self.scale.length
         problem = replace(problem, gap=problem.gap - raised)
         start = jax.lax.stop_gradient(guess)
-        solution, adhering, told = solve_step(problem, start, before, tolerance, self.max_iterations)
+        solution, adhesion_state, adhesion_numbers = solve_step(
+            problem, start, before, tolerance, self.max_iterations
+        )
         gap = problem.gap + solution.displacement - solution.approach
         if isinstance(self.law, Hardness):
             gap = gap + self.law.dent(solution.pressure, gap)
@@ -491,7 +496,7 @@ class RubStepper(PressStepper):
             time=step.more.time,
         )
         rate = self.kinetics.rate(state)
-        return SolvedRub(problem, solution, raised, state, warming, rate, adhering, told)
+        return SolvedRub(problem, solution, raised, state, warming, rate, adhesion_state, adhesion_numbers)
 
     def _temperature(self, warming: Array | None, speed: Array) -> Array | None:
         """Return the temperature at a speed [K], (nx, ny), None without heat: its rise is proportional to the speed."""

@@ -11,10 +11,10 @@ A step of the march is
     operator, earlier, fields, *_ = memory.predict(fields, traction, step)         before the new traction is known
     traction = contact(operator, profile + earlier, target)                operator(t) + earlier: the displacement
     fields = memory.update(fields, traction, step)                         the new traction is remembered
-    numbers = memory.observe(fields, traction, step)                       observed beyond the contact itself
+    numbers = memory.observe(fields, traction, step)                       further numbers of the result
 
 ``traction`` is the pressure (nx, ny) or, with friction, q_x, q_y and p, (3, nx, ny); ``earlier`` is the displacement in
-the same directions. ``step`` is the memory's own input: a time step, a shift, the row of a table.
+these directions. ``step`` is the input of the memory: a time step, with what moves or changes in it, or the row of a table.
 """
 
 import abc
@@ -49,11 +49,11 @@ from jaxcontact.response.stack import film_creep, top_layer
 
 
 class Prediction(NamedTuple):
-    """The coming step as far as it is known before its traction.
+    """The response of the body in the next step, before its traction is known.
 
-    operator: of the step; earlier: the displacement left by all earlier traction, of its shape; fields: the memory's own;
-    raised: how far growth has raised the surface since the start, (nx, ny) or 0; drag: the friction of a sliding contact
-    with adhesion, or None.
+    operator: displacement of the new traction; earlier: displacement left by earlier traction, of the shape of the traction;
+    fields: of the memory, input of ``update``; raised: how far growth has raised the surface since the start, (nx, ny) or 0;
+    drag: the friction of a sliding contact with adhesion, or None.
     """
 
     operator: Operator | TractionOperator
@@ -64,7 +64,7 @@ class Prediction(NamedTuple):
 
 
 class Memory(abc.ABC):
-    """See the module; all scaled."""
+    """The interface of a memory (head of the module); all quantities are scaled."""
 
     @property
     def inherits(self) -> bool:
@@ -73,18 +73,18 @@ class Memory(abc.ABC):
 
     @abc.abstractmethod
     def start(self, shape: tuple[int, int]) -> Any:
-        """Fields without history, on a grid of this shape."""
+        """Return the fields before the first step, on a grid of this shape."""
 
     @abc.abstractmethod
     def predict(self, fields: Any, traction: Array, step: Any) -> Prediction:
-        """Return the prediction for the coming step, from the last traction."""
+        """Return the prediction for the next step; traction: of the previous one."""
 
     @abc.abstractmethod
     def update(self, fields: Any, traction: Array, step: Any) -> Any:
         """Return the fields after the step, with its new traction."""
 
     def of_body(self, fields: Any) -> Any:
-        """Return the fields of the memory of the body."""
+        """Return the part of the fields that belongs to the body."""
         return fields
 
     def stored_energy(self, fields: Any, pressure: Array) -> Array:
@@ -98,8 +98,10 @@ class Memory(abc.ABC):
 
     @abc.abstractmethod
     def works(self, fields: Any, pressure: Array) -> Array:
-        """Return <p, C_0 p> and <p, lambda_k C_k p> [1/s] of a pressure (nx, ny), (1 + K,), from the fields after a step, up
-        to a common factor."""
+        """Return <p, C_0 p> and <p, lambda_k C_k p> [1/s] for a pressure (nx, ny), (1 + K,), times any common factor.
+
+        fields: after a step. The ratios are the shares of ``delayed``.
+        """
 
     def delayed(self, fields: Any, pressure: Array) -> Delayed:
         """Return the delayed compliance under a pressure (nx, ny), from the fields after a step."""
@@ -114,12 +116,12 @@ class Memory(abc.ABC):
     ) -> dict[str, Array]:
         """Return scaled numbers by the names of a result, ``film_strain`` among them, from the fields after the step.
 
-        other: the displacement of the other surface of the contact where it creeps (``BothSurfaces``): under the pressure
-        and, with friction in sliding, under the traction, (1 or 2, nx, ny); or None.
+        other: where the indenter creeps (``BothSurfaces``), the displacement of its surface under the pressure and, in
+        sliding with friction, that under the traction, (1 or 2, nx, ny); otherwise None.
         """
 
 
-# Memory as a handful of fields: the hereditary integral at a cost that does not grow with time.
+# The hereditary integral by internal variables, at a cost for each step that does not grow with time.
 #
 #     u(t) = C_0 * p + sum_k lambda_k C_k * eta_k,      eta_k' = p - lambda_k eta_k,      eta_k = 0 at first.
 #
@@ -128,12 +130,13 @@ class Memory(abc.ABC):
 #
 #     eta(t + dt) = exp(-z) eta + dt psi(z) p(t) + dt phi2(z) p(t + dt).
 #
-# lambda = 0 (unlimited flow) gives psi = phi2 = 1/2; a step of no length keeps the fields, so that a jump of
-# the load meets the instantaneous kernel C_0. Second order in dt, of any dt.
+# lambda = 0 (steady-state viscous flow) gives psi = phi2 = 1/2. A step of zero length keeps the fields, so that the response
+# to a jump of the load is the instantaneous kernel C_0. The error is of second order in dt, and every dt is stable.
 
 
 class Before(NamedTuple):
-    """eta (K, nx, ny) and the pressure (nx, ny) before a step: the fields pass the memory once, after the step."""
+    """eta (K, nx, ny) and the pressure (nx, ny) before a step. ``update`` changes eta, once for each step, so that these
+    large arrays are read and written once."""
 
     eta: Array
     pressure: Array
@@ -189,12 +192,13 @@ class RecursiveMemory(Memory):
         return self.kernels.works(pressure)
 
     def steady(self, pressure: Array) -> Array:
-        """Return the fields after a pressure that has stood for ever, p/lambda_k; zero for flow without limit."""
+        """Return the fields after a constant pressure of infinite duration, p/lambda_k, with zero for steady-state
+        viscous flow."""
         rates = self.kernels.rates[:, None, None]
         return jnp.where(rates > 0.0, pressure / jnp.where(rates > 0.0, rates, 1.0), 0.0)
 
     def steady_operator(self) -> Operator:
-        """Return the operator of a pressure that has stood for ever: the relaxed compliance, without unlimited flow."""
+        """Return the operator of a constant pressure of infinite duration: the relaxed compliance, without viscous flow."""
         return self.kernels.family.combined(
             [1.0, *(self.kernels.mix @ self.steady(jnp.ones((1, 1)))[:, 0, 0])]
         )
@@ -216,15 +220,15 @@ class RecursiveMemory(Memory):
 # Under one pressure the displacements of body and indenter add, and each surface remembers the pressure at its own rates
 # and with its own velocity: the body may move past the contact, while the surface of an indenter that slides is at rest in
 # it. So the operator of a step is the sum of those of the surfaces, and what earlier pressure has left is the sum of theirs.
-# So too under the traction of friction in sliding: the memory of the indenter is then one that moves nowhere.
+# This holds for the traction of friction in sliding as well: the memory of the indenter is then one whose shift is zero.
 
 
 @pytree
 class BothSurfaces(Memory):
-    """The memories of the surfaces, that of the body first; the others, of an indenter, are at rest.
+    """The memories of body and indenter, in this order; the surface of the indenter is at rest in its frame.
 
-    Fields: a tuple of those of each; step: that of the body's memory, of which the others take the time alone, or with
-    friction in sliding all but the way.
+    Fields: a tuple of the fields of each memory; step: the input of the body's memory. The indenter's memory takes the time
+    step from it, in sliding with friction all but the shift.
     """
 
     memories: tuple[Any, ...]
@@ -286,7 +290,8 @@ class BothSurfaces(Memory):
 
 
 def with_indenter(memory: Memory, kernels: Kernels | TractionKernels) -> Memory:
-    """Return the memory of a contact from that of its body; kernels: of the contact."""
+    """Return the memory of a contact: that of the body, joined to one of the indenter where ``kernels.indenter`` is
+    given."""
     own = kernels.indenter
     if own is None:
         return memory
@@ -302,7 +307,7 @@ def with_indenter(memory: Memory, kernels: Kernels | TractionKernels) -> Memory:
 
 
 class TractionFields(NamedTuple):
-    """pressure: of ``RecursiveMemory``, (K, nx, ny); traction: eta of (q_x, q_y, p), (K', 3, nx, ny)."""
+    """pressure: the fields of ``RecursiveMemory``, (K, nx, ny); traction: eta under (q_x, q_y, p), (K', 3, nx, ny)."""
 
     pressure: Array
     traction: Array
@@ -323,9 +328,8 @@ class TractionMemory(Memory):
         """Return the normal displacement, (nx, ny), from the fields after a step and its traction."""
         k = self.kernels
         at_once = k.family.combined(jnp.zeros(1 + len(k.mix)).at[0].set(1.0))
-        operator = TractionOperator(
-            self.normal.steady_operator(), at_once
-        )  # of which the traction needs no more
+        # only the coupling of this operator is used, so that its normal part may be any
+        operator = TractionOperator(self.normal.steady_operator(), at_once)
         by_traction = operator.normal_from_tangential(traction[:2])
         by_traction = by_traction + k.family.normal_from_earlier(jnp.tensordot(k.mix, fields.traction, 1))
         return self.normal.displacement(fields.pressure, traction[2]) + by_traction
@@ -380,18 +384,18 @@ class TractionMemory(Memory):
 # for any step, sub-pixel or many pixels, and without any error where p is steady. (Theory: the exponential
 # integrator of ``RecursiveMemory`` along the characteristics, in Fourier space.)
 #
-# The modes are those of the zero-padded grid. Behind the window, in the padding, an absorbing layer takes a
-# share of the fields for each length that they move, so that nothing wraps around; what it takes is summed
-# up and bounds what was left out. Along a periodic axis there is no padding, and what leaves on one side comes in on
-# the other: the indenter has others like it before and behind.
+# The modes are those of the zero-padded grid. In the padding an absorbing layer reduces the fields in proportion to the
+# distance that they move, so that nothing wraps around. The absorbed part is summed, and gives the bound on the truncation
+# error. Along a periodic axis there is no padding, and what leaves on one side enters on the other: the indenter is one of a
+# periodic row.
 #
 # With friction the traction mu p e, e the unit vector of the motion, is remembered as p is, by the components of e
 # and at rates of its own.
 
 
 ABSORPTION = 40.0  # the absorbing layer lets exp(-40) through
-ABSORB_AFTER = 1 / 32  # move over the padded length after which fields are absorbed
-NEVER = 1e9  # distance where nothing was lost [cells]
+ABSORB_AFTER = 1 / 32  # distance over the padded length after which the absorbing layer is applied
+NEVER = 1e9  # distance that stands for no loss of history [cells]
 
 
 class Shift(NamedTuple):
@@ -447,10 +451,10 @@ def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Ar
 
 
 class Trail(NamedTuple):
-    """Position of the track towards the sides -x, +x; -y, +y, each (2, 2) [cells along x].
+    """The track of the contact towards the sides -x, +x; -y, +y of the window, (2, 2) each [cells along x].
 
-    reach: how far the track reaches from the indenter; inside: how far inside the window's side the place
-    is where history was lost through it, if it was.
+    reach: distance from the indenter to the end of the track; inside: distance from the side, inwards, of the nearest place
+    whose history was lost through that side, -``NEVER`` if none was.
     """
 
     reach: Array
@@ -460,10 +464,11 @@ class Trail(NamedTuple):
 class Fields(NamedTuple):
     """State of a moving memory.
 
-    eta: spectra (K, my/2 + 1, mx); pressure: the last one's spectrum; sheared: that of ``FrictionKernels.sheared``, or None
-    where it is the same; moved: (2,), share of the padded lengths since the last absorption; lost: sums of what was
-    absorbed, decaying as it would have, (K,); trail: where it lay; truncation_bound, overlaps: bound on the displacement
-    in contact that lost history would still cause, and whether it may lie under the contact, ().
+    eta: spectra, (K, my/2 + 1, mx); pressure: spectrum of the last pressure; sheared: spectrum of
+    ``FrictionKernels.sheared`` of it, None where that is the pressure; moved: distance since the last absorption over the
+    padded lengths, (2,); lost: sum of the absorbed eta, with its decay since then, (K,); trail: the place where it was;
+    truncation_bound: bound on the displacement in contact that the lost history would still cause, (); overlaps: whether it
+    may be under the contact, ().
     """
 
     eta: Array
@@ -478,13 +483,14 @@ class Fields(NamedTuple):
 
 @pytree
 class MovingMemory(Memory):
-    """Fields: ``Fields``; step: a ``Motion``. One spectrum for each rate.
+    """The memory of a body that moves past the contact. Fields: ``Fields``; step: a ``Motion``.
 
-    spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), those of the pressure before those of the traction; circulants:
-    of the former alone; rates [1/s], (K,); sources: of eta_k, in parts of p, p e_x and p e_y, (K, 3); friction: its kernels,
-    and traction_at_once: their C_0 along x and y, (2, my/2 + 1, mx), or both None; shear: with adhesion the coefficient and
-    the shear strength of the contact, whose traction is then a ``Drag``, and ``friction`` has a coefficient of one; tails:
-    lambda_k C_k [1/s] at offsets along x, (K, nx); ratio: dy/dx, ().
+    spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), first the rates of the response to pressure, then those of the
+    response to traction; circulants: of the response to pressure alone; rates [1/s], (K,); sources: the parts of p, p e_x
+    and p e_y that drive each eta_k, (K, 3); friction: its kernels, and traction_at_once: their C_0 along x and y, (2, my/2 +
+    1, mx), both None without friction; shear: with adhesion the coefficient of friction and the shear strength, whose
+    traction is then a ``Drag``, while ``friction`` has a coefficient of one; tails: lambda_k C_k [1/s] at offsets along x,
+    (K, nx); ratio: dy/dx, ().
     """
 
     spectra: Array
@@ -560,7 +566,7 @@ class MovingMemory(Memory):
             sheared = self.friction.sheared(pressure) if motion.sheared is None else motion.sheared
             sheared = spectral.transform(sheared, self._periodic)
             fields = fields._replace(sheared=sheared)
-        # where the end of the track with the contact upon it is now beyond the window's side, history is lost
+        # history is lost where the end of the track, with the extent of the contact, is beyond the side of the window
         clear, trail = clearance(pressure, self.ratio), fields.trail
         trail = trail._replace(
             inside=jnp.where(trail.reach > clear, jnp.maximum(trail.inside, 0.0), trail.inside)
@@ -597,7 +603,7 @@ class MovingMemory(Memory):
         return spectral.inverse(spectrum, pressure.shape, self._periodic)
 
     def by_traction(self, fields: Fields, motion: Motion, shape: tuple[int, ...]) -> Array | None:
-        """Return the displacement u_q of ``history.memory`` under the traction, (nx, ny); None without friction."""
+        """Return the displacement u_q under the traction (comment on observables below), (nx, ny); None without friction."""
         if self.traction_at_once is None:
             return None
         k, last = self.kernels.rates.size, fields.pressure if fields.sheared is None else fields.sheared
@@ -610,13 +616,13 @@ class MovingMemory(Memory):
         return self.kernels.rates
 
     def works(self, fields: Fields, pressure: Array) -> Array:
-        """Return those of the pressure; friction adds little to them."""
+        """Return the works of the pressure alone, since friction adds little."""
         return self.kernels.works(pressure)
 
     def observe(
         self, fields: Fields, pressure: Array, motion: Motion, other: Array | None = None
     ) -> dict[str, Array]:
-        """Return the observables of ``history.memory`` beside the strain of the film."""
+        """Return the forces, energies and places of the comment on observables below, and the film strain."""
         k, padded = self.kernels.rates.size, self._padded(pressure.shape)
         spectra, eta = self.spectra[: k + 1].real, fields.eta[:k]
         stored, dissipated = energies(spectra, self.rates[:k], eta, fields.pressure, padded)
@@ -882,7 +888,7 @@ def truncation_of(tails: Array, lost: Array, clear: Array) -> tuple[Array, Array
 
 # Memory of films whose thickness changes in time: films that form or wear, alike everywhere or not.
 #
-# The displacement is remembered, and only what changes is answered by the layers as they are now, of thickness h(t):
+# The displacement is stored, and only its increment in a step is the response of the layers of the present thickness h(t):
 #
 #     du = C_0(h) * dp + sum_k lambda_k C_k(h) * d eta_k,      eta_k' = p - lambda_k eta_k
 #
@@ -919,7 +925,8 @@ class ThicknessStep(NamedTuple):
 
 
 class Grown(NamedTuple):
-    """eta (K, nx, ny); displacement (nx, ny), both scaled; film and works: of the last step's kernels."""
+    """Fields of an ``IncrementalMemory``: eta (K, nx, ny) and displacement (nx, ny), scaled; film: the film strain of the
+    last step's kernels, and works: their ``works`` under its pressure."""
 
     eta: Array
     displacement: Array
@@ -928,7 +935,8 @@ class Grown(NamedTuple):
 
 
 class PredictedFields(NamedTuple):
-    """Between prediction and update: eta and displacement left by all earlier pressure, the step's operator and kernels."""
+    """Fields between ``predict`` and ``update``: eta, and the displacement left by earlier pressure, and the operator and
+    the kernels of the step."""
 
     eta: Array
     earlier: Array
@@ -937,8 +945,10 @@ class PredictedFields(NamedTuple):
 
 
 class IncrementalMemory(Memory):
-    """The increments of the module over kernels that may be others at each step; kernels: those from which all others are
-    made, with the rates of all."""
+    """The incremental form above, with kernels that may differ in each step.
+
+    kernels: those from which the kernels of all steps are made, and whose rates all of them have.
+    """
 
     kernels: Kernels
 
@@ -1060,8 +1070,8 @@ class DirectMemory(Memory):
         return jnp.zeros((self.n_steps.shape[0], *shape))
 
     def predict(self, increments: Array, pressure: Array, row: LagRow) -> Prediction:
-        """Return the prediction; the kernel of the present step acts on the whole new pressure, so the old one is taken
-        back."""
+        """Return the prediction. The operator acts on the whole new pressure, of which the previous one has been counted
+        already, and is therefore subtracted."""
         now = row.weights[row.index]
         past = jnp.where(jnp.arange(self.n_steps.shape[0])[:, None] <= row.index, row.weights, 0.0)
         earlier = self.images.family.total(
@@ -1090,7 +1100,7 @@ class DirectMemory(Memory):
 
 
 def rows(body: LayeredHalfSpace, indenter: Indenter, times: Array, *, quasi_elastic: bool) -> LagRow:
-    """The tables for all steps, stacked: weights (n, n, J) and film (n, n); zero where j > n."""
+    """Return the rows of all steps, stacked: weights (n, n, J) and film (n, n), of which columns j > n are not used."""
     before = jnp.append(times[:1], times[:-1])
     start = jnp.maximum(times[:, None] - times[None, :], 0.0)
     end = jnp.maximum(times[:, None] - before[None, :], 0.0)

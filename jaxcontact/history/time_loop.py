@@ -1,13 +1,13 @@
-"""The loop over time of any stepper: rows of inner steps, the fields that are saved, and those that reverse mode stores.
+"""The loop over time, the march, of any stepper; and the estimate of the error of the time steps (second half).
 
 A stepper describes one inner step of one kind of experiment:
 
     carry = stepper.start()                                the state before the first step
     carry, outcome = stepper.advance(carry, step)          one inner step
 
-Everything else belongs to the march and holds for every stepper: rows of ``substeps`` inner steps, sums over a row, the
-inheritance of failures, what ``save=`` keeps, blocks of rows, and the policy of reverse mode. The carry is explicit, so
-that a march may stop after any row and continue from its carry with the same numbers.
+The march provides the rest for every stepper: rows of ``substeps`` inner steps, one row for each time of the result; sums
+over a row; the statuses that later steps inherit; what ``save=`` keeps; blocks of rows; and what reverse mode stores. All
+state is in the carry, so that a march may stop after any row and continue from its carry with equal results.
 """
 
 import abc
@@ -28,7 +28,7 @@ from jaxcontact.contact.implicit import KEPT
 
 
 class Steps(NamedTuple):
-    """The input of inner steps: dt [s], the target of the normal control, and further input of the stepper."""
+    """The input of inner steps: dt: length [s]; target: the load or approach, scaled; more: further input of the stepper."""
 
     dt: Array
     target: Array
@@ -36,9 +36,10 @@ class Steps(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Rows of inner steps: input of the stepper, a pytree with leading axes (rows, substeps), and whether each row exists.
+    """Rows of inner steps.
 
-    A row that does not exist fills up a block, and is skipped.
+    steps: input of the stepper, a pytree with leading axes (rows, substeps); exists: False for rows that only fill the last
+    block, which are skipped, (rows,).
     """
 
     steps: Any
@@ -46,10 +47,10 @@ class Rows(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """One time of a march, scaled, by the names of a result.
+    """The results of a march at one time, scaled, under the names of the fields of the result.
 
     fields: over the grid, (..., nx, ny), kept as ``save=`` says; numbers: kept at all times, ``status`` among them; saved:
-    the value of the function given as ``save=``.
+    the value of the function given as ``save=``, or None.
     """
 
     fields: dict[str, Array]
@@ -58,7 +59,7 @@ class Outcome(NamedTuple):
 
 
 class Carry(NamedTuple):
-    """The stepper's own carry, and the status that the next inner step inherits of earlier ones.
+    """The carry of the stepper, ``own``, and the status that the next inner step inherits of earlier ones, ``failed``.
 
     failed: ``FINE`` if all steps before succeeded, the most serious status of the inner steps of this row so far, or
     ``INHERITED`` if only a step of an earlier row failed.
@@ -69,7 +70,7 @@ class Carry(NamedTuple):
 
 
 class March(NamedTuple):
-    """A march after some row: the carry to continue from, and the last outcome with all its fields."""
+    """The state of a march after a row: the carry with which it continues, and the last outcome with all its fields."""
 
     carry: Carry
     last: Outcome
@@ -80,9 +81,9 @@ PRESSURES = jax.checkpoint_policies.save_only_these_names(KEPT)
 
 
 class Stepper(abc.ABC):
-    """One inner step of one kind of experiment; see the module. A pytree; all scaled.
+    """The interface of one inner step (head of the module). A stepper is a pytree, and all its numbers are scaled.
 
-    profile: gap at first touch, (nx, ny); summed: names of fields that add up over the inner steps of a row.
+    profile: gap at first touch, (nx, ny); summed: names of fields that are summed over the inner steps of a row.
     """
 
     profile: Array
@@ -90,7 +91,7 @@ class Stepper(abc.ABC):
 
     @property
     def inherits(self) -> bool:
-        """True if a step depends on earlier ones (static)."""
+        """Whether a step depends on earlier ones, so that it inherits their failures (static)."""
         return True
 
     @abc.abstractmethod
@@ -99,13 +100,13 @@ class Stepper(abc.ABC):
 
     @abc.abstractmethod
     def advance(self, carry: Any, step: Any) -> tuple[Any, Outcome]:
-        """Return the carry and the outcome of one inner step; its status is that of this step by itself."""
+        """Return the carry and the outcome of one inner step, whose status is that of this step alone."""
 
     def overall(self, carry: Any) -> dict[str, Array]:
         """Return fields of a result that have no axis of time, from the carry after the last step."""
         return {}
 
-    def told(self, carry: Any) -> dict[str, Array]:
+    def for_notes(self, carry: Any) -> dict[str, Array]:
         """Return numbers for the notes (fields of ``Diagnostics``), from the carry after the last step."""
         return {}
 
@@ -117,7 +118,8 @@ def begin(stepper: Stepper) -> Carry:
 
 @partial(jax.jit, inline=True)
 def _advance(stepper: Stepper, carry: Carry, step: Any) -> tuple[Carry, Outcome]:
-    """Return one inner step with the failures that it inherits; traced once, however often it is called."""
+    """Return the carry and the outcome of an inner step, with inherited statuses; jit avoids that it is traced
+    repeatedly."""
     own, outcome = stepper.advance(carry.own, step)
     status = outcome.numbers["status"]
     failed = passed_on(status)
@@ -128,9 +130,9 @@ def _advance(stepper: Stepper, carry: Carry, step: Any) -> tuple[Carry, Outcome]
 
 
 def march(stepper: Stepper, state: March, rows: Rows, kept: Keep) -> tuple[March, Outcome]:
-    """March on over some rows: the march after them, and what ``kept`` returns of their outcomes, stacked.
+    """Return the march after some further rows, and the stacked values of ``kept`` for their outcomes.
 
-    Reverse mode keeps the carry and the pressures of each row.
+    Reverse mode stores the carry and the pressures of each row.
     """
 
     def inner(state: March, step: Any) -> tuple[March, None]:
@@ -156,11 +158,11 @@ def march(stepper: Stepper, state: March, rows: Rows, kept: Keep) -> tuple[March
 def march_from_rest(
     stepper: Stepper, steps: Any, kept: Keep, checkpoint: str = "pressures"
 ) -> tuple[March, Outcome]:
-    """March over all rows from the start: the march after the last row, and what was kept, as ``march``.
+    """Return the march after all rows, from the start, and the stacked values of ``kept`` for their outcomes.
 
-    Reverse mode goes back in blocks of about sqrt(nt) rows, of which the first carry alone is kept.
-    checkpoint: "pressures" keeps the pressures of all inner steps as well, so that no contact is solved
-    again; "blocks" keeps those of one block at a time and solves every contact twice.
+    The rows are divided into blocks of about sqrt(nt), since reverse mode then stores the carry at the beginning of each
+    block alone. checkpoint: "pressures" stores the pressures of all inner steps as well, so that no contact is solved again;
+    "blocks" those of one block at a time, and every contact is solved twice.
     """
     nt = count_of(steps)
     blocks = in_blocks(steps, math.isqrt(nt - 1) + 1)
@@ -177,7 +179,7 @@ def count_of(steps: Any) -> int:
 
 
 def in_blocks(steps: Any, length: int) -> Rows:
-    """Return rows in blocks of equal length, (blocks, length, ...); rows that do not exist fill up the last one."""
+    """Return the rows in blocks, (blocks, length, ...); the last block is filled with rows that do not exist."""
     nt = count_of(steps)
     padding = -nt % length
     filled = jax.tree.map(lambda a: jnp.concatenate([a, jnp.repeat(a[-1:], padding, axis=0)]), steps)
@@ -186,7 +188,7 @@ def in_blocks(steps: Any, length: int) -> Rows:
 
 
 def begun(stepper: Stepper, carry: Carry, steps: Any) -> March:
-    """Return a march that is to go on from a carry; its last outcome has no meaning yet.
+    """Return the march that begins with a carry; its last outcome is zero, until a row has been computed.
 
     steps: input of the stepper with leading axes (rows, substeps).
     """
@@ -195,77 +197,88 @@ def begun(stepper: Stepper, carry: Carry, steps: Any) -> March:
     return March(carry, jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), shapes))
 
 
-# The error of the time steps: an estimate that a march makes beside its steps, from what it has computed anyway.
+# The estimate of the error of the time steps, ``time_step_error``.
 #
-# In a step the pressure p of a march is linear in time. The estimate marches a second pressure beside it, cell by cell, in
-# ``FINER`` shorter steps and without a contact of its own. With the shares s_k = <p, lambda_k C_k p>/<p, C_0 p> of the
-# delayed compliances under the present pressure, the displacement is C_0 * q of
+# In each step the march takes the pressure p as linear in time. The estimate repeats the step at every cell with ``FINER``
+# shorter steps, without solving a contact, and compares the two pressures at its end.
 #
-#     q = p + sum_k s_k eta_k,      eta_k' = p - lambda_k eta_k,
+# 1. The equation of a cell. With the shares s_k = <p, lambda_k C_k p>/<p, C_0 p> of the delayed compliances under the
+# present
+#    pressure, the displacement is u = C_0 * q with
 #
-# the pressure of the same contact on an elastic body. How p changes in a step depends on the body, as a relaxation does,
-# but q depends on the shape of the indenter and its control alone, and is known before and after the step. Between them:
+#        q = p + sum_k s_k eta_k,      eta_k' = p - lambda_k eta_k.
 #
-# - Under an approach, which is linear in time, q follows it: the path is run at the pace of time. Under a load the sum Q of
-#   q follows from that of p, which is linear in time, and the path is run as fast as its own sum becomes Q.
-# - Inside a contact q^2 is linear along the path as it is for a ball, (a^2 - r^2) with a^2 linear in the approach. A cell
-#   that enters has the change of q^2 that brings the first of these cells into contact at the start of the step.
-# - On a film that responds locally, under a punch and in a constant contact q itself is linear. A contact that is new as a
-#   whole is that of a punch if q is larger at its edge than inside: all cells enter at once. Others are told apart
-#   by the change of q^2 inside, over the largest q^2 of cells that enter or leave: 1 for a ball on a half-space, many times
-#   more for the others (between ``EVEN`` and ``EVEN + 2`` the two are mixed). Tractions, and an attraction, are linear.
+# q is the pressure of the same contact on an elastic body. It depends on the shape of the indenter and on the control alone,
+# whereas the change of p within a step depends on the body too (relaxation). q is known before and after the step, and the
+#    short steps need it in between. All cells have equal rates and shares, so that a short step is the product with one
+#    matrix of (K + 1) x (K + 1).
 #
-# The march with the short steps gives other eta_k and another pressure at the end of the step. The differences x_k and y are
-# kept, and the next step begins with them, so that an error is forgotten as the body forgets it. A cell that has left keeps
-# its x_k, which decay. Under a load the sum of y is zero: what is missing is spread over the contact. As all cells have the
-# same rates and shares, a short step is one matrix of (K + 1) x (K + 1). On large grids some of the cells are taken, at most
-# ``SAMPLES`` along each axis.
+# 2. The path of q within the step, as a function of a pace from 0 to 1 (``_path``).
+# - Pace. A given approach is linear in time, and the pace is time. Under a given load the sum of p is linear in time, from
+#      which the sum Q of q follows; the pace is such that the sum of q along the path is Q.
+#    - A contact that grows or shrinks as that of a ball does: q^2 is linear inside the contact, as (a^2 - r^2) is with a^2
+#      linear in the approach. In a cell that enters contact the change of q^2 is the one with which the first of these cells
+#      enters at the start of the step.
+#    - A contact of constant area, a punch, and a film that responds locally: q is linear. These are recognised by the change
+#      of q^2 inside the contact over the largest q^2 of cells that enter or leave, which is 1 for a ball on a half-space and
+#      many times more for them (between ``EVEN`` and ``EVEN + 2`` the two paths are mixed). A new contact is that of a punch
+#      if q is larger at its edge than inside: all cells enter at once.
+#    - Tangential tractions, and the tractions of an attraction, are linear.
 #
-# Where the contact moves over the body by d of its radii in a step, lambda_k dt is larger by d: what it leaves behind
-# matters no more. Where the velocity changes, the march takes the way of its mean: what the pressure leaves on the true way
-# (``Bent``), less what it leaves on that one, is added to the eta_k of the short steps. A step of reduced time that turns
-# out to be another than was extrapolated is that of the short steps.
+# 3. Errors of earlier steps. The differences x_k of the eta_k and y of the pressure at the end of a step are the initial
+# values
+# of the next one, so that an error decays as the memory of the body does. A cell that has left contact keeps its x_k, which
+#    decay. Under a given load the sum of y is made zero: the difference is distributed over the cells in contact.
 #
-# The estimate is the largest |y| over the largest p + y, or that of the sums if it is more. Where q is constant, as in a
-# relaxation at a constant approach, it is exact. Elsewhere the path has an error of its own, and ``CAUTION`` is added.
+# 4. Motion. Where the contact moves over the body by d of its radii in a step, lambda_k dt is increased by d, since what it
+# leaves behind has no further effect. Where the velocity changes, the march takes its mean; the difference between what the
+#    pressure leaves on the true way (``Bent``) and on the straight one is added to the eta_k. Where the length of a step in
+# reduced time follows from the result (temperature), the march has extrapolated it, and the short steps have the true one.
 #
-# Measured against the largest error of the pressure at any cell and time, over its largest value (steps 16 to 32 times
-# shorter). Without CAUTION the ratio of estimate and error was, at 5, 25, 50, 75 and 95 % of the contacts,
+# 5. The estimate is the largest |y| over the largest p + y, or the relative error of the sums if that is larger. It is exact
+#    where q is constant, as in a relaxation at a constant approach. Elsewhere the path of q is approximate, and a part
+#    ``CAUTION`` of the error is added. On large grids it is evaluated at no more than ``SAMPLES`` cells along each axis.
+#
+# Accuracy. Ratio of the estimate to the largest error of the pressure at any cell and time, over its largest value (from
+# steps 16 to 32 times shorter), at 5, 25, 50, 75 and 95 % of the contacts. Without CAUTION:
 #
 #     0.44, 0.86, 1.0, 1.5, 2.7     in 181 contacts solved by a dense matrix (half-spaces, films, beds of springs; balls,
 #                                   cones, punches, waves; solids of E0/Einf 1.5 to 30, Burgers, Maxwell, Prony; all kinds
-#                                   of loads and approaches in 9 times, errors of 0.1 to 100 %),
-#     0.62, 0.94, 1.0, 1.2, 1.8     in 35 like them, by ``indent`` and ``slide`` (``tests.benchmarks.time_steps --random``),
+#                                   of loads and approaches in 9 times, errors of 0.1 to 100 %); with it 0.56 and 3.5 at 5
+#                                   and 95 %
+#     0.62, 0.94, 1.0, 1.2, 1.8     in 35 such contacts by ``indent`` and ``slide`` (``tests.benchmarks.time_steps
+#                                   --random``); with it 0.8 and 2.3 at 5 and 95 %
 #
-# and with it 0.53, 0.86, 1.0, 1.4, 1.8 in 40 slides whose velocity changes, errors of 1 to 100 % (``--sway``), where CAUTION
-# counts for the way as well; and with it 0.54, 1.0, 1.5, 2.0, 2.6 in 23 contacts in partial slip (``--shear``), of pressure
-# and of tangential load and displacement. Tractions of single cells had up to 17 times as large an error: the estimate does
-# not follow the slip, which depends on the path of the loads on an elastic body too.
+# With CAUTION:
 #
-# With it these were 0.56 to 3.5 and 0.8 to 2.3 at 5 and 95 %. Too small by more than two are contacts that shrink to a few
-# cells, and punches on films whose pressure spreads under a load. Too large, up to twenty times an error of 0.3 to 1 %, are
-# contacts about to part, of which the sum counts.
+#     0.53, 0.86, 1.0, 1.4, 1.8     in 40 slides whose velocity changes, errors of 1 to 100 % (``--sway``); here CAUTION is
+#                                   added for the change of the way as well
+#     0.54, 1.0, 1.5, 2.0, 2.6      in 23 contacts in partial slip (``--shear``), of pressure and of tangential load and
+#                                   displacement
+#
+# The estimate is too small by more than a factor of two for contacts that shrink to a few cells, for punches on films whose
+# pressure spreads under a load, and, by up to 17, for the tangential traction of single cells: it does not follow the slip,
+# which depends on the path of the loads on an elastic body too. It is too large, by up to a factor of twenty for errors of
+# 0.3 to 1 %, for contacts that are about to separate, where the error of the sum decides.
 
 
-FINER = 8  # short steps in a step
-SAMPLES = 48  # cells along each axis of which the error is found
-EVEN = 3.0  # change of q^2 inside a contact over that at its edge, above which q and not q^2 is linear
-FAINT = 0.1  # of the largest pressure not yet forgotten: the error of a smaller pressure is relative to this
-ASIDE = 16  # places on the way of a step in which the velocity changes
-SAME = 1e-3  # of a sum of pressures: a smaller change has no pace
-CAUTION = (
-    0.3  # part of the error found that is added where q changes, as the path then has an error of its own
-)
+FINER = 8  # number of short steps in a step
+SAMPLES = 48  # largest number of cells along each axis at which the error is evaluated
+EVEN = 3.0  # change of q^2 inside a contact over that at its edge, above which q is linear and q^2 is not
+FAINT = 0.1  # part of the largest remembered pressure to which the error of a smaller pressure is relative
+ASIDE = 16  # points of the integral along the way of a step in which the velocity changes
+SAME = 1e-3  # relative change of a sum of pressures below which it does not determine the pace
+CAUTION = 0.3  # part of the error that is added where q changes, for the error of its path
 CHANGED = 0.1  # change of q in a step over its largest value from which all of CAUTION is added
-HARDLY = 1e-3  # weight of the pressure before a step where that after it has none
+HARDLY = 1e-3  # weight of the pressure before a step in ``present``
 
 
 class StepError(NamedTuple):
-    """The errors of the module and what they are found from, at some of the cells, (..., mx, my).
+    """The error of the time steps after a step, at the sampled cells, (mx, my), in the symbols of the comment above.
 
-    remembered (K, ..., mx, my): eta_k of the march; variables: x_k, likewise; pressure: y; largest: the largest pressure,
-    and doubt: the part of ``CAUTION`` that is added, both as far as they are not forgotten; estimate: of the relative error
-    of the present pressure; () each.
+    remembered: the eta_k of the march, (K, ..., mx, my); variables: the differences x_k, of equal shape; pressure: the
+    difference y, (..., mx, my); largest: the largest pressure so far, and doubt: the largest share of ``CAUTION`` so far,
+    both decaying as the memory of the body does, (); estimate: ``time_step_error``, ().
     """
 
     remembered: Array
@@ -277,24 +290,28 @@ class StepError(NamedTuple):
 
     @classmethod
     def none(cls, count: int, shape: tuple[int, ...]) -> "StepError":
-        """Return the errors at the start, with that many rates, of a pressure or of tractions of a shape (..., nx, ny)."""
+        """Return the error before the first step, zero; count: number of rates; shape: of pressure or tractions, (...,
+        nx, ny)."""
         zero = _sampled(jnp.zeros(shape))
         zeros = jnp.zeros((count, *zero.shape))
         return cls(zeros, zeros, zero, *jnp.zeros(3))
 
 
 class Delayed(NamedTuple):
-    """The delayed compliance of a body under a pressure: rates lambda_k and shares s_k of the module [1/s], (K,) each."""
+    """The delayed compliance of a body under a pressure: rates lambda_k and shares s_k of the comment above [1/s], (K,)
+    each."""
 
     rates: Array
     shares: Array
 
 
 class Lapse(NamedTuple):
-    """The time in a step [s], in which the pressure is linear; its reduced time, as it was extrapolated and as it turned
-    out, both None where the body's time is that of the clock; drift: the way of the contact over the body, in its radii;
-    touches: false where surfaces attract each other without contact, so that the gap gives the pressure; bent: the way of a
-    contact whose velocity changes in the step, or None.
+    """The duration of a step and the motion of the contact in it.
+
+    dt: time [s], in which the pressure is linear; assumed, found: its reduced time, as extrapolated by the march and as it
+    follows from the result [s], both None without time-temperature shift; drift: the way of the contact over the body in
+    radii of the contact; touches: False where surfaces attract each other without contact, so that the gap determines the
+    pressure; bent: the way of a contact whose velocity changes in the step, or None.
     """
 
     dt: Array
@@ -307,10 +324,11 @@ class Lapse(NamedTuple):
 
 @pytree
 class Bent:
-    """The way of a contact over the body in a step, of which the march takes that of its mean velocity: move, and aside, how
-    far the true way is from that one in the middle of the step, (2,) each [cells along x and y].
+    """The way of a contact over the body in a step in which the velocity changes, [cells along x and y].
 
-    rates: how many of the rates, the first ones, are of the body; periodic: as of the grid; both static.
+    move: the way with the mean velocity, which the march takes, (2,); aside: distance of the true way from it in the middle
+    of the step, (2,); rates: the number of rates that belong to the body, which are the first ones; periodic: axes along
+    which the grid is periodic; both static.
     """
 
     move: Array
@@ -320,12 +338,12 @@ class Bent:
 
 
 def present(before: Array, after: Array) -> Array:
-    """Return the pressure along which errors are measured: that after a step, or the one before where contact was lost."""
+    """Return the pressure under which compliances are compared: after a step, or before it where contact was lost."""
     return after + HARDLY * before
 
 
 def in_radii(way: Array, contact_area: Array, plane_strain: bool) -> Array:
-    """Return a way in radii of a contact, in plane strain in half-widths, all in cells; none without contact."""
+    """Return a way [cells] over the radius of a contact (in plane strain its half-width); 0 without contact."""
     radius = contact_area / 2.0 if plane_strain else jnp.sqrt(contact_area / jnp.pi)
     return jnp.where(radius > 0.0, way / jnp.where(radius > 0.0, radius, 1.0), 0.0)
 
@@ -339,20 +357,20 @@ def _sampled(field: Array) -> Array:
 def after_step(
     error: StepError, delayed: Delayed, before: Array, after: Array, lapse: Lapse, loaded: bool
 ) -> StepError:
-    """Return the errors after a step, without derivative.
+    """Return the error after a step, without derivative.
 
-    before, after: pressure (nx, ny) or several components of a traction, (..., nx, ny); loaded: whether their sums are
-    given, and not the displacement.
+    before, after: pressure (nx, ny), or components of a traction, (..., nx, ny), before and after the step; loaded: whether
+    their sums are given (load control), and not the displacement.
     """
     error, delayed, before, after, lapse = jax.lax.stop_gradient((error, delayed, before, after, lapse))
     (rates, shares), p0, p1 = delayed, _sampled(before), _sampled(after)
-    own = lapse.dt if lapse.found is None else lapse.found  # the body's time
+    own = lapse.dt if lapse.found is None else lapse.found  # duration in the reduced time of the body
     tau = jnp.arange(1, FINER + 1) / FINER
     decay, old, new = ramps(
         tau[:, None] * (rates * own + lapse.drift)
     )  # from the start of the step, (FINER, K)
 
-    # the march's own internal variables, and the pressures q before and after the step
+    # 1. The internal variables eta_k of the march, and q before and after the step.
     weights, lasted = (decay[-1], old[-1], new[-1]), own
     if lapse.assumed is not None:
         weights, lasted = ramps(rates * lapse.assumed + lapse.drift), lapse.assumed
@@ -361,10 +379,11 @@ def after_step(
     remembered = left_over + lasted * (over_cells(weights[1]) * p0 + over_cells(weights[2]) * p1)
     q0, q1 = p0 + jnp.tensordot(shares, eta, 1), p1 + jnp.tensordot(shares, remembered, 1)
 
+    # 2. The path of q, and its values at the ends of the short steps.
     path = _path(p0, p1, q0, q1, jnp.tensordot(shares, left_over, 1))
     pace = jnp.broadcast_to(tau.reshape(-1, *[1] * (p0.ndim - 2)), (FINER, *p0.shape[:-2]))
     if loaded:
-        # Q(tau) of a sum of pressures that is linear in time
+        # the sum Q(tau) of q under a sum of pressures that is linear in time
         cells = (-2, -1)
         load, change, held = jnp.sum(p0, cells), jnp.sum(p1 - p0, cells), jnp.sum(eta, cells)
         loads = load + pace * change
@@ -375,7 +394,7 @@ def after_step(
         first, last = jnp.sum(q0, cells), sums[-1]
         moves = jnp.abs(last - first) > SAME * jnp.abs(last)
         run = jnp.clip((sums - first) / jnp.where(moves, last - first, 1.0), 0.0, 1.0)
-        # the sum along the path is taken as a power of the pace, by its value in the middle
+        # the pace at which the sum along the path, taken as a power of the pace by its value in the middle, is Q
         places = jnp.array([0.0, 0.5, 1.0]).reshape(3, *[1] * p0.ndim)
         start, middle, end = jnp.sum(path(places), cells)
         bends = jnp.abs(end - start) > SAME * jnp.abs(end)
@@ -383,7 +402,7 @@ def after_step(
         pace = jnp.where(moves, run ** (-1.0 / jnp.log2(jnp.clip(half, 0.1, 0.9))), pace)
     q = path(pace[..., None, None]).at[-1].set(q1)
 
-    # the short steps of (eta_k, p), each under a new q; in a last cell a unit pressure relaxes at a constant q
+    # 3. The short steps of (eta_k, p), each with the next q. A last cell has a unit pressure that relaxes at a constant q.
     short, a, b = own / FINER, decay[0], own / FINER * new[0]
     free = jnp.concatenate([jnp.diag(a), (short * old[0])[:, None]], 1)
     pressed = jnp.append(b, 1.0) / (1.0 + shares @ b)
@@ -396,8 +415,9 @@ def after_step(
     relaxed = state[-1, -1]  # what is left of a unit pressure at a constant q
     state = state[:, :-1].reshape(-1, *p0.shape)
 
+    # 4. The differences between short steps and march, with what the true way leaves instead of the straight one.
     strayed = jnp.zeros(())
-    if lapse.bent is not None:  # what the true way would have left instead of the straight one
+    if lapse.bent is not None:
         count = lapse.bent.rates
         left = _left_aside(before, after, rates[:count], own, lapse.bent)
         risen = jnp.tensordot(shares[:count], left, 1)
@@ -405,7 +425,7 @@ def after_step(
         strayed = jnp.max(jnp.abs(risen))
     touched = (p0 != 0.0) | (p1 != 0.0)
     variables = jnp.where(touched, state[:-1] - remembered, over_cells(decay[-1]) * error.variables)
-    # a cell that has left although its q has risen by more than p: the march has relaxed it beyond zero
+    # a cell that has left contact although its q has risen by more than p: its pressure has relaxed to zero too early
     overshot = (p0 > 0.0) & (p1 == 0.0) & (q1 - q0 > p0)
     off = jnp.where(((p1 != 0.0) | overshot) & lapse.touches, state[-1] - p1, 0.0)
     if p1.ndim == 2:
@@ -416,6 +436,7 @@ def after_step(
             jnp.sum(p1 != 0.0, (-2, -1), keepdims=True), 1
         )
 
+    # 5. The estimate: of the largest error and of that of the sum.
     size, right, wrong = jnp.max(jnp.abs(p1)), jnp.max(jnp.abs(p1 + off)), jnp.max(jnp.abs(off))
     largest = jnp.maximum(size, error.largest * relaxed)
     scale = jnp.maximum(right, FAINT * largest)
@@ -430,7 +451,8 @@ def after_step(
 
 
 def _left_aside(before: Array, after: Array, rates: Array, dt: Array, bent: Bent) -> Array:
-    """Return the change of eta_k at the end of a step by the way that the contact has really taken, (K, mx, my).
+    """Return the difference of eta_k at the end of a step between the true way of the contact and the straight one, (K, mx,
+    my).
 
     With X(s) the true way, of an even acceleration, and Y(s) that of the mean velocity, it is the integral over the step of
     exp(-lambda_k (dt - s)) (p(x + X(dt) - X(s), s) - p(x + Y(dt) - Y(s), s)), by the midpoint rule.
@@ -450,17 +472,19 @@ def _left_aside(before: Array, after: Array, rates: Array, dt: Array, bent: Bent
 
 
 def _path(p0: Array, p1: Array, q0: Array, q1: Array, left_over: Array) -> Callable[[Array | float], Array]:
-    """Return q between its values before and after a step, as a function of the pace from 0 to 1.
+    """Return the function of the pace, from 0 to 1, that gives q within a step (2. of the comment above).
 
-    p0, p1: the pressure before and after it; left_over: q at the end without any pressure in the step.
+    p0, p1, q0, q1: p and q before and after the step; left_over: q at its end if there were no pressure in the step.
     """
     if p0.ndim > 2:  # tractions
         return lambda pace: q0 + (q1 - q0) * pace
     entered, both = (p0 == 0.0) & (p1 > 0.0), (p0 > 0.0) & (p1 > 0.0)
-    base = jnp.where(entered, jnp.minimum(left_over, q1), 0.0)  # of a cell that was in contact before
+    base = jnp.where(
+        entered, jnp.minimum(left_over, q1), 0.0
+    )  # a cell that was in contact earlier keeps this part of q
     from_, to = jnp.where(entered, 0.0, q0), q1 - base
     count = jnp.sum(both)
-    # a contact that is new as a whole: below a punch, whose edge carries more than its middle, all cells enter at once
+    # in a new contact with a punch, whose edge carries more than its middle, all cells enter at once
     inner = entered & jnp.all(
         jnp.stack([jnp.roll(entered, by, axis) for axis in (0, 1) for by in (1, -1)]), 0
     )

@@ -56,7 +56,9 @@ from jaxcontact.response.stack import (
 from jaxcontact.response.tangential import TangentialExpansion, half_space_shares, tangential_expansion
 
 SAME = 1e-9  # relative difference within which two cell sizes are equal
-MOST_STIFF = 1e6  # film over substrate modulus up to which images are measured
+MOST_STIFF = (
+    1e6  # largest modulus of a film over that of its substrate, up to which the error of images was measured
+)
 
 
 class Errors(NamedTuple):
@@ -206,7 +208,7 @@ def solids_of(body: LayeredHalfSpace, indenter: Indenter) -> Any:
 
 
 def check_kernels(kernels: Kernels, body: LayeredHalfSpace, grid: Grid, indenter: Indenter) -> Verdict:
-    """Kernels of that body and grid, with those of an indenter that has kernels of its own."""
+    """Check that kernels are those of a body, a grid and an indenter."""
     built, names = kernels.grid, ("of one that is elastic or rigid", "of one that creeps or is coated")
     has, needs = kernels.indenter is not None, indenter.surface() is not None
     checks.require(
@@ -244,7 +246,7 @@ def check_kernels(kernels: Kernels, body: LayeredHalfSpace, grid: Grid, indenter
 
 
 def check_stiffness(body: LayeredHalfSpace) -> Verdict:
-    """A film that images can stand for: not more than a million times as stiff as its substrate."""
+    """Check that a film is at most a million times as stiff as its substrate, up to which images are accurate."""
     ratio = stiffness_ratio(body)
     if not is_concrete(ratio):
         return ratio <= MOST_STIFF
@@ -321,8 +323,11 @@ def assembled(
     of_indenter: Expansion | None,
     nodes: int,
 ) -> Kernels:
-    """The kernels of the expansion of a body, and of that of an indenter that has one, else with the indenter's compliance,
-    on a grid."""
+    """Return the kernels on a grid from the expansion of the body.
+
+    of_indenter: the expansion of an indenter that creeps or is coated, which has kernels of its own; None of any other,
+    whose compliance is added to the body's.
+    """
     scale, surface = scale_of(body, indenter, grid), indenter.surface()
     images = scaled_images(expansion, indenter, scale)
     kernels = _of_surface(body, grid, expansion, images, scale, nodes)
@@ -353,17 +358,17 @@ def _of_surface(
     at_zero = separable.terms[1:, 0]
     horizon = jnp.asarray(separable.horizon)
     return Kernels(
-        family,
-        separable.rates,
-        mix,
-        film,
-        scale,
-        separable.error,
-        horizon,
-        errors,
-        at_zero,
-        grid,
-        nodes,
+        family=family,
+        rates=separable.rates,
+        mix=mix,
+        film_strain=film,
+        scale=scale,
+        separation_error=separable.error,
+        horizon=horizon,
+        image_errors=errors,
+        at_zero=at_zero,
+        grid=grid,
+        nodes=nodes,
         rigid_base=mean is not None,
     )
 
@@ -377,7 +382,7 @@ def scaled_images(expansion: Expansion, indenter: Indenter | None, scale: Scale)
 
 
 def on_grid(grid: Grid, images: Images, mean: Array | None = None) -> tuple[Family, Array]:
-    """The operators of images, heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny).
+    """Return the operators of images of heights (m, J + 1), and their coefficients at offsets (i, j) >= 0, (m, nx, ny).
 
     mean: displacement under a uniform pressure of one, of bodies on a rigid base, (m,); None: relative to the mean.
     """
@@ -390,7 +395,7 @@ def on_grid(grid: Grid, images: Images, mean: Array | None = None) -> tuple[Fami
 
 
 def largest_until(errors: Array, last: Array) -> Array:
-    """Return the largest of errors (t, 2), each behind its time [s], up to a last time, and at least of the earliest, ()."""
+    """Return the largest error up to a time [s], at least the earliest, (); errors: rows of time and error, (t, 2)."""
     times, each = errors.T
     return jnp.max(jnp.where(times <= jnp.maximum(last, jnp.min(times)), each, 0.0))
 
@@ -416,10 +421,11 @@ class FilmStrain:
 
 @pytree
 class VaryingFilmStrain:
-    """The same of a film whose thickness varies in the plane.
+    """The shortening of a film whose thickness varies in the plane, over its thickness.
 
     series: of the coefficients of ``FilmStrain`` in Chebyshev polynomials of the thickness, (n, nx, ny); shares: the
-    polynomials of the thickness at each cell, (n, nx, ny); present: cells with a film, (nx, ny) bool; weights: as there.
+    polynomials of the thickness at each cell, (n, nx, ny); present: cells with a film, (nx, ny) bool; weights: as in
+    ``FilmStrain``.
     """
 
     series: Array
@@ -641,11 +647,11 @@ def build_traction(
 ) -> TractionKernels:
     """Return the kernels of a body, an indenter and a grid; the programs of the expansions hold for all grids."""
     normal, surface = build(body, indenter, grid), indenter.surface()
-    own = None if surface is None else _expansion(surface)
-    return assembled_traction(normal, _expansion(body), own, indenter, grid, coupled=coupled)
+    own = None if surface is None else _tangential_program(surface)
+    return assembled_traction(normal, _tangential_program(body), own, indenter, grid, coupled=coupled)
 
 
-_expansion = Program(tangential_expansion, work=lambda body: EXPANDED)
+_tangential_program = Program(tangential_expansion, work=lambda body: EXPANDED)
 
 
 def scaled_coefficients(
@@ -670,8 +676,11 @@ def scaled_coefficients(
 
 @pytree
 class ImageKernels:
-    """Step by step, for kernels at any lag: the operators of all steps of the staircase; film_coefficients: as in
-    ``FilmStrain``; image_error: as in ``Kernels``."""
+    """The operators of the single steps of the staircase of ``response.images``, of which a kernel at any lag is a weighted
+    sum.
+
+    film_coefficients: as in ``FilmStrain``, or None; image_error: as in ``Kernels``.
+    """
 
     family: Family
     film_coefficients: Array | None
@@ -680,7 +689,7 @@ class ImageKernels:
 
 
 def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> ImageKernels:
-    """The steps of the staircase one by one."""
+    """Return the operators of the single steps of the staircase for a body and an indenter on a grid."""
     response, top, scale = response_of(body), top_layer(body), scale_of(body, indenter, grid)
     alpha = response.wavenumbers()
     shape = jnp.zeros_like(alpha) if top is None else film_shape(top, alpha)
@@ -700,7 +709,7 @@ def build_images(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> Imag
 def image_weights(
     body: LayeredHalfSpace, indenter: Indenter, start: Array, end: Array, *, quasi_elastic: bool
 ) -> Array:
-    """Heights (..., J + 1) [1/Pa] of the staircase for the mean response over lags start to end, both (...)."""
+    """Return the heights of the staircase for the mean response over the lags from start to end, (..., J + 1) [1/Pa]."""
     response = response_of(body)
     respond = response.quasi_elastic if quasi_elastic else response.mean_response
     values = respond(response.wavenumbers(), start[..., None], end[..., None])
@@ -720,7 +729,7 @@ def image_weights(
 #
 # The variable of the series is xi ~ log(1 + h/c), c the size of a cell: linear in h where the film is thin on the
 # grid, where the kernels are linear in h too, and logarithmic where it is thick, where they vary over lengths of the
-# order of h. The nodes include both ends of the range, so that a bare base is answered as such. A series of n terms
+# order of h. The nodes include both ends of the range, so that a bare base is exactly represented. A series of n terms
 # costs n convolutions: three or four of them suffice where the film is thin on the grid.
 #
 # On a grid that is periodic along both axes the operator is that of the pressures and displacements of zero mean. A
@@ -737,7 +746,7 @@ FINENESS = 256.0  # the range of log(1 + h/c) is rounded outwards to multiples o
 DEFAULT_TERMS = 6  # where the thickness is not known yet, within jit and grad
 FEWER, MOST_TERMS = (3, 4, 5, 6, 8, 10), 12  # the first of these whose error is below ENOUGH, or the last
 ENOUGH = 1e-5
-THINNEST = 1e-9  # cells: stands for a film of no thickness
+THINNEST = 1e-9  # thickness in cells that stands for a film of no thickness
 SHORTEST_WAVE = 8.0  # cells: shorter waves carry little of a pressure that the grid resolves
 WAVES, THICKNESSES = 24, 17  # at which the error of the series is measured
 

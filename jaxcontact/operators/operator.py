@@ -26,14 +26,16 @@ from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.operators import spectral
 
 Linear = Callable[[Array], Array]
-Corner = tuple[Array, Array]  # the lowest cell of a window in its grid
-OnContact = Callable[[Array, Array], Array]  # of a field that is zero outside some cells, and these cells
-Entry = tuple[int, int, int]  # i, j, k of the module
+Corner = tuple[Array, Array]  # indices in the grid of the first cell of a window
+OnContact = Callable[
+    [Array, Array], Array
+]  # function of a field that is zero outside some cells, and of these cells
+Entry = tuple[int, int, int]  # (i, j, k) of the formula above
 SINGLE: tuple[Entry, ...] = ((0, 0, 0),)
 
-FLOOR = 1e-3  # of the largest eigenvalue ratio allowed in the preconditioner
-SMALL = 64  # cells along each side of a grid on which residuals are not continued beyond the contact
-LEAST = 1e-6  # of the largest eigenvalue that an extended operator has
+FLOOR = 1e-3  # smallest eigenvalue of the preconditioned circulant, over the mean size of its eigenvalues
+SMALL = 64  # largest number of cells along a side with which residuals are not continued beyond the contact
+LEAST = 1e-6  # smallest eigenvalue of an extended operator, over the largest
 WRAPPED: spectral.Periodic = (True, True)
 
 
@@ -45,7 +47,7 @@ def series_entries(count: int) -> tuple[Entry, ...]:
 
 @pytree
 class Operator:
-    """p (nx, ny) -> u (nx, ny), scaled; see the module.
+    """The operator u = K p of the formula at the head of the module, p and u (nx, ny), scaled.
 
     spectra (n, my/2 + 1, mx): of K_0, K_1, ... on the padded grid, real or complex; circulant (ny/2 + 1, nx), real where
     the spectra are: of the periodic operator nearest to the mean of this one on the grid itself; weights (m, nx, ny): f_1,
@@ -75,25 +77,25 @@ class Operator:
         return tuple((i, j, k) for i, j, k in self.entries if (j, i, k) in self.entries)
 
     def __call__(self, pressure: Array) -> Array:
-        """u = K p."""
+        """Return u = K p."""
         lifts = None if self.lift is None else [self.lift]
         return superposed([self.spectra], [pressure], self, lifts)
 
     def tangent(self, change: Operator, pressure: Array) -> Array:
         """Return the change of K p, (nx, ny); change: the operator with the tangents of its leaves in their place."""
-        if self.weights is None:  # linear in what is left
+        if self.weights is None:  # linear in its other leaves
             return change(pressure)
         return jax.jvp(lambda operator: operator(pressure), (self,), (change,))[1]
 
     def transpose(self) -> Operator:
-        """K^T; of one kernel, the operator with the motion reversed."""
+        """Return K^T; with one kernel it is the operator of the opposite motion."""
         if self.symmetric:
             return self
         turned = jax.tree.map(jnp.conj, self)
         return replace(turned, entries=tuple((j, i, k) for i, j, k in self.entries))
 
     def even(self) -> Operator:
-        """The even kernels of entries that have both weights on both sides: symmetric, from which a search may start."""
+        """Return the symmetric part that consists of the even kernels of mutual entries; a search may start from it."""
         if self.symmetric:
             return self
         spectra = self.spectra[: 1 + max(k for *_, k in self._mutual)].real
@@ -103,11 +105,11 @@ class Operator:
         )
 
     def uniform(self) -> Operator:
-        """An even operator of one kernel near this one: that of the ``even`` entries, with the mean of the weights of the
-        stiffest cell and of the mean weights.
+        """Return an operator of one even kernel near this one, for searches (``contact.adhesive``).
 
-        With the mean weights alone the searches that it serves (``contact.adhesive``) may not converge, with those of the
-        stiffest cell they take more iterations.
+        Its kernel is that of the ``even`` entries with one weight each: the average of the mean weight and the weight in the
+        stiffest cell. With the mean weights alone searches may not converge; with those of the stiffest cell they take more
+        iterations.
         """
         even, weights = [entry for entry in self.entries if entry in self._mutual], self.weights
         spectra = self.spectra.real
@@ -128,9 +130,9 @@ class Operator:
         return Operator(spectrum[None], circulant, periodic=self.periodic)
 
     def plus(self, other: Operator) -> Operator:
-        """K + K', of the same grid: both surfaces of a contact under one pressure.
+        """Return K + K' on one grid, for the two surfaces of a contact, which have equal pressure.
 
-        K' has one even or moving kernel, or the weights and entries of K.
+        K' has a single kernel, or the weights and entries of K.
         """
         assert other.entries in (SINGLE, self.entries) and other.lift is None and self.entries[0] == SINGLE[0]
         both = lambda a, b: None if a is None or b is None else a + b
@@ -145,7 +147,7 @@ class Operator:
         )
 
     def plus_even(self, share: Array | float) -> Operator:
-        """K and a share of ``even``."""
+        """Return K + share K_even, with K_even of ``even``."""
         kept = {k for *_, k in self._mutual}
         shares = share * jnp.asarray([float(k in kept) for k in range(len(self.spectra))])
         spectra = self.spectra + shares[:, None, None] * self.spectra.real
@@ -154,11 +156,11 @@ class Operator:
         return replace(self, spectra=spectra, circulant=circulant, lift=lift, window=window, wide=wide)
 
     def preconditioner(self) -> Linear:
-        """A cheap approximate inverse, made once for many uses; symmetric and positive where K is.
+        """Return a cheap approximate inverse; symmetric and positive where K is.
 
-        It is the inverse of the circulant, whose small and negative real parts are raised. On the grid itself cells at
-        opposite sides would be neighbours: of rough surfaces with 35 % of 256 x 256 cells in contact, also at the sides, the
-        search would take 39 iterations; with the wide circulant it takes 26.
+        It is the inverse of the circulant, whose small and negative real parts are raised. A circulant on the grid itself
+        makes cells at opposite sides neighbours: for rough surfaces with 35 % of 256 x 256 cells in contact, also at the
+        sides, the search then takes 39 iterations; with the circulant on a wider grid (``wide``) it takes 26.
         """
         circulant = self.circulant if self.wide is None else self.wide
         raised = jnp.maximum(circulant.real, FLOOR * jnp.mean(jnp.abs(circulant)))
@@ -173,10 +175,12 @@ class Operator:
         return approximate
 
     def preconditioner_on_contact(self) -> OnContact:
-        """The same for fields that are zero outside given cells, of contacts of any shape; it costs more.
+        """Return the approximate inverse for fields that are zero outside given cells, continued beyond them
+        (``continuing``).
 
-        On periodic grids the plain inverse, so that cells divided among devices give the results of one to rounding; and on
-        ``SMALL`` ones, on which it takes two iterations more, but no more time, and half as much to compile.
+        It takes fewer iterations than ``preconditioner``, each of which costs more. That one is returned on periodic grids,
+        so that cells divided among devices give the results of one device to rounding; and on grids of ``SMALL`` sides,
+        where it takes two iterations more, as much time, and half the time of compilation.
         """
         inverse = self.preconditioner()
         rows, nx = self.circulant.shape[-2:]  # of a spectrum: ny/2 + 1 rows
@@ -184,19 +188,19 @@ class Operator:
         return unchanged(inverse) if plain else continuing(inverse)
 
     def confined_compliance(self, shape: tuple[int, ...]) -> Array:
-        """Displacement over its own pressure of a cell whose neighbours all stay where they are, (); shape: the grid's.
+        """Return the displacement of a cell over its own pressure if no other cell moves, (); shape: of the grid.
 
-        The harmonic mean of the eigenvalues.
+        It is the harmonic mean of the eigenvalues.
         """
         circulant = self.circulant.real
         inverse = 1.0 / jnp.maximum(circulant, FLOOR * _mean_over_waves(circulant, shape))
         return shape[0] * shape[1] / jnp.sum(spectral.both_signs(shape[1])[:, None] * inverse)
 
     def cell_ratio(self, shape: tuple[int, ...]) -> Array | float:
-        """Displacement under pressures that alternate from cell to cell along y, over that along x, (); shape: the grid's.
+        """Return the displacement under pressures that alternate from cell to cell along y, over that along x, ().
 
-        The ratio dy/dx of the sides of a cell on a half-space, 1 on a body that responds locally, and where there is only
-        one cell along an axis.
+        It is the ratio dy/dx of the sides of a cell on a half-space, and 1 on a body that responds locally or where there is
+        only one cell along an axis. shape: of the grid.
         """
         (nx, ny), circulant = shape, self.circulant.real
         if min(nx, ny) == 1:
@@ -206,7 +210,7 @@ class Operator:
         return jnp.maximum(along_y, floor) / jnp.maximum(along_x, floor)
 
     def cell_compliance(self, shape: tuple[int, ...]) -> Array:
-        """Return the displacement over its own pressure of a cell whose neighbours are free, (); shape: the grid's."""
+        """Return the displacement of a cell over its own pressure if no other cell has pressure, (); shape: of the grid."""
         return _mean_over_waves(self.circulant.real, shape)
 
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
@@ -218,8 +222,8 @@ class Operator:
         return None if none else window_shape(shape, self.periodic)
 
     def restricted(self, corner: Corner) -> Operator:
-        """The same operator on the window of ``window_shape`` at a corner of the grid, with the weights there, without
-        derivative."""
+        """Return the operator on the window of ``window_shape`` whose first cell is ``corner``, with the weights there and
+        without derivative."""
         assert self.window is not None
         if self.weights is None:
             return self.window
@@ -346,7 +350,7 @@ def _filled(kernel: Array, n: int, axis: int) -> Array:
 
 @pytree
 class Family:
-    """Several operators K_m of the same weights on one grid, to be mixed.
+    """Operators K_m on one grid with common weights, of which ``combined`` returns weighted sums.
 
     spectra (M, n, my/2 + 1, mx), circulants (M, n, ny/2 + 1, nx) and wide (M, ...): as in ``Operator``, circulants of every
     kernel, where f_0, f_1, ... stand before them (``nearest``); weights (n - 1, nx, ny); lifts (M, nx, ny); window: of the
@@ -429,7 +433,7 @@ class Family:
         return self.circulant + jnp.einsum("n,mnyx->myx", shares, self.circulants[:, 1:])
 
     def total(self, fields: Array) -> Array:
-        """sum_m K_m f_m of fields (n, nx, ny), one for each of the last n members."""
+        """Return sum_m K_m f_m for fields (n, nx, ny), one for each of the last n members."""
         if not len(fields):
             return jnp.zeros(fields.shape[-2:])
         last = lambda a: None if a is None else _each(a)[-len(fields) :]
@@ -459,7 +463,7 @@ BLOCK, LEVELS = 3, 3
 
 
 def unchanged(inverse: Linear) -> OnContact:
-    """Return an inverse on the grid that takes no notice of the contact."""
+    """Return an inverse on the grid as one on a contact, without regard to its cells."""
     return lambda field, cells: inverse(field)
 
 
@@ -525,7 +529,7 @@ def _around(blocks: Array) -> Array:
 
 
 def window_shape(shape: tuple[int, ...], periodic: spectral.Periodic = spectral.FREE) -> tuple[int, int]:
-    """About three quarters of a grid: what holds the contact in most runs, at half the cost. All of a periodic axis."""
+    """Return the shape of a window: about three quarters of the grid along axes that are not periodic, at half the cost."""
     sides = list(shape)
     for axis, (n, wraps) in enumerate(zip(shape, periodic, strict=True)):
         if not wraps:
@@ -534,9 +538,8 @@ def window_shape(shape: tuple[int, ...], periodic: spectral.Periodic = spectral.
 
 
 def place(mask: Array, shape: tuple[int, int]) -> tuple[Corner, Array]:
-    """The lowest cell of a window around the cells of the mask, and whether it holds them all.
-
-    An empty mask does not fit any window: there is nothing to search for in it.
+    """Return the first cell of a window around the cells of the mask, and whether all of them are within it; False for an
+    empty mask.
     """
     corner, fits = [], jnp.asarray(True)
     for axis, length in enumerate(shape):
@@ -549,12 +552,12 @@ def place(mask: Array, shape: tuple[int, int]) -> tuple[Corner, Array]:
 
 
 def cut(field: Array, corner: Corner, shape: tuple[int, int]) -> Array:
-    """The part of a field (..., nx, ny) in the window."""
+    """Return the part of a field (..., nx, ny) in the window."""
     leading = field.shape[:-2]
     return jax.lax.dynamic_slice(field, (*[0] * len(leading), *corner), (*leading, *shape))
 
 
 def paste(part: Array, corner: Corner, shape: tuple[int, ...]) -> Array:
-    """A field of a shape (..., nx, ny) with this part in the window, and zero outside."""
+    """Return a field of a shape (..., nx, ny) with this part in the window, and zero outside."""
     start = (*[0] * len(shape[:-2]), *corner)
     return jax.lax.dynamic_update_slice(jnp.zeros(shape, part.dtype), part, start)

@@ -45,7 +45,10 @@ from jaxcontact.simulate.run import (
     tabor_numbers,
 )
 
-WIDER, MOST_WIDENINGS = 1.5, 4  # of a grid that the contact outgrows
+WIDER, MOST_WIDENINGS = (
+    1.5,
+    4,
+)  # factor on the width of a grid that the contact outgrows, and how often it is applied
 
 
 def indent(
@@ -147,36 +150,38 @@ def indent(
         "hardness": hardness,
     }
 
-    def solved(grid: Any) -> Any:
+    def solve_on(grid: Any) -> Any:
         make = lambda count: Indentation.of(body, indenter, control, times, grid, substeps=count, **given)
         return refined(make, substeps)
 
     if not isinstance(grid, str):
-        history = solved(grid)
+        history = solve_on(grid)
     else:
-        # on wider grids of as many cells while the contact reaches the edge
+        # "auto": wider grids with the same number of cells, while the contact reaches the edge
         checks.require(
             grid == "auto" and kernels is None,
             f'grid: expected a Grid, or "auto" without kernels, got {grid!r}',
         )
-        known = is_concrete(body, indenter, control, times)
-        checks.require(known, 'grid: expected a Grid inside jit, vmap and grad, got "auto"')
+        concrete = is_concrete(body, indenter, control, times)
+        checks.require(concrete, 'grid: expected a Grid inside jit, vmap and grad, got "auto"')
         tried = Grid.around(body, indenter, control, times)
         for widened in range(MOST_WIDENINGS + 1):
-            history = solved(tried)
+            history = solve_on(tried)
             if widened == MOST_WIDENINGS or not np.any(np.asarray(history.status) == Status.AT_EDGE):
                 break
             tried = replace(tried, spacing=tuple(WIDER * float(d) for d in tried.spacing))
-        told = replace(history.diagnostics, widenings=jnp.asarray(widened))
-        history = replace(history, diagnostics=told)
+        diagnostics = replace(history.diagnostics, widenings=jnp.asarray(widened))
+        history = replace(history, diagnostics=diagnostics)
     announce(history, stacklevel=2)
     return history
 
 
 @pytree
 class Indentation(Experiment):
-    """An indentation; thicknesses: of layers that grow or wear, over times, (nt, layers) [m]; None: constant ones; adhesion:
-    a law of adhesion, or None.
+    """The checked arguments of ``indent``.
+
+    thicknesses: of layers that grow or wear, at each time, (nt, layers) [m], None where they are constant; adhesion: a law
+    of adhesion, or None.
     """
 
     thicknesses: Array | None
@@ -195,7 +200,7 @@ class Indentation(Experiment):
         **given: Any,
     ) -> Self:
         """Check the arguments of ``indent``; given: further arguments of ``Experiment.of``."""
-        # A thickness that is given over times or in the plane is taken apart: the body is then one of constant thickness.
+        # A thickness that varies over times or in the plane is separated from the body, whose layers have a constant one.
         law_valid, count = check_adhesion(adhesion), np.size(times)
         body, thicknesses, thicknesses_valid = body_at_first(body, count)
         body, film_map, map_valid = separate_map(body, getattr(grid, "shape", ()), count)
@@ -218,24 +223,26 @@ class Indentation(Experiment):
         return cls(**vars(experiment), thicknesses=thicknesses, adhesion=as_float64(adhesion))
 
     @property
-    def changes_in_given_ways(self) -> bool:
-        return self.thicknesses is not None or super().changes_in_given_ways
+    def has_prescribed_changes(self) -> bool:
+        return self.thicknesses is not None or super().has_prescribed_changes
 
     def planned(self) -> Plan:
-        """Return the march: the memory of the body, the step of a contact with it, and the input of the steps."""
-        # more: the input of the memory at each inner step, its time alone where the body stays the same
+        """Return the plan: the memory of the body, the stepper of its contact, and the input of the steps.
+
+        more: the input of the memory at each inner step: its length, and what changes in the body.
+        """
         substeps, film = self.substeps, self.film_map
         dt: Array = fine_steps(self.times, substeps)
         memory: Memory
         more: Any = dt
 
         if self.correspondence == "quasi-elastic":
-            # direct superposition, with a row of responses for each time
+            # the paper's correspondence: direct superposition, with the responses at all lags for each step
             images = build_images(self.body, self.indenter, self.grid)
             when = fine_values(self.times, substeps)
             table: Any = rows(self.body, self.indenter, when.ravel(), quasi_elastic=True)
             more = jax.tree.map(lambda a: a.reshape(*when.shape, *a.shape[1:]), table)
-            # the error of the time steps needs rates, which are those of the creep of the surface
+            # the estimate of ``time_step_error`` takes the decay rates of the material at the surface
             creep = surface_creep(surface_material(self.body))
             rates, shares = creep.rates, creep.rates * creep.amplitudes / creep.instantaneous
             if creep.fluidity is not None:
@@ -244,7 +251,7 @@ class Indentation(Experiment):
             memory = DirectMemory(images, jnp.zeros(when.size), Delayed(rates, shares))
             scale, errors = images.scale, Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
         elif film is not None:
-            # a film whose thickness varies in the plane, and in time where it does
+            # a film whose thickness varies in the plane, or in the plane and in time
             scale, errors = self.kernels.scale, self.kernels.errors(self.duration)
             if not film.over_times:
                 memory = RecursiveMemory(self.kernels.at(film.values))
@@ -254,11 +261,11 @@ class Indentation(Experiment):
                 before = jnp.concatenate([flat[:1], flat[:-1]]).reshape(after.shape)
                 memory, more = VaryingMemory(self.kernels, film.at_first), ThicknessStep(dt, before, after)
         else:
-            # recursion over the common decay rates of the body
+            # layers of constant thickness: recursion over the decay rates of the body
             scale, errors = self.kernels.scale, self.kernels.errors(self.duration)
             memory = RecursiveMemory(self.kernels)
             if self.thicknesses is not None:
-                # layers that grow: the kernels of a step are those of the thickness in the middle of it
+                # layers that grow or wear: in each step kernels for the thicknesses in its middle
                 fine = fine_values(self.thicknesses, substeps)
                 ends = fine.reshape(dt.size, -1)
                 middle = (ends + jnp.concatenate([ends[:1], ends[:-1]])) / 2.0
@@ -268,13 +275,18 @@ class Indentation(Experiment):
         if self.kernels is not None:
             memory = with_indenter(memory, self.kernels)
 
-        # the contact, with adhesion by a law of attraction in the place of hard contact
-        course, makes = {"times": self.times}, ContactHistory if self.adhesion is None else AdhesiveHistory
+        # the contact law is hard contact or a hardness (``contact``), with adhesion an attraction
+        time_fields, result_class = (
+            {"times": self.times},
+            ContactHistory if self.adhesion is None else AdhesiveHistory,
+        )
         contact = self.contact(scale)
         if self.adhesion is not None:
             contact["law"] = Attraction(
                 self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic
             )
-            course["tabor_number"] = tabor_numbers(self.adhesion, self)
+            time_fields["tabor_number"] = tabor_numbers(self.adhesion, self)
         stepper = PressStepper(memory, **contact)
-        return Plan(stepper, self.steps(scale, more), scale, errors, course, {"grid": self.grid}, makes)
+        return Plan(
+            stepper, self.steps(scale, more), scale, errors, time_fields, {"grid": self.grid}, result_class
+        )

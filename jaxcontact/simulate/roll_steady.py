@@ -1,4 +1,9 @@
-"""Steady rolling with friction, as the limit of rolling cell by cell."""
+"""Steady rolling with friction, as the limit of rolling cell by cell.
+
+From the top: ``RolledSurface``, the operator of tractions that are steady in the frame of the indenter; ``RollingContact``,
+the laws of contact and friction and the steps to the steady state; and the public function ``roll_steady``, whose program
+``_run`` finds the state and computes forces and powers.
+"""
 
 from __future__ import annotations
 
@@ -50,8 +55,8 @@ from jaxcontact.simulate.slide_steady import (
 
 # Displacement due to the past tractions of steady rolling: ``simulate.slide_steady`` in three directions.
 #
-# Tractions that are steady in the frame of the indenter have left, at rate lambda_k, an eta_k of their own, and the
-# surface is moved by
+# Tractions that are steady in the frame of the indenter have left, at each rate lambda_k, a history eta_k, and the
+# displacement of the surface is
 #
 #     u = C_0 * t + sum_k lambda_k C_k * eta_k,      t = (q_x, q_y, p),
 #
@@ -192,7 +197,7 @@ def _square(x: Array, y: Array) -> Array:
     return jnp.maximum(x**2 + y**2, 1.0)
 
 
-# Pressure and traction of a contact that rolls for ever, found as the limit of rolling cell by cell.
+# Pressure and traction of a contact in steady rolling, found as the limit of rolling cell by cell.
 #
 # With u the tangential displacement under tractions that are steady (``simulate.roll_steady``), S the shift by the way
 # of a step, to the material that is one step behind, the slip in a step is
@@ -201,7 +206,7 @@ def _square(x: Array, y: Array) -> Array:
 #
 # with the turn by the spin and the shift by the creepage in a step.
 #
-# It is solved in steps: with M the operator of tractions that have stood for as long as the grid takes to pass,
+# It is solved in steps. With M the operator of tractions that are constant during one passage of the grid,
 #
 #     s = M q_new + (1 - S) u(q_old, p) - M q_old - turn - shift
 #
@@ -214,11 +219,11 @@ def _square(x: Array, y: Array) -> Array:
 # The pressure under the traction is found before each step.
 
 
-STEADY = 1e-7  # change of the tractions from step to step, in parts of what they are,
-SMALL = 1e-6  # or, where they are smaller, of this share of what friction holds
-FINER = 1e-2  # of the tolerance, in each step: what it leaves in the tractions must be less than a change that counts
-COLD = -1  # steps of a state without a first guess of the pressure
-FARTHEST = 20  # grid lengths that are rolled
+STEADY = 1e-7  # relative change of the tractions from step to step at which the state counts as steady
+SMALL = 1e-6  # part of the friction bound to which the change of smaller tractions is relative
+FINER = 1e-2  # tolerance of each step over that of the result, so that its error is below the change that is tested
+COLD = -1  # number of steps that stands for a state without a first guess of the pressure
+FARTHEST = 20  # largest distance that is rolled, in lengths of the grid
 
 
 class Rolled(NamedTuple):

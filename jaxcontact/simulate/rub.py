@@ -1,4 +1,8 @@
-"""Rubbing: an indenter pressed and rubbed on a film that its contact makes and takes away, in place or along a path."""
+"""Rubbing: an indenter pressed and rubbed on a film that forms and wears in the contact, in place or along a path.
+
+The public function ``rub``, and ``RubExperiment``, its checked arguments and the plan of its march. The step in time, with
+the growth of the film, is ``history.growth_step``, and the laws of growth and wear are in ``bodies.laws``.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +53,7 @@ from jaxcontact.simulate.run import (
     tabor_numbers,
 )
 
-REACH = 0.125  # cells: a film that may grow has kernels up to this thickness at least
+REACH = 0.125  # least thickness, in cells, up to which a film that may grow has kernels
 
 
 def rub(
@@ -350,7 +354,7 @@ class RubExperiment(Experiment):
 
         # speed and length of way of the inner steps: in place from the velocity, else constant between two times
         dt, when = fine_steps(self.times, substeps), fine_values(self.times, substeps)
-        course = {"times": self.times}
+        time_fields = {"times": self.times}
         if self.path is None:
             start, end = at_fine_times(over_times(self.velocity, self.times), substeps)
             before, after, mean = speed_of(start), speed_of(end), mean_speed(start, end)
@@ -366,7 +370,7 @@ class RubExperiment(Experiment):
             if self.moves:
                 motion = motion._replace(position=places, move=move)
                 track = Track(self.indenter, grid, self.path[0], scale.length)
-                course["position"] = self.path
+                time_fields["position"] = self.path
 
         heated, thermal = None, self.thermal
         if thermal is not None:
@@ -376,7 +380,7 @@ class RubExperiment(Experiment):
         contact = self.contact(scale)
         if self.adhesion is not None:
             contact["law"] = Attraction(self.adhesion.scaled(scale.length, scale.compliance), grid.periodic)
-            course["tabor_number"] = tabor_numbers(self.adhesion, self)
+            time_fields["tabor_number"] = tabor_numbers(self.adhesion, self)
         stepper = RubStepper(
             memory,
             **contact,
@@ -392,10 +396,10 @@ class RubExperiment(Experiment):
             exchanged=self.exchanged,
         )
         errors = kernels.errors(self.duration)
-        beside: dict[str, Any] = {"grid": grid}
+        fixed_fields: dict[str, Any] = {"grid": grid}
         if self.wears == "indenter":
-            beside["initial_indenter_film"] = self.at_first
-        known = course, beside
+            fixed_fields["initial_indenter_film"] = self.at_first
+        known = time_fields, fixed_fields
         return Plan(stepper, self.steps(scale, motion), scale, errors, *known, RubbingHistory, RubbedStep)
 
     @property

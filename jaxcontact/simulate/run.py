@@ -1,14 +1,14 @@
-"""An experiment: its checked arguments, its compiled march, at once or in blocks, and its finished result.
+"""An experiment: its checked arguments, its compiled march (in one program or in blocks of steps), and its finished result.
 
-The way of every verb over time:
+The stages of every public function that computes a history:
 
-1. ``Experiment.of`` of its class raises each ``ValueError``, and makes SI units and float64 of the arguments;
+1. ``Experiment.of`` of its class checks the arguments, raises each ``ValueError``, and converts numbers to float64;
 2. ``with_kernels`` builds the response of the body on the grid, in compiled programs of their own;
-3. ``planned`` makes the march of the arguments, the stepper and its steps, all scaled, and ``history.time_loop`` marches:
-   in one compiled program (``marched``), or in blocks for ``jaxcontact run --resume`` (``blocks``);
-4. ``finished`` adds the diagnostics for notes, and statuses for what response and time steps leave in error.
+3. ``planned`` makes a ``Plan``: the stepper and the input of its steps, scaled. ``history.time_loop`` computes the steps, in
+   one compiled program (``marched``), or in blocks for ``jaxcontact run --resume`` (``blocks``);
+4. ``finished`` adds the diagnostics for the notes, and the statuses of known errors of the response and of the time steps.
 
-A steady state takes steps 1, 2 and 4.
+A steady state (``slide_steady``, ``roll_steady``) has stages 1, 2 and 4.
 """
 
 from __future__ import annotations
@@ -75,16 +75,16 @@ from jaxcontact.results.notes import Diagnostics, announce
 
 Save = str | Callable[[ContactStep], Any]
 
-LOOSEST = 1e-2  # tolerance
+LOOSEST = 1e-2  # largest tolerance that is accepted
 
 
 @pytree
 class Experiment:
-    """The arguments of a verb after their checks, in SI units and float64; each is documented in ``indent``.
+    """The arguments of a public function after their checks, in SI units and float64; each is documented in ``indent``.
 
-    kernels: those given or built, of the kind that the verb needs; None before. valid: None, or whether traced values are in
-    range. film_map: the thickness of a film that varies in the plane; the layer of ``body`` is then as thick as it is at
-    most. hardness: of surfaces that yield [Pa], or None.
+    kernels: given by the user or built by ``with_kernels``, None until then. valid: whether the values that jax traces are
+    in range, (), None where all values are known. film_map: the thickness of a film that varies in the plane, or None; the
+    layer of ``body`` has its largest thickness. hardness: of surfaces that yield [Pa], or None.
     """
 
     body: LayeredHalfSpace
@@ -123,7 +123,10 @@ class Experiment:
         hardness: Any = None,
         adhesive: bool = False,
     ) -> Self:
-        """Check what all verbs have in common; ValueError for what cannot be computed. adhesive: loads may be negative."""
+        """Check the arguments that all public functions have in common; ValueError for what cannot be computed.
+
+        adhesive: whether surfaces attract each other, so that loads may be negative.
+        """
         # 1. Each argument by itself.
         times = untupled(times)
         body, valid = checked_body(body)
@@ -146,7 +149,8 @@ class Experiment:
         checks.one_of("correspondence", correspondence, "exact", "quasi-elastic")
         checks.one_of("checkpoint", checkpoint, "pressures", "blocks")
 
-        # 2. The surfaces that respond, on this grid. Where it has no sides, one on a rigid base has a mean displacement.
+        # 2. The deformable surfaces: the body, and an indenter that creeps or is coated. On a grid that is periodic along
+        # both axes a surface on a rigid base has a mean displacement, and others have none.
         own, exact = indenter.surface(), correspondence == "exact"
         surfaces = [body] if own is None else [body, own]
         on_base = [each for each in surfaces if each.substrate is None and all(grid.periodic)]
@@ -161,7 +165,7 @@ class Experiment:
             valid = valid & check_kernels(kernels, body, grid, indenter)
             kernels = replace(kernels, made_of=None)  # so that all runs share a program
 
-        # 3. What the paper's substitution of phi(t) for 1/(2G) cannot do.
+        # 3. Bodies for which the paper's substitution of phi(t) for 1/(2G) is not defined or not accurate.
         checks.require(
             exact or own is None,
             f'correspondence: expected "exact" with an indenter that creeps or is coated, got "{correspondence}"',
@@ -205,13 +209,14 @@ class Experiment:
         )
 
     def also(self, verdict: Verdict) -> Self:
-        """The experiment with one more condition on values that are not known yet."""
+        """Return the experiment with a further condition on traced values, which are known only when the program runs."""
         if verdict is True:
             return self
         return replace(self, valid=jnp.asarray(verdict if self.valid is None else self.valid & verdict))
 
     def with_kernels(self) -> Self:
-        """The experiment with its kernels built, unless they are given or the way of its march needs none."""
+        """Return the experiment with kernels: those of the user, built here, or None with the quasi-elastic
+        correspondence."""
         if self.kernels is not None or self.correspondence != "exact":
             return self
         if self.film_map is not None:
@@ -224,18 +229,18 @@ class Experiment:
         raise NotImplementedError
 
     @property
-    def changes_in_given_ways(self) -> bool:
-        """Return whether the body changes in time as it is given, an effect that the error of the time steps leaves out."""
+    def has_prescribed_changes(self) -> bool:
+        """Whether the thickness of the film is prescribed over time, an effect that ``time_step_error`` does not include."""
         return self.film_map is not None and self.film_map.over_times
 
     @property
     def temperatures(self) -> list[Any]:
-        """The temperatures that the experiment is given [K]."""
+        """The temperatures among the arguments [K]."""
         return []
 
     @property
     def profile(self) -> Array:
-        """The gap before contact at an approach of zero [m], (nx, ny), over the film as it is at first."""
+        """The gap before contact at an approach of zero [m], (nx, ny), over a film of its first thickness."""
         return profile_over_film(self.indenter, self.grid, self.film_map)
 
     @property
@@ -246,7 +251,7 @@ class Experiment:
 
     @property
     def work(self) -> float:
-        """The work of the march in cell steps (``Program``); that of direct superposition grows with the square of time."""
+        """The number of cells times steps (``Program``); direct superposition costs the square of the number of steps."""
         steps = self.times.size * self.substeps
         return float(math.prod(self.grid.shape) * steps * (1 if self.correspondence == "exact" else steps))
 
@@ -270,7 +275,7 @@ class Experiment:
         return scale.from_si("load" if self.load_controlled else "approach", self.control.value)
 
     def contact(self, scale: Scale) -> dict[str, Any]:
-        """Return the fields of a stepper that the contact of every experiment has, with a law for surfaces that yield."""
+        """Return the arguments that every stepper has in common; ``law`` among them only for surfaces that yield."""
         law = {}
         if self.hardness is not None:
             law = {"law": Hardness(scale.from_si("pressure", self.hardness))}
@@ -284,15 +289,16 @@ class Experiment:
         }
 
     def steps(self, scale: Scale, more: Any) -> Steps:
-        """Return the inner steps, (nt, substeps), with the further input of their stepper, (nt, substeps, ...)."""
+        """Return the inner steps, (nt, substeps); more: the further input of the stepper at each, (nt, substeps, ...)."""
         targets = jnp.broadcast_to(self.target(scale), self.times.shape)
         return Steps(fine_steps(self.times, self.substeps), fine_values(targets, self.substeps), more)
 
 
 def check_instantaneous_compliance(body: LayeredHalfSpace, indenter: Indenter, *, exact: bool) -> Verdict:
-    """Check that a contact can begin: one of both surfaces gives way at once, and a film has a largest decay rate.
+    """Check that a surface has an instantaneous compliance, and each film one of its own.
 
-    A surface with J(0) = 0 is rigid at first. exact: whether the response is exact, which needs the largest rate of a film.
+    A surface with J(0) = 0 is rigid at first, and two rigid surfaces have no contact area. The decay rates of a film with
+    J(0) = 0 have no upper bound, which the exact correspondence needs (``exact``).
     """
     surface = indenter.surface()
     rigid, film = has_zero_instantaneous_compliance(body), exact and top_layer(body) is not None
@@ -338,10 +344,10 @@ def check_approach_range(control: Control, highest: Array, on_base: Sequence[Lay
 
 
 def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | None) -> Array:
-    """Return the gap before contact at an approach of zero [m], (nx, ny), over a film that stands on a flat base.
+    """Return the gap before contact at an approach of zero [m], (nx, ny), over a film on a flat base.
 
-    The approach is zero at first touch of the film as it is at first: the lowest point of the gap is as low as that of the
-    indenter alone.
+    The approach is zero where the indenter first touches the film of the first thickness: the lowest
+    point of the gap is as low as that of the indenter alone.
     """
     profile = indenter.profile(grid)
     if film_map is None:
@@ -351,7 +357,7 @@ def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | N
 
 
 def fine_steps(times: Array, substeps: int) -> Array:
-    """The inner steps [s], (nt, substeps); the first row has no length."""
+    """Return the lengths of the inner steps [s], (nt, substeps); those of the first row are zero."""
     before = jnp.append(times[:1], times[:-1])
     return (times - before)[:, None] / substeps * jnp.ones(substeps)
 
@@ -374,39 +380,43 @@ def tabor_numbers(law: Adhesion, experiment: Experiment) -> Array:
     return law.tabor_number(indenter.radius, 2.0 / compliance)
 
 
-# The march: its plan, one compiled program for all of it, and the substeps that "auto" chooses.
+# The march: its plan, the compiled program of all its steps, and the choice of ``substeps="auto"``.
 
 
-ENERGIES = "jump_energy", "viscous_energy"  # without derivatives, those of their units included
+ENERGIES = "jump_energy", "viscous_energy"  # fields without derivatives, also with respect to the scale
 
 
 @pytree
 class Plan:
-    """A march to be made, and what its result is made of.
+    """A march that is ready to be computed, and what its result consists of besides the outcomes of the steps.
 
-    steps: (nt, substeps, ...); errors: of the kernels; course, beside: fields of the result that are known beforehand, in
-    SI, with and without a first axis of time; makes: the result of its fields; step: the argument of a ``save`` function.
+    steps: input of the stepper, (nt, substeps, ...); errors: of the kernels; time_fields, fixed_fields: fields of the result
+    that are known beforehand, in SI, with and without a first axis of time; result_class: the class of the result, or a
+    function of its fields; step: the class of the argument of a ``save`` function.
     """
 
     stepper: Stepper
     steps: Steps
     scale: Scale
     errors: Errors
-    course: dict[str, Array]
-    beside: dict[str, Any]
-    makes: Callable[..., ContactHistory] = static(default=ContactHistory)
+    time_fields: dict[str, Array]
+    fixed_fields: dict[str, Any]
+    result_class: Callable[..., ContactHistory] = static(default=ContactHistory)
     step: type[ContactStep] = static(default=ContactStep)
 
     def result(
         self, outcomes: Outcome, carry: Carry, last: dict[str, Array], rows: slice = slice(None)
     ) -> ContactHistory:
-        """Return the result for some rows from their outcomes; last: the fields where outcomes have none."""
+        """Return the result for some rows from their outcomes; last: the fields of the last row, for outcomes without
+        fields."""
         overall = {"profile": self.stepper.profile} | self.stepper.overall(carry.own)
         in_si = self.scale.to_si(**overall, **(outcomes.fields or last), **outcomes.numbers)
         in_si |= {name: jax.lax.stop_gradient(in_si[name]) for name in ENERGIES if name in in_si}
-        course = {name: values[rows] for name, values in self.course.items()}
-        told = Diagnostics(**self.stepper.told(carry.own))
-        return self.makes(saved=outcomes.saved, diagnostics=told, **course, **self.beside, **in_si)
+        time_fields = {name: values[rows] for name, values in self.time_fields.items()}
+        diagnostics = Diagnostics(**self.stepper.for_notes(carry.own))
+        return self.result_class(
+            saved=outcomes.saved, diagnostics=diagnostics, **time_fields, **self.fixed_fields, **in_si
+        )
 
 
 @functools.partial(Program, work=lambda experiment: experiment.work)
@@ -415,7 +425,7 @@ def _run(experiment: Experiment) -> tuple[ContactHistory, Errors]:
     plan, save = experiment.planned(), experiment.save
 
     def kept(outcome: Outcome) -> Outcome:
-        """Return what is saved of a time: all of it, its numbers, or also the value of a user's function of it in SI."""
+        """Return what ``save=`` keeps of a time: everything, the numbers, or these and the value of the user's function."""
         if save == "all":
             return outcome
         saved = None
@@ -441,13 +451,14 @@ def refined(
     make: Callable[[int], Any],
     substeps: int | str,
     solve: Callable[[Any], Any] = marched,
-    exact: Callable[[Any, Any], bool] = lambda experiment, history: True,
+    accurate: Callable[[Any, Any], bool] = lambda experiment, history: True,
 ) -> Any:
-    """Return the history of an experiment with a number of substeps, or, with "auto", with the first of ``REFINED`` whose
-    estimated errors by the time steps are below 1 %, or else with the last; without warnings.
+    """Return the history of an experiment with a number of substeps, without warnings.
 
-    make: the experiment with so many substeps; solve: its history; exact: whether further errors of the time steps are
-    small.
+    With "auto" the numbers of ``REFINED`` are tried one after the other until ``time_step_error`` is below 1 % at all times;
+    the history of the last one is returned if it is not. make: function of the number of substeps that returns the
+    experiment; solve: function of the experiment that returns its history; accurate: function of both that returns whether
+    errors of the time steps that ``time_step_error`` does not include are small.
     """
     if substeps != "auto":
         return solve(make(substeps))  # type: ignore[arg-type]
@@ -462,37 +473,37 @@ def refined(
         checks.require(
             is_concrete(history.status), 'substeps: expected a number inside jit, vmap and grad, got "auto"'
         )
-        unknown = not np.all(np.isfinite(history.time_step_error)) or experiment.changes_in_given_ways
+        unknown = not np.all(np.isfinite(history.time_step_error)) or experiment.has_prescribed_changes
         short = not np.any(np.asarray(history.time_step_error) > LARGEST_ERROR)
-        if short and exact(experiment, history) and not np.any(history.status == Status.STEP_TOO_LONG):
+        if short and accurate(experiment, history) and not np.any(history.status == Status.STEP_TOO_LONG):
             break
-    told = replace(
+    diagnostics = replace(
         history.diagnostics,
         step_limit=np.float64(LARGEST_ERROR),
         refined=np.int64(count),
         unjudged=np.bool_(unknown),
     )
-    return replace(history, diagnostics=told)
+    return replace(history, diagnostics=diagnostics)
 
 
-# The finished result: diagnostics for the notes, statuses for known errors, and nan where traced values were out of range.
+# The finished result: diagnostics for the notes, statuses of known errors, and nan where traced values were out of range.
 
 
-ROUNDED = 1e-12  # change of a thickness, over it, that is rounding
+ROUNDED = 1e-12  # relative change of a thickness below which it counts as rounding
 
 
 def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
-    """Return a result with the diagnostics that its notes need, nan throughout where values were out of range."""
+    """Return a result with diagnostics for its notes and statuses of known errors; all nan where values were out of
+    range."""
     indenter = experiment.indenter
     radius: Any = jnp.inf
     if isinstance(indenter, Sphere):
         radius = indenter.radius
-    elif isinstance(
-        indenter, Ellipsoid
-    ):  # of the ball whose share is that of the section of the smaller radius
+    elif isinstance(indenter, Ellipsoid):
+        # the radius of a ball with the same error, which is governed by the section of the smaller radius
         low, high = jnp.min(jnp.asarray(indenter.radii)), jnp.max(jnp.asarray(indenter.radii))
         radius = low * (high / low) ** (1.0 / 3.0)
-    told = {
+    found = {
         "separation_error": errors.separation,
         "image_error": errors.images,
         "single_contact": jnp.asarray(not isinstance(experiment.indenter, HeightField)),
@@ -502,17 +513,17 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     }
     if experiment.temperatures:
         each = [jnp.min(jnp.asarray(value, float)) for value in experiment.temperatures]
-        told["coldest"] = jax.lax.stop_gradient(jnp.min(jnp.stack(each)))
+        found["coldest"] = jax.lax.stop_gradient(jnp.min(jnp.stack(each)))
     if experiment.film_map is not None:
-        told["thickness_error"] = jnp.asarray(errors.thickness)
+        found["thickness_error"] = jnp.asarray(errors.thickness)
         grown = getattr(result, "thickness", None)
-        told |= _told_of_thickness(experiment.film_map, experiment.grid, experiment.body, grown)
+        found |= _thickness_diagnostics(experiment.film_map, experiment.grid, experiment.body, grown)
 
     if hasattr(result, "times"):
-        status = _doubted_until_now(result.status, result.times, errors, result.time_step_error)
+        status = _status_of_march(result.status, result.times, errors, result.time_step_error)
     else:
-        status = _doubted_in_a_passage(result.status, result.velocity, result.grid, errors)
-    diagnostics = replace(result.diagnostics, **told)
+        status = _status_of_passage(result.status, result.velocity, result.grid, errors)
+    diagnostics = replace(result.diagnostics, **found)
     result, valid = replace(result, status=status, diagnostics=diagnostics), experiment.valid
     if valid is None:
         return result
@@ -531,11 +542,12 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
 
 
 @functools.partial(Program, optimised=False)
-def _told_of_thickness(
+def _thickness_diagnostics(
     film_map: ThicknessMap, grid: Grid, body: Any, thickness: Array | None
 ) -> dict[str, Array]:
-    """Return the largest slope of a film's thickness, given or formed, whether the film is stiffer than its base, and how
-    narrow its growth is; thickness: None of a film that does not grow."""
+    """Return the diagnostics of a film whose thickness varies in the plane: its largest slope, whether the film is stiffer
+    than its base, and the largest growth of a cell beyond all its neighbours over the largest growth; thickness: of a film
+    that grows, (nt, nx, ny) or (nx, ny), or None."""
     maps = [film_map.values] if thickness is None else [film_map.values, thickness]
     axes = [axis for axis, n in enumerate(grid.shape) if n > 1]
     slopes = []
@@ -569,25 +581,27 @@ def _told_of_thickness(
 
 
 @jax.jit
-def _doubted_until_now(status: Array, times: Array, errors: Errors, step_error: Array) -> Array:
-    """Return ``doubted`` at the times of a result, each with the errors of the response until then."""
-    return doubted(status, times - times[0], errors, step_error)
+def _status_of_march(status: Array, times: Array, errors: Errors, step_error: Array) -> Array:
+    """Return ``with_error_statuses`` for a history: the response is in error beyond its horizon."""
+    return with_error_statuses(status, times - times[0], errors, step_error)
 
 
 @jax.jit
-def _doubted_in_a_passage(status: Array, velocity: Array, grid: Grid, errors: Errors) -> Array:
-    """Return ``doubted`` of a steady state, which lasts for one passage of its grid."""
+def _status_of_passage(status: Array, velocity: Array, grid: Grid, errors: Errors) -> Array:
+    """Return ``with_error_statuses`` for a steady state, whose duration is that of one passage of the grid."""
     speed = jnp.sqrt(jnp.sum(jnp.asarray(velocity) ** 2))
     width = jnp.max(jnp.stack(grid.width))
-    return doubted(status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
+    return with_error_statuses(status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
 
 
 @jax.jit  # one program instead of one for each operation
-def doubted(status: Array, elapsed: Array, errors: Errors, step_error: Array | float = 0.0) -> Array:
-    """Return the status, with ``NOT_RESOLVED`` where the error of the response exceeds 1 %, and ``STEP_TOO_LONG`` where that
-    of the pressure by the time steps exceeds 10 %, unless it is more serious; later times do not inherit these."""
+def with_error_statuses(
+    status: Array, elapsed: Array, errors: Errors, step_error: Array | float = 0.0
+) -> Array:
+    """Return the status, raised to ``NOT_RESOLVED`` where the error of the response exceeds 1 %, and to ``STEP_TOO_LONG``
+    where the error of the pressure by the time steps exceeds 10 %. Later times do not inherit these two."""
     largest = jnp.maximum(jnp.maximum(errors.separation, errors.images), errors.thickness)
-    # an infinite error is that of a response which is not finite, and has this status
+    # where the error is infinite the response is not finite, and the step has the status NOT_FINITE already
     off = ((largest > LARGEST_ERROR) & jnp.isfinite(largest)) | (elapsed > errors.horizon)
     return most_serious(
         (off, Status.NOT_RESOLVED), (step_error > LARGEST_STEP_ERROR, Status.STEP_TOO_LONG), status=status
@@ -596,21 +610,23 @@ def doubted(status: Array, elapsed: Array, errors: Errors, step_error: Array | f
 
 # The march in blocks, for ``jaxcontact run``.
 #
-# A verb such as ``jaxcontact.indent`` is one compiled call and tells nothing until it ends. Here the same march runs
-# in blocks of steps of one static length, each from the carry of the one before, so that there is one compilation, something
-# to keep after every block, and a place to go on from when a run was stopped.
+# A public function such as ``jaxcontact.indent`` is one compiled call without output until it ends. Here the same march runs
+# in blocks of ``BLOCK`` steps, each of which begins with the carry of the previous one. All blocks share one compiled
+# program; after each of them its results can be stored, and a run that was stopped continues from the last stored block.
 
 
-BLOCK = 5  # steps: short enough for a lively bar, long enough that calling the block costs nothing
+BLOCK = (
+    5  # steps in a block: few enough for a smooth progress bar, enough that the call of a block costs little
+)
 
 
 @dataclass(frozen=True)
 class FinishedBlock:
     """The steps that a run has finished since the previous block.
 
-    history: of the steps that are fine, with all their fields, in numpy arrays and SI units; status: 0, or that
-    of the step that ends the run (see ``ContactHistory``), which is not in the history; carry: the leaves
-    of what the march goes on from.
+    history: of the steps with status 0, with all their fields, in numpy arrays and SI units; status: 0, or that of the
+    step that ends the run (see ``ContactHistory``), which is not in the history; carry: the leaves of the carry with which
+    the march continues.
     """
 
     history: ContactHistory
@@ -619,22 +635,22 @@ class FinishedBlock:
 
 
 def ready(experiment: Experiment) -> Plan:
-    """Return the march of an experiment, ready to start in blocks."""
+    """Return the plan of an experiment, with its kernels, for ``blocks``."""
     return _planned(experiment.with_kernels())
 
 
 def blocks(plan: Plan, done: int = 0, carry: Sequence[np.ndarray] | None = None) -> Iterator[FinishedBlock]:
-    """March on after the first ``done`` blocks, which ended with ``carry``, and hand out each block; the first bad step
-    ends them.
+    """Yield each block after the first ``done`` ones, which ended with ``carry``; a step of another status than 0 is the
+    last.
 
-    A march that goes on from a carry gives bit for bit what it would have given without a stop.
+    A march that continues from a carry gives results that are equal, bit for bit, to those without a stop.
     """
     state, rows = _begun(plan)
     if carry is not None:
         state = jax.tree.unflatten(jax.tree.structure(state), [jnp.asarray(leaf) for leaf in carry])
-    # numpy: each operation of jax outside run_block would be a program
+    # as numpy arrays, since each operation of jax outside run_block would be compiled as a program
     on_host, rows = jax.device_get((plan, rows))
-    times = on_host.course["times"]
+    times = on_host.time_fields["times"]
     for index in range(done, len(rows.exists)):
         state, outcomes = run_block(plan.stepper, state, jax.tree.map(lambda a, i=index: a[i], rows))
         outcomes, on_disk = jax.device_get((outcomes, state))
@@ -644,7 +660,7 @@ def blocks(plan: Plan, done: int = 0, carry: Sequence[np.ndarray] | None = None)
         exist = min(BLOCK, times.size - first)
         elapsed = times[np.minimum(first + np.arange(BLOCK), times.size - 1)] - times[0]
         own, step_error = outcomes.numbers["status"], outcomes.numbers["time_step_error"]
-        status = np.asarray(doubted(own, elapsed, on_host.errors, step_error))[:exist]
+        status = np.asarray(with_error_statuses(own, elapsed, on_host.errors, step_error))[:exist]
         bad = np.flatnonzero(status)
         count = int(bad[0]) if bad.size else status.size
         fine = jax.tree.map(lambda a, n=count: a[:n], outcomes)
@@ -657,7 +673,7 @@ def blocks(plan: Plan, done: int = 0, carry: Sequence[np.ndarray] | None = None)
 
 
 def first_block(experiment: Experiment) -> tuple[Plan, Carry, Outcome]:
-    """Return the plan of a march and what its first block gives, scaled; for their shapes."""
+    """Return the plan of a march with the carry and the outcome of its first block, scaled, whose shapes are needed."""
     plan = ready(experiment)
     state, rows = _begun(plan)
     return plan, *run_block(plan.stepper, state, jax.tree.map(lambda a: a[0], rows))
@@ -676,6 +692,6 @@ def _begun(plan: Plan) -> tuple[Carry, Rows]:
 
 @Program
 def run_block(stepper: Stepper, carry: Carry, rows: Rows) -> tuple[Carry, Outcome]:
-    """One compiled block of ``BLOCK`` rows."""
+    """Return the carry and the outcomes of one block of ``BLOCK`` rows."""
     state, outcomes = march(stepper, begun(stepper, carry, rows.steps), rows, lambda outcome: outcome)
     return state.carry, outcomes

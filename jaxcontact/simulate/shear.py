@@ -1,4 +1,8 @@
-"""Shear: normal and tangential load together, with friction, over a history."""
+"""Shear: normal and tangential load together, with friction, over a history.
+
+The public function ``shear``, and ``Shearing``, its checked arguments and the plan of its march. The step in time, with the
+work of friction, is ``history.friction_step``, and Coulomb's law is solved in ``contact.friction``.
+"""
 
 from __future__ import annotations
 
@@ -176,12 +180,12 @@ class Shearing(Experiment):
         scale = kernels.normal.scale
 
         # With adhesion a law of attraction in the place of hard contact, and the shear strength at each cell.
-        course, contact, strength = {"times": self.times}, self.contact(scale), None
+        time_fields, contact, strength = {"times": self.times}, self.contact(scale), None
         if self.adhesion is not None:
             contact["law"] = Attraction(
                 self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic
             )
-            course["tabor_number"] = tabor_numbers(self.adhesion, self)
+            time_fields["tabor_number"] = tabor_numbers(self.adhesion, self)
             strength = 0.0 if self.shear_strength is None else self.shear_strength
             strength = scale.from_si("pressure", jnp.broadcast_to(strength, self.grid.shape))
 
@@ -200,4 +204,4 @@ class Shearing(Experiment):
         at_times = jnp.broadcast_to(scale.from_si(name, self.tangential.value), (self.times.size, 2))
         targets = jnp.stack([fine_values(at_times[:, axis], self.substeps) for axis in (0, 1)], -1)
         steps, errors = self.steps(scale, targets), kernels.errors(self.duration)
-        return Plan(stepper, steps, scale, errors, course, {"grid": self.grid}, ShearHistory, ShearStep)
+        return Plan(stepper, steps, scale, errors, time_fields, {"grid": self.grid}, ShearHistory, ShearStep)

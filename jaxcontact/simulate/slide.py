@@ -1,4 +1,9 @@
-"""Sliding in time: an indenter that moves over the body, in any direction and at any speed."""
+"""Sliding in time: an indenter that moves over the body, in any direction and at any speed.
+
+From the top: the public function ``slide``; ``Sliding``, its checked arguments and the plan of its march; and
+``SlideStepper``, the step of ``history.normal_step`` with heat and the statuses of sliding. The mathematics of a body that
+moves past the contact is in ``history.memory`` (``MovingMemory``).
+"""
 
 from __future__ import annotations
 
@@ -41,7 +46,7 @@ from jaxcontact.history.motion import (
     shifts,
     speed_of,
 )
-from jaxcontact.history.normal_step import Adhering, PressCarry, PressStepper, plane_strain
+from jaxcontact.history.normal_step import AdhesionState, PressCarry, PressStepper, plane_strain
 from jaxcontact.history.time_loop import Bent, Lapse, Outcome, Steps, in_radii
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
@@ -52,7 +57,7 @@ from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined, tabor_numbers
 from jaxcontact.simulate.temperature import check_peclet
 
-TRUNCATION_LIMIT = 0.01  # of the largest approach so far
+TRUNCATION_LIMIT = 0.01  # largest truncation bound, over the largest approach so far
 
 
 def slide(
@@ -302,16 +307,21 @@ class Sliding(Experiment):
             heating = Heating(heated, self.friction * speed * scale.unit("pressure"))
 
         stepper = SlideStepper(memory, **contact, farthest=farthest, heating=heating)
-        course, makes = {"velocity": over_times(self.velocity, self.times)}, sliding_history
+        time_fields, result_class = {"velocity": over_times(self.velocity, self.times)}, sliding_history
         if self.adhesion is not None:
             law = Attraction(self.adhesion.scaled(scale.length, scale.compliance), grid.periodic)
             stepper = replace(stepper, law=law)
-            course["tabor_number"], makes = tabor_numbers(self.adhesion, self), adhesive_sliding_history
-        beside = {"grid": grid, "friction": jnp.broadcast_to(friction, grid.shape)}
+            time_fields["tabor_number"], result_class = (
+                tabor_numbers(self.adhesion, self),
+                adhesive_sliding_history,
+            )
+        fixed_fields = {"grid": grid, "friction": jnp.broadcast_to(friction, grid.shape)}
         if shear is not None:
-            beside["shear_strength"] = jnp.broadcast_to(strength, grid.shape)
-        course["times"] = self.times
-        return Plan(stepper, self.steps(scale, motion), scale, errors, course, beside, makes)
+            fixed_fields["shear_strength"] = jnp.broadcast_to(strength, grid.shape)
+        time_fields["times"] = self.times
+        return Plan(
+            stepper, self.steps(scale, motion), scale, errors, time_fields, fixed_fields, result_class
+        )
 
     @property
     def temperatures(self) -> list[Any]:
@@ -382,13 +392,17 @@ class SlideStepper(PressStepper):
             lost = outcome.numbers["hysteresis_power"] * jnp.exp(-shift[0])
             numbers = outcome.numbers | {"hysteresis_power": lost}
             outcome = outcome._replace(fields=outcome.fields | {"temperature": temperature}, numbers=numbers)
-            if contact.judged is not None:  # anew, with the temperature that the step has led to
+            if contact.time_step_error is not None:  # anew, with the temperature that the step has led to
                 lapse = self._lapse(step, outcome.numbers["contact_area"])
                 lapse = lapse._replace(assumed=motion.dt, found=in_reduced_time(step.dt, carry.shift, shift))
-                judged = self._judged(carry.contact, contact.memory, contact.pressure, lapse)
-                assert judged is not None
-                contact = contact._replace(judged=judged)
-                outcome = outcome._replace(numbers=outcome.numbers | {"time_step_error": judged.estimate})
+                time_step_error = self._time_step_error(
+                    carry.contact, contact.memory, contact.pressure, lapse
+                )
+                assert time_step_error is not None
+                contact = contact._replace(time_step_error=time_step_error)
+                outcome = outcome._replace(
+                    numbers=outcome.numbers | {"time_step_error": time_step_error.estimate}
+                )
         else:
             (contact, outcome), shift = super().advance(carry.contact, step), carry.shift
         if (
@@ -433,7 +447,7 @@ class SlideStepper(PressStepper):
             bent = Bent(in_cells(shift), in_cells(aside), count, body.kernels.family.periodic)
         return Lapse(step.dt, drift=drift, bent=bent)
 
-    def _energies(self, adhering: Adhering, fields: Any, pressure: Array) -> dict[str, Array]:
+    def _energies(self, adhesion_state: AdhesionState, fields: Any, pressure: Array) -> dict[str, Array]:
         """Return nothing: what a moving body dissipates is in the observables of its memory."""
         return {}
 

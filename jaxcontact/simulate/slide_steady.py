@@ -1,8 +1,8 @@
 """Steady sliding: the limit of a long run, as one contact problem.
 
-The parts, from the top: ``Wake``, the operator of a pressure that has passed over a body for ever; ``FilmWake``, the same
-over a film whose thickness varies across the track; ``FrictionWake``, what the traction adds to it; and ``slide_steady``,
-whose program ``_run`` makes the operator, solves the contact once, and computes forces and powers.
+From the top: ``Wake``, the operator of a pressure that has always slid over the body; ``FilmWake``, that operator over a
+film whose thickness varies across the track; ``FrictionWake``, the displacement under the traction; and the public function
+``slide_steady``, whose program ``_run`` makes the operator, solves the contact once, and computes forces and powers.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
 from jaxcontact.history.memory import Observer, RecursiveMemory, Shift, phase_and_loss
 from jaxcontact.history.motion import as_array, check_along_x, check_sliding_friction
-from jaxcontact.history.normal_step import at_rest, contact_outcome, solve_step, status_of
+from jaxcontact.history.normal_step import contact_outcome, initial_adhesion, solve_step, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.kernels import (
@@ -62,7 +62,8 @@ from jaxcontact.simulate.run import Experiment, reported, tabor_numbers
 # kernel is made, and then cut to the offsets on the grid.
 #
 # What lies farther behind has no effect through a film on an elastic or rigid base. A half-space or a substrate that
-# creeps feels it as a line of point sources, with lambda_k C_k at wavenumber zero, (1 - nu) fluidity_k for a half-space,
+# creeps has an additional displacement as of a line of point sources, with lambda_k C_k at wavenumber zero, (1 - nu)
+# fluidity_k for a half-space,
 #
 #     C_far(x) = (lambda_k C_k)(0)/(2 pi) int_T^infinity exp(-lambda_k s)/|x + v s| ds.
 #
@@ -78,7 +79,7 @@ from jaxcontact.simulate.run import Experiment, reported, tabor_numbers
 
 AT_REST = 1e-30  # smallest speed in a quotient [cells/s]
 FAR_NODES, FAR_WEIGHTS = np.polynomial.legendre.leggauss(40)  # in the logarithm of the distance
-FAR_REACH = 14.0  # how far the integrals over the track beyond the grid go, in e-folds of the distance
+FAR_REACH = 14.0  # range of the integrals over the track beyond the grid, in e-folds of the distance
 
 
 @pytree
@@ -739,10 +740,12 @@ def _run(
     else:
         law = Attraction(adhesion.scaled(scale.length, scale.compliance), grid.periodic)
         problem = replace(problem, law=law, drag=drag)
-        solution, _, told = solve_step(problem, jnp.zeros_like(profile), at_rest(law, profile), *solver)
+        solution, _, adhesion_numbers = solve_step(
+            problem, jnp.zeros_like(profile), initial_adhesion(law, profile), *solver
+        )
         adheres = {
             "contact_pressure": solution.carried,
-            "cohesive_cells": told["cohesive_cells"],
+            "cohesive_cells": adhesion_numbers["cohesive_cells"],
             "tabor_number": tabor_numbers(adhesion, experiment)[0],
         }
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)

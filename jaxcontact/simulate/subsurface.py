@@ -1,4 +1,8 @@
-"""Stresses and displacements below the surface."""
+"""Stresses and displacements below the surface.
+
+From the top: the public function ``subsurface``; ``Track``, the way of a moving contact, and the checks; and ``_fields``,
+the compiled computation, with its kernels. The response below the surface by wavenumber is in ``response.interior``.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +51,10 @@ from jaxcontact.results.deformation import InteriorFields
 from jaxcontact.simulate.run import fine_values
 
 STEP = 0.25  # cells by which a load moves in an inner step, unless their number is given
-MOST_STEPS, WIDEST = 20000, 4096  # inner steps in all; cells of a grid that holds the track
+MOST_STEPS, WIDEST = (
+    20000,
+    4096,
+)  # largest number of inner steps, and of cells along a grid that contains the track
 
 Margins = tuple[tuple[int, int], tuple[int, int]]  # cells beside a grid, before and behind it, along x and y
 NO_MARGINS: Margins = ((0, 0), (0, 0))

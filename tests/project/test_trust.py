@@ -122,8 +122,8 @@ def test_a_response_that_is_not_finite_has_a_status_of_its_own_in_every_verb(ver
 )
 def test_a_response_known_to_be_off_by_more_than_a_hundredth_is_not_fine(separation, horizon, status):
     from jaxcontact.operators.kernels import Errors
-    from jaxcontact.simulate.run import doubted
+    from jaxcontact.simulate.run import with_error_statuses
 
     errors = Errors(np.asarray(separation), np.asarray(1e-6), np.asarray(horizon))
-    found = doubted(np.array([0, 3, 1, 6]), np.ones(4), errors)
+    found = with_error_statuses(np.array([0, 3, 1, 6]), np.ones(4), errors)
     assert np.asarray(found).tolist() == [status or 0, status or 3, status or 1, 6]

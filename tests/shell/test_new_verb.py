@@ -29,7 +29,7 @@ class Hold(Indentation):
         return super().of(body, indenter, jc.Load(share * np.asarray(control.value)), times, grid, **given)
 
     def planned(self):
-        return replace(super().planned(), makes=HoldHistory)
+        return replace(super().planned(), result_class=HoldHistory)
 
 
 def press_and_hold(
