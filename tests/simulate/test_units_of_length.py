@@ -161,7 +161,7 @@ def numbers_of(verb, L):
     return values, slopes, said, notes
 
 
-DEAR = ("rub", "subsurface", "roll_steady")  # a minute each
+DEAR = ("rub", "subsurface", "roll_steady", "mapped")
 
 
 @pytest.mark.slow
