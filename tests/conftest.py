@@ -1,5 +1,6 @@
 """Shared pieces of the tests: the paper's film, ball and substrate, and one store of compiled programs."""
 
+import contextlib
 import gc
 import os
 import subprocess
@@ -62,6 +63,13 @@ def ball():
 @pytest.fixture(scope="session")
 def body():
     return bodies.BODY
+
+
+@pytest.fixture
+def here(tmp_path):
+    """The temporary folder as the working directory; ``monkeypatch.chdir`` would drop programs (below)."""
+    with contextlib.chdir(tmp_path):
+        yield tmp_path
 
 
 def pytest_collection_finish():
