@@ -8,6 +8,7 @@ Errors are reported in one line on stderr, by ``check`` in a line for each mista
 
 import argparse
 import contextlib
+import gc
 import io
 import os
 import signal
@@ -327,6 +328,7 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...], Callable[[argparse.ArgumentParse
 
 def enter() -> None:
     """Run ``main`` as the shell's entry point, and end the process."""
+    gc.set_threshold(20_000, 10, 10)  # tracing creates many objects, hardly any of which are garbage
     if isinstance(sys.stdout, io.TextIOWrapper):  # escape letters of file names that the console cannot show
         sys.stdout.reconfigure(errors="backslashreplace")
     status = main()

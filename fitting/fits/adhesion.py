@@ -434,18 +434,14 @@ class CreepingFilm(NamedTuple):
 
     def objective(self, space: Parameters, weights: np.ndarray, run: Run) -> Objective:
         """Return the least squares over the coordinates."""
-        weighted = jnp.asarray(weights)
-        return Objective(
-            lambda theta: np.asarray(weighted * (loads(theta, run, self.material)[0] - run.load)),
-            lambda theta, free: np.asarray(_creeping_film_slopes(theta, jnp.asarray(free), weighted, run, self.material)),
-            *space.bounds, ftol=1e-5, close=1e-2,
-        )  # fmt: skip
+        linearised = lambda theta: linearise(theta, space.free, weights, run, self.material)
+        return Objective.of_one_program(linearised, space.bounds, ftol=1e-5, close=1e-2)
 
     def correction(self, theta: np.ndarray, space: Parameters, run: Run) -> np.ndarray:
         """Return the load on a finer grid with shorter steps less that of a run, (n,) [N]."""
         finer = self.run(space, float(run.grid.width[0]), FINER)
-        difference = loads(theta, finer, self.material)[0] - loads(theta, run, self.material)[0]
-        return np.asarray(difference + run.correction)
+        own = linearise(theta, space.free, self.weights, run, self.material)[2][0]
+        return np.asarray(loads(theta, finer, self.material)[0] - own + run.correction)
 
 
 def starting_values(material: type, G: float, work: float, duration: float) -> dict[str, float]:
@@ -484,11 +480,19 @@ def loads(theta: Array, run: Run, material: type) -> tuple[Array, Array, Array]:
 
 
 @functools.partial(jax.jit, static_argnames=("material",))
-def _creeping_film_slopes(theta: Array, free: Array, weights: Array, run: Run, material: type) -> Array:
-    """Return the Jacobian (n, k) of the residuals at the points in contact; 0 elsewhere."""
-    at = jnp.asarray(theta)
-    slopes = jax.jacfwd(lambda some: loads(at.at[free].set(some), run, material)[0])(at[free])
-    return jnp.where(weights[:, None] > 0.0, weights[:, None] * slopes, 0.0)
+def linearise(
+    theta: Array, free: Array, weights: Array, run: Run, material: type
+) -> tuple[Array, Array, tuple[Array, Array, Array]]:
+    """Return the weighted residuals (n,), their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,),
+    0 out of contact, and what ``loads`` returns."""
+
+    def some(x: Array) -> tuple[Array, tuple[Array, Array, Array]]:
+        found = loads(theta.at[free].set(x), run, material)
+        return found[0], found
+
+    slopes, found = jax.jacfwd(some, has_aux=True)(theta[free])
+    jacobian = jnp.where(weights[:, None] > 0.0, weights[:, None] * slopes, 0.0)
+    return weights * (found[0] - run.load), jacobian, found
 
 
 Interval = tuple[float, float, float]
@@ -830,7 +834,7 @@ def fit_creeping_film(
         """Return statuses up to the last point in contact, and the fewest cells across the zone of attraction (finer
         grid)."""
         last = float(run.t[np.flatnonzero(seen.contact)[-1]])
-        _, status, cells = loads(solved.theta, run, material)
+        _, status, cells = linearise(solved.theta, space.free, point_weights, run, material)[2]
         reached = np.asarray(run.times) <= last
         return np.asarray(status)[reached], FINER * float(np.min(np.asarray(cells)[reached]))
 

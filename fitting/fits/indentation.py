@@ -344,18 +344,8 @@ def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, flo
 
 def _minimise(press: IndentationProblem, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
     """Minimise from theta with a loose tolerance on RSS, because each evaluation is expensive."""
-    last: dict[bytes, Any] = {}  # the Jacobian is wanted where the residuals were found before
-
-    def linearised(theta: np.ndarray) -> Any:
-        if theta.tobytes() not in last:
-            last.clear()
-            last[theta.tobytes()] = layered.linearise(theta, press.space.free, film)
-        return last[theta.tobytes()]
-
-    objective = Objective(
-        lambda theta: linearised(theta)[0], lambda theta, _: linearised(theta)[1], *press.space.bounds,
-        ftol=1e-5, close=1e-2,
-    )  # fmt: skip
+    linearised = lambda theta: layered.linearise(theta, press.space.free, film)
+    objective = Objective.of_one_program(linearised, press.space.bounds, ftol=1e-5, close=1e-2)
     return minimise(objective, theta), objective
 
 

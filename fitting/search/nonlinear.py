@@ -164,6 +164,19 @@ class Objective:
             **{"floor": floor, **tolerances},
         )  # fmt: skip
 
+    @classmethod
+    def of_one_program(
+        cls, linearise: Callable[[np.ndarray], tuple[Any, ...]], bounds: Sequence[np.ndarray], **tolerances: float
+    ) -> Objective:  # fmt: skip
+        """Return the least squares whose weighted residuals and Jacobian are the first two results of linearise(theta)."""
+        # of the last point, since the Jacobian is wanted where the residuals were found before
+        found = functools.lru_cache(1)(lambda theta: linearise(np.frombuffer(theta)))
+        residual, jacobian = (
+            (lambda theta: found(theta.tobytes())[0]),
+            (lambda theta, _: found(theta.tobytes())[1]),
+        )
+        return cls(residual, jacobian, *bounds, **tolerances)
+
     @property
     def free(self) -> np.ndarray:
         """Indices of the fitted coordinates."""

@@ -182,7 +182,6 @@ def test_a_rough_periodic_contact_is_that_of_an_independent_minimisation():
 # in .ci/run each grid, each control and each law twice
 IN_CI = (
     ("free", True, "ramp"),
-    ("free", False, "exponential"),
     ("periodic", True, "exponential"),
     ("strip", False, "ramp"),
 )

@@ -276,9 +276,8 @@ def test_the_command_ends_with_status_2_for_a_cut_file(tmp_path, capsys, monkeyp
 
 
 @pytest.mark.slow
-def test_the_command_takes_a_map_to_moduli_at_their_places(tmp_path, capsys, monkeypatch):
+def test_the_command_takes_a_map_to_moduli_at_their_places(tmp_path, capsys, here):
     """The moduli rise with line and point, and are found at the places of their curves, from a scan downwards."""
-    monkeypatch.chdir(tmp_path)
     a_map(tmp_path / "gel.ardf", down=True, back=True, segments="Ext;Ret;Away;")
     assert main(["fit", "map", "gel.ardf", "-o", "out", "--cone", "20", "--processes", "1"]) == 0
     assert "6 of 6 curves accepted" in capsys.readouterr().out

@@ -49,7 +49,7 @@ def maxwell(path, G):
 
 
 @pytest.mark.slow
-def test_awkward_files_are_all_fitted(tmp_path, monkeypatch):
+def test_awkward_files_are_all_fitted(tmp_path):
     names = ["x/a.csv", "y/a.csv", "x/1_a.csv", "x/...csv", "x/report.html.csv"]
     moduli = {
         maxwell(tmp_path / name, G): G for name, G in zip(names, (1e5, 2e5, 3e5, 4e5, 5e5), strict=True)

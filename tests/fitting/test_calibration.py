@@ -77,7 +77,7 @@ def test_series_of_blocks_have_the_covariance_of_an_autoregression(rho):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("floor", [0.0, 2.0])
+@pytest.mark.parametrize("floor", [pytest.param(0.0, marks=pytest.mark.long), 2.0])
 def test_intervals_of_a_linear_model_hold_the_truth(floor):
     """Noise of 1 % of the values, without and with 2 % of the largest: the first compliance depends on the few small
     values. Without calibration its intervals held the truth in 99.0 and 91.5 %."""

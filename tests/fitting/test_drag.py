@@ -73,7 +73,7 @@ def test_the_error_of_the_drag_is_in_the_interval():
     assert any("standard deviation of the drag" in note for note in fit.notes)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_intervals_hold_the_drag_and_the_modulus():
     held, count = np.zeros(2), 100
     for seed in range(count):

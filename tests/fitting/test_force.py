@@ -184,10 +184,9 @@ def test_other_data_and_curves_without_approach():
 
 
 @pytest.mark.slow
-def test_the_command_from_a_file_to_a_modulus(tmp_path, capsys, monkeypatch):
+def test_the_command_from_a_file_to_a_modulus(tmp_path, capsys, here):
     rows = np.column_stack([T, 1e9 * noisy(hertz(Z * DEEP), 0), 1e9 * Z * DEEP])
     np.savetxt(tmp_path / "bead.csv", rows, delimiter=",", header="t [s],load [nN],depth [nm]", comments="")
-    monkeypatch.chdir(tmp_path)
     assert main(["fit", "force", "bead.csv", "--radius", str(RADIUS)]) == 0
     found = json.loads((tmp_path / "bead-fit" / "summary.json").read_text())
     assert found["youngs_modulus_Pa"]["low"] < E < found["youngs_modulus_Pa"]["high"]

@@ -322,7 +322,9 @@ def test_what_cannot_be_fitted_is_refused(data, options, message):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("row", ["constant, estimated", "relative, estimated"])
+@pytest.mark.parametrize(
+    "row", [pytest.param("constant, estimated", marks=pytest.mark.long), "relative, estimated"]
+)
 def test_intervals_hold_the_truth(row):
     """The full table, with 400 sets a row, is made by tests/benchmarks/growth_coverage.py; here 100 sets, in which a
     coverage of 95 % lies within 88 to 100 % nearly always."""

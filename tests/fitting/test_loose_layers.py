@@ -63,13 +63,12 @@ def test_force_curve_of_a_loose_gel():
 
 
 @pytest.mark.slow
-def test_the_command(tmp_path, monkeypatch, capsys):
+def test_the_command(tmp_path, here, capsys):
     """``--unbonded`` in the shell, and in the summary."""
     t = np.linspace(0.0, 1.0, 201)
     depth = 1e-6 * t
     rows = np.column_stack([t, 1e9 * loose_forces(500.0, np.maximum(depth - 4e-7, 0.0)), 1e9 * depth])
     np.savetxt(tmp_path / "gel.csv", rows, delimiter=",", header="t [s],load [nN],depth [nm]", comments="")
-    monkeypatch.chdir(tmp_path)
     assert main(["fit", "force", "gel.csv", "--radius", "1e-3", "--thickness", "2e-5", "--unbonded"]) == 0
     found = json.loads((tmp_path / "gel-fit" / "summary.json").read_text())
     assert found["unbonded"] and abs(found["youngs_modulus_Pa"]["value"] / 1500.0 - 1.0) < 1e-3

@@ -80,8 +80,8 @@ def test_a_row_that_is_not_a_number_does_not_hold():
 
 # 14 s of processor time each, the long ones 35 s
 QUICK = (
-    "figure_4", "figure_12",
-    *(pytest.param(name, marks=pytest.mark.long) for name in ("figure_6", "figure_9", "figure_10", "figure_11")),
+    "figure_4",
+    *(pytest.param(f"figure_{n}", marks=pytest.mark.long) for n in (6, 9, 10, 11, 12)),
 )  # fmt: skip
 SLIDING = ("figure_13", "figure_14", "figure_15", "speed_map", "claims")
 

@@ -56,18 +56,14 @@ def test_each_recipe_is_on_the_page_of_its_subject_and_in_the_list(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("heading", RECIPES)
-def test_a_recipe_runs_without_a_warning_and_prints_what_the_page_shows(
-    heading, tmp_path, monkeypatch, capsys
-):
+def test_a_recipe_runs_without_a_warning_and_prints_what_the_page_shows(heading, here, capsys):
     """The words are equal, and the numbers within 1e-3: compilers and processors round differently."""
-    monkeypatch.chdir(tmp_path)
     exec(SETUP + RECIPES[heading], {"__name__": "__main__"})
     assert_printed_as_shown(recipes_page.shown(capsys.readouterr().out), OUTPUTS[heading])
 
 
 @pytest.mark.slow
-def test_the_first_page_runs(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_the_first_page_runs(here, capsys):
     page = (DOCS / "start.md").read_text()
     exec("\n".join(BLOCK.findall(page)), {"__name__": "__main__"})
     out = capsys.readouterr().out

@@ -404,8 +404,11 @@ def test_layers_over_what_flows_against_interface_conditions_and_de_hoogs_invers
 @pytest.mark.parametrize(
     "body",
     [
-        jc.LayeredHalfSpace(
-            (jc.Layer(FILM, 5e-6), jc.Layer(jc.StandardLinearSolid(1e9, 1e9, 3e11, 0.45), 1e-5)), STEEL
+        pytest.param(
+            jc.LayeredHalfSpace(
+                (jc.Layer(FILM, 5e-6), jc.Layer(jc.StandardLinearSolid(1e9, 1e9, 3e11, 0.45), 1e-5)), STEEL
+            ),
+            marks=pytest.mark.long,
         ),
         jc.LayeredHalfSpace((jc.Layer(FILM, 5e-6),), jc.Maxwell(80e9, 1e13)),
     ],
@@ -462,7 +465,7 @@ CREEPING = {  # with the largest error of derivatives of the sum of products, an
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long if "standard" in name else ()) for name in CREEPING]
+    "name", [pytest.param(name, marks=() if "fluid" in name else pytest.mark.long) for name in CREEPING]
 )
 def test_images_of_creeping_bodies_have_the_derivatives_of_the_response(name):
     """By every leaf of film and base, at first and later, from waves of a thousand thicknesses on: first of the sum of

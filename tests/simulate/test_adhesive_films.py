@@ -130,8 +130,8 @@ def test_jumps_and_the_film_take_what_a_cycle_on_a_creeping_film_costs():
     assert viscous + jumps == pytest.approx(lost, rel=0.02)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("load_controlled", [True, pytest.param(False, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("load_controlled", [True, False])
 def test_derivatives_are_those_of_central_differences(load_controlled):
     """By the modulus of the film, the swing of its thickness, work and range of the attraction and the control."""
 

@@ -146,7 +146,7 @@ def test_a_vanishing_attraction_leaves_the_contact_without_and_a_contact_that_is
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("forced", [False, True])
+@pytest.mark.parametrize("forced", [pytest.param(False, marks=pytest.mark.long), True])
 def test_derivatives_are_those_of_central_differences(forced):
     """On a creeping solid in partial slip: by modulus, work and range of the attraction, friction, shear strength, approach
     or load, and what shears."""

@@ -146,7 +146,7 @@ def alike(found, expected, rtol, names=RUBBED):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("friction", [MU[0], pytest.param(MU[1], marks=pytest.mark.slow)])
+@pytest.mark.parametrize("friction", [MU[0], pytest.param(MU[1], marks=pytest.mark.long)])
 def test_slide_steady_with_friction_of_a_ball_coated_with_its_own_material_is_that_of_the_elastic_ball(
     friction,
 ):
@@ -385,7 +385,7 @@ def sheared_in_steps(body, ball, grid):
         pytest.param(pressed, marks=pytest.mark.slow),
         pytest.param(sheared_in_steps, marks=pytest.mark.long),
         pytest.param(rolled_for_ever, marks=pytest.mark.long),
-        pytest.param(slid, marks=pytest.mark.slow),
+        pytest.param(slid, marks=pytest.mark.long),
         pytest.param(slid_for_ever, marks=pytest.mark.long),
     ],
 )
@@ -471,8 +471,15 @@ def rolled(body, ball, **given):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("coupled", [False, True])
-@pytest.mark.parametrize("material", [burgers, coated])
+@pytest.mark.parametrize(
+    ("material", "coupled"),
+    [
+        (burgers, False),
+        pytest.param(burgers, True, marks=pytest.mark.long),
+        pytest.param(coated, False, marks=pytest.mark.long),
+        (coated, True),
+    ],
+)
 def test_rolling_of_two_equal_rollers_is_that_on_twice_the_compliance(material, coupled):
     """The couplings of two equal solids cancel: with them, too, the contact is that of one body without coupling."""
     expected = rolled(as_body(material(0.5)), jc.Sphere(R), coupled=False)
@@ -485,18 +492,18 @@ def test_rolling_of_two_equal_rollers_is_that_on_twice_the_compliance(material, 
 
 
 @pytest.mark.slow
-def test_rolling_of_a_creeping_ball_on_a_stiff_base_is_that_of_a_stiff_ball_on_the_solid():
+@pytest.mark.parametrize("material", [pytest.param(solid, marks=pytest.mark.long), coated])
+def test_rolling_of_a_creeping_ball_on_a_stiff_base_is_that_of_a_stiff_ball_on_the_solid(material):
     """Body and indenter exchanged, the coupling changes its sign: so does the displacement along the surface, and with it
     the pressure under which a traction raises the surface."""
     stiff = jc.Elastic(G=1e12, nu=0.4)
-    for material in (solid(), coated()):
-        found = rolled(jc.LayeredHalfSpace([], stiff), jc.Sphere(R, material), creepage=(0.0, 0.0))
-        expected = rolled(as_body(material), jc.Sphere(R), creepage=(0.0, 0.0))
-        for name in ("pressure", "displacement", "approach", "hysteresis_power"):
-            a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
-            np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-4 * np.max(np.abs(b)), err_msg=name)
-        size = np.max(np.abs(expected.traction))
-        np.testing.assert_allclose(found.traction, -expected.traction, rtol=0.0, atol=1e-4 * size)
+    found = rolled(jc.LayeredHalfSpace([], stiff), jc.Sphere(R, material()), creepage=(0.0, 0.0))
+    expected = rolled(as_body(material()), jc.Sphere(R), creepage=(0.0, 0.0))
+    for name in ("pressure", "displacement", "approach", "hysteresis_power"):
+        a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-4 * np.max(np.abs(b)), err_msg=name)
+    size = np.max(np.abs(expected.traction))
+    np.testing.assert_allclose(found.traction, -expected.traction, rtol=0.0, atol=1e-4 * size)
 
 
 @pytest.mark.slow

@@ -117,7 +117,12 @@ def force(theta, bonded, base):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("bonded", "base"), [pytest.param(False, None, marks=pytest.mark.long), (True, None), (False, 1)]
+    ("bonded", "base"),
+    [
+        pytest.param(False, None, marks=pytest.mark.long),
+        (True, None),
+        pytest.param(False, 1, marks=pytest.mark.long),
+    ],
 )
 def test_derivatives_of_a_contact(bonded, base):
     """Forward and reverse against central differences, 1e-6."""

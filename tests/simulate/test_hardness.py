@@ -191,7 +191,7 @@ def test_hardness_a_punch_carries_at_most_the_hardness_times_its_area():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("control", [jc.Load, jc.Approach])
+@pytest.mark.parametrize("control", [jc.Load, pytest.param(jc.Approach, marks=pytest.mark.long)])
 def test_hardness_gradients_of_pressure_and_dent(control):
     """By forward and reverse mode and by differences, for load or approach, hardness, radius and material."""
     top = jnp.array([300.0, 380.0, 150.0]) if control is jc.Load else jnp.array([12e-6, 15e-6, 9e-6])

@@ -43,9 +43,9 @@ def shear(body, load, times, **options):
 CASES = [  # verb, material, whether later steps inherit anything
     pytest.param(indent, "elastic", False, marks=pytest.mark.slow),
     pytest.param(indent, "creeping", True),
-    pytest.param(shear, "elastic", True, marks=pytest.mark.slow),
+    pytest.param(shear, "elastic", True, marks=pytest.mark.long),
     pytest.param(shear, "creeping", True, marks=pytest.mark.slow),
-    pytest.param(slide, "elastic", False, marks=pytest.mark.slow),
+    pytest.param(slide, "elastic", False, marks=pytest.mark.long),
     pytest.param(slide, "creeping", True, marks=pytest.mark.slow),
 ]
 

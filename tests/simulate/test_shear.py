@@ -32,7 +32,7 @@ def stick_radius(history, step):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("n", "traction", "shift"),
-    [(64, 6e-3, 3e-4), pytest.param(256, 1e-3, 1e-5, marks=pytest.mark.slow)],
+    [(64, 6e-3, 3e-4), pytest.param(256, 1e-3, 1e-5, marks=pytest.mark.long)],
 )
 def test_cattaneo_and_mindlin(n, traction, shift):
     """nu = 0, where it is exact, at 60 % of what friction can hold: traction in L1, displacement, stick radius."""

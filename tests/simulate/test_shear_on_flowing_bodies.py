@@ -74,7 +74,7 @@ def test_fast_steady_sliding_with_friction_is_that_of_an_elastic_body():
     )  # what friction does to the pressure is not lost here
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")
 def test_sliding_with_friction_of_a_layer_on_its_own_material():
     times = [0.0, 0.1, 0.4]
