@@ -206,7 +206,7 @@ class IndentationData:
         found = self.contact
         return infer(self.t, found.load_sign * self.load, found.depth_sign * self.depth)
 
-    @property
+    @functools.cached_property
     def contact(self) -> FirstTouch:
         """First contact according to the load, with respect to the zeros of this curve; see ``fitting.data.contact``."""
         return find_contact(self.t, self.load, self.depth)

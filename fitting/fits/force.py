@@ -25,6 +25,7 @@ from fitting.data.contact import (
     by_sensitivity,
     calibration_in_words,
     directions,
+    sample_noise,
     smooth,
     without_drag,
 )
@@ -237,6 +238,7 @@ class ForceModel(NamedTuple):
 
 
 ROWS = 5  # of the table of the modulus over the depth
+BEND = 0.5  # standard deviation of the second differences of its logarithm
 SHIFTS = -0.5, -0.2, 0.0, 0.2, 0.5  # starts of its contact point, over the largest depth
 LOST = (
     0.1  # part of the work of the approach that a retraction does not give back, above which a note says so
@@ -385,7 +387,9 @@ class ForceFit(Fit):
         the fit is rejected for a trend; none for another fit, or on an elastic base or for an elastic tip.
 
         Its logarithm is a cubic spline through the rows, and the contact point and baseline are fitted again with it, since
-        those of the rejected fit are biased. The intervals are linearised, with the correlation of the residuals.
+        those of the rejected fit are biased. An early contact with a modulus that begins near zero would often describe the
+        noise as well: the second differences of the logarithm between the rows are taken as zero within ``BEND``. The
+        intervals are linearised, with the correlation of the residuals.
         """
         if not self.trended or self.substrate is not None or self.indenter.material is not None:
             return ()
@@ -395,14 +399,17 @@ class ForceFit(Fit):
         if self.thickness is not None:
             layer = ThinLayer.of(self.indenter, self.thickness, self.nu, base)
         nodes, along = np.linspace(0.0, 1.0, ROWS + 1), np.linspace(0.0, 1.0, self.depth.size)
+        bend = sample_noise(self.force) / top / BEND
 
         def residual(x: np.ndarray) -> np.ndarray:
-            """Return the residuals (n,) over the largest force; x: log E at the nodes, contact point, baseline and tilt."""
+            """Return the residuals (n,) over the largest force, and after them those of the second differences, of the
+            size of the noise; x: log E at the nodes, contact point, baseline and tilt."""
             d = np.maximum(self.depth / deepest - x[-3], 0.0)
             factor = 1.0 if layer is None else np.asarray(layer.factor(d * deepest))
             spline = scipy.interpolate.CubicSpline(nodes, x[:-3])
             law = unit * (d * deepest) ** probe.power * factor * np.exp(spline(d / d.max()))
-            return law + x[-2] + x[-1] * along - self.force / top
+            measured = law + x[-2] + x[-1] * along - self.force / top
+            return np.append(measured, bend * np.diff(x[:-3], 2))
 
         start = np.full(nodes.size, math.log(self.youngs_modulus[0]))
         tried = []
@@ -414,8 +421,9 @@ class ForceFit(Fit):
         if not tried:
             return ()
         best = min(tried, key=lambda one: one.cost)
-        rho = min(max(noise.lag_one(best.fun, np.zeros(best.fun.size)), 0.0), noise.RHO[-1])
-        variance = 2.0 * best.cost / max(best.fun.size - best.x.size, 1) * (1.0 + rho) / (1.0 - rho)
+        left = best.fun[: self.depth.size]
+        rho = min(max(noise.lag_one(left, np.zeros(left.size)), 0.0), noise.RHO[-1])
+        variance = float(left @ left) / max(left.size - best.x.size, 1) * (1.0 + rho) / (1.0 - rho)
         half = noise.two_sided(self.level) * np.sqrt(np.diag(nonlinear.inverse(best.jac)) * variance)
         place, below = nodes * (1.0 - best.x[-3]) * deepest, np.minimum(half[: nodes.size], 50.0)
         return tuple(

@@ -129,6 +129,9 @@ def modulus_of(
     return weights, rates
 
 
+_modulus = functools.partial(jax.jit, static_argnames=("model", "decades"))(modulus_of)
+
+
 # 2. The force over a history of the depth.
 
 CELLS = 64  # elements along the largest contact radius
@@ -186,17 +189,17 @@ def contact_force(
     def step(
         carry: tuple[Array, Array], now: tuple[Array, Array, Array]
     ) -> tuple[tuple[Array, Array], Array]:
-        # the parts of q relax over the step; stress (c, k): of each mode, place (c,): the displacement w
+        # the parts of q relax over the step; stress (k, c): of each mode, place (c,): the displacement w
         (stress, place), (decay, rise, depth) = carry, now
-        stress = stress * decay
+        stress = stress * decay[:, None]
         # q = 0 at the end of the step without a tip (free); in contact the tip pushes the element further, w = d - y
-        free = place - stress.sum(-1) / rise.sum()
+        free = place - stress.sum(0) / rise.sum()
         after = jnp.maximum(depth - places, free)
         force = stiffness @ (after - free) * rise.sum()
-        return (stress + (after - place)[:, None] * rise, after), force
+        return (stress + rise[:, None] * (after - place), after), force
 
     # before the first time, at which the elements are taken as undeformed
-    start = jnp.zeros((places.size, rates.size)), jnp.zeros(places.size)
+    start = jnp.zeros((rates.size, places.size)), jnp.zeros(places.size)
     return jax.lax.scan(step, start, (decay, rise, depth))[1]
 
 
@@ -219,13 +222,29 @@ def force_with_baseline(theta: Array, curve: History, model: str, decades: int) 
     )
 
 
+@functools.partial(jax.jit, static_argnames=("model", "decades"))
+def _slopes(theta: Array, curve: History, model: str, decades: int) -> Array:
+    """Return the Jacobian (n, m) of ``force_with_baseline``, without passes through the contact for its linear part."""
+    of_contact = lambda first: indentation_force(theta.at[:BASELINE].set(first), curve, model, decades)
+    t, depth = curve.t[curve.pick], curve.depth[curve.pick]
+    return jnp.column_stack([jax.jacfwd(of_contact)(theta[:BASELINE]), jnp.ones(t.size), t, depth])
+
+
+def _weighted_slopes(
+    curve: History, weights: np.ndarray, model: str, decades: int, theta: np.ndarray, free: np.ndarray
+) -> np.ndarray:
+    """Return the Jacobian (n, k) of the residuals with ``weights`` (n,) by the coordinates at the places ``free``."""
+    found = np.asarray(_slopes(jnp.asarray(theta), curve, model, decades))
+    return weights[:, None] * found[: weights.size, free]
+
+
 COARSE = 24  # elements in the comparison of starts
 
 
 @functools.partial(jax.jit, static_argnames=("model", "decades"))
 def unit_forces(thetas: Array, curve: History, model: str, decades: int) -> Array:
     """Return the scaled forces (k, n) without the baseline at trial coordinates (k, m)."""
-    return jax.lax.map(lambda theta: indentation_force(theta, curve, model, decades, COARSE), thetas)
+    return jax.vmap(lambda theta: indentation_force(theta, curve, model, decades, COARSE))(thetas)
 
 
 # 3. The curve, without what pulls, and the turning points of its motion.
@@ -396,11 +415,13 @@ class HistoryModel(NamedTuple):
 
     def objective(self, weights: np.ndarray) -> Objective:
         """Return the least-squares objective for weights (m,) [1/N]."""
-        own, measured = nonlinear.without_weight(weights * self.units.load), nonlinear.repeated(self.measured)
-        return Objective.of(
-            force_with_baseline, self.history, measured, own, self.space, points=slice(weights.size),
-            static=(self.model, self.decades),
+        own, measured = weights * self.units.load, nonlinear.repeated(self.measured)
+        found = Objective.of(
+            force_with_baseline, self.history, measured, nonlinear.without_weight(own), self.space,
+            points=slice(weights.size), static=(self.model, self.decades),
         )  # fmt: skip
+        slopes = functools.partial(_weighted_slopes, self.history, own, self.model, self.decades)
+        return dataclasses.replace(found, jacobian=slopes)
 
     def modulus(self, theta: np.ndarray, t: Any) -> np.ndarray:
         """Return the relaxation modulus [Pa] at times [s]."""
@@ -411,7 +432,7 @@ class HistoryModel(NamedTuple):
         """Return the weights [Pa] and rates [1/s] of the relaxation modulus of the sample with its tip."""
         history = self.history
         given = jnp.asarray(theta[:POINT]), history.unit, history.extra, history.own, self.model, self.decades
-        weights, rates = (np.asarray(part) for part in modulus_of(*given))
+        weights, rates = (np.asarray(part) for part in _modulus(*given))
         return weights / self.units.compliance, rates / self.units.time
 
     def starts(self) -> list[np.ndarray]:
@@ -431,30 +452,32 @@ class HistoryModel(NamedTuple):
         places = np.cumsum(kept)[some] - 1
         y, w = self.measured[places], self.sample.weights[places] * self.units.load
 
-        # the best contact point with each material
+        # The best contact point with each material: the baseline is projected out of the measured and the trial forces.
+        # Without a slope in depth, which would be a drift, it has two terms.
         trials = np.linspace(0.0, 1.0, TRIALS, endpoint=False)
+        base = (
+            w[:, None]
+            * np.stack([np.ones(t.size), t, depth], -1)[:, : 3 if self.space.upper[SLOPE] > 0.0 else 2]
+        )
+        Q = noise.basis(base)
+        rest = w * y - Q @ (Q.T @ (w * y))
         found: list[tuple[float, np.ndarray]] = []
         for material in self._materials():
             thetas = np.zeros((TRIALS, material.size + len(NUISANCES)))
             thetas[:, : material.size] = material
             thetas[:, POINT] = trials
-            forces = np.asarray(unit_forces(thetas, few, self.model, self.decades))[:, : some.size]
-            least, best = math.inf, thetas[0]
-            for theta, force in zip(thetas, forces, strict=True):
-                if not (np.all(np.isfinite(force)) and np.any(force > 0.0)):
-                    continue
-                A = np.stack([force, np.ones(t.size), t, depth], -1)
-                A = (
-                    A if self.space.upper[SLOPE] > 0.0 else A[:, :3]
-                )  # without a slope, which would be a drift
-                x = np.linalg.lstsq(A * w[:, None], w * y, rcond=1e-10)[0]
-                rss = float(np.sum((w * (A @ x - y)) ** 2))
-                if x[0] > 0.0 and rss < least:
-                    others = np.append(x[1:], np.zeros(4 - x.size))
-                    least = rss
-                    best = np.concatenate([self._scaled(theta[:POINT], x[0]), theta[POINT:BASELINE], others])
-            if math.isfinite(least):
-                found.append((least, best))
+            forces = w * np.asarray(unit_forces(thetas, few, self.model, self.decades))[:, : some.size]
+            with np.errstate(all="ignore"):  # of trials whose force is not finite, or zero
+                others = forces - (forces @ Q) @ Q.T
+                squares = np.sum(others * others, -1)
+                size = others @ rest / squares
+                apart = (size > 0.0) & (squares > 1e-20 * np.sum(forces * forces, -1))
+                rss = np.where(apart, rest @ rest - size**2 * squares, math.inf)
+            best = int(np.argmin(rss))
+            if math.isfinite(rss[best]):
+                x = np.linalg.lstsq(base, w * y - size[best] * forces[best], rcond=1e-10)[0]
+                parts = self._scaled(material, size[best]), [trials[best]], x, np.zeros(3 - x.size)
+                found.append((float(rss[best]), np.concatenate(parts)))
         if not found:
             raise ValueError(NO_CONTACT)
         found.sort(key=lambda one: one[0])

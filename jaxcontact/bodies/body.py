@@ -11,7 +11,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact.bodies.materials import Elastic, Material, Rigid
+from jaxcontact.bodies.materials import Elastic, Material, Rigid, check_material
 
 
 @pytree
@@ -294,39 +294,3 @@ def at_its_thickest(body: LayeredHalfSpace) -> LayeredHalfSpace:
 def thickest(body: LayeredHalfSpace) -> float:
     """Return the largest thickness of any layer at any time [m], 0 without layers."""
     return max((float(np.max(layer.thickness)) for layer in body.layers), default=0.0)
-
-
-def check_material(where: str, material: Material) -> Verdict:
-    """Check the parameters of a material.
-
-    Moduli and viscosities are > 0, and either nu is in (-1, 0.5] or a bulk modulus is given; each is one number. The
-    lists of a spectrum have one shape.
-    """
-    remedy = ": use its prony(shortest, longest)" if hasattr(material, "prony") else ""
-    checks.require(
-        isinstance(material, Material),
-        f"{where}: expected a material (Elastic, Burgers, Maxwell, ...), got {type(material).__name__}{remedy}",
-    )
-    kind = type(material).__name__
-    nu, K = material.nu, material.bulk_modulus
-    checks.require(
-        (nu is None) != (K is None),
-        f"{where} {kind}: expected one of nu and bulk_modulus, got {'neither' if nu is None else 'both'}",
-    )
-    valid = True if nu is None else checks.poisson_ratio(f"{where} nu", nu)
-    given = {name: value for name, value in vars(material).items() if value is not None}
-    for name, value in given.items():
-        listed = name in material.lists
-        checks.require(
-            np.ndim(value) <= listed,
-            f"{where} {kind} {name}: expected {'a list' if listed else 'a number'}, got shape {np.shape(value)}",
-        )
-        if name != "nu":
-            check = checks.non_negative if name in material.may_be_zero else checks.positive
-            valid = valid & check(f"{where} {kind} {name}", value)
-    shapes = [np.shape(getattr(material, name)) for name in material.lists]
-    checks.require(
-        len(set(shapes)) <= 1,
-        f"{where} {kind}: expected {' and '.join(material.lists)} of one shape, got {' and '.join(map(str, shapes))}",
-    )
-    return valid

@@ -18,6 +18,7 @@ Structural Mechanics Module User's Guide, Viscoelasticity.
 """
 
 import math
+import re
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -153,7 +154,11 @@ def _system(units: str) -> tuple[str, float, float, str, str]:
 
 
 def abaqus(found: Table, name: str, units: str, density: float | None) -> str:
-    """Return the keywords of Abaqus."""
+    """Return the keywords of Abaqus; ValueError for a name that would be read as something else there."""
+    checks.require(
+        isinstance(name, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_. -]{0,79}", name) is not None,
+        f"name: expected a letter and up to 79 letters, digits, spaces, _, . or -, got {name!r}",
+    )
     system, stress, mass, pascal, rho = _system(units)
     density = _density(density)
     G0, nu = found.instantaneous, found.nu_at(found.instantaneous)
@@ -180,6 +185,7 @@ def abaqus(found: Table, name: str, units: str, density: float | None) -> str:
 
 def ansys(found: Table, number: int, units: str, density: float | None) -> str:
     """Return the commands of ANSYS (APDL)."""
+    checks.whole("number", number, 1, 999999)
     system, stress, mass, pascal, rho = _system(units)
     density = _density(density)
     G0, nu = found.instantaneous, found.nu_at(found.instantaneous)

@@ -24,11 +24,13 @@ from typing import ClassVar, Self
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 from jax.nn import softplus
 from jax.scipy.special import gammaln
 
 from jaxcontact._support import checks
+from jaxcontact._support.checks import Verdict
 from jaxcontact._support.exponential import mean_decay, mittag_leffler
 from jaxcontact._support.pytree import Base, as_float64, is_concrete, pytree, replace
 from jaxcontact.bodies import finite_elements
@@ -374,6 +376,7 @@ class Material(Base, abc.ABC):
 
     def _prony_table(self, long_term: float) -> finite_elements.Table:
         """Return the relaxation modulus as a table for a finite-element program."""
+        check_material("material", self)
         spectrum = self.spectrum()
         rho, weights = relaxation_modes(spectrum)
         relaxed: Array | float = 0.0
@@ -454,6 +457,42 @@ class Material(Base, abc.ABC):
             1 1000000.0 0.25
         """
         return finite_elements.comsol(self._prony_table(long_term), density)
+
+
+def check_material(where: str, material: Material) -> Verdict:
+    """Check the parameters of a material.
+
+    Moduli and viscosities are > 0, and either nu is in (-1, 0.5] or a bulk modulus is given; each is one number. The
+    lists of a spectrum have one shape.
+    """
+    remedy = ": use its prony(shortest, longest)" if hasattr(material, "prony") else ""
+    checks.require(
+        isinstance(material, Material),
+        f"{where}: expected a material (Elastic, Burgers, Maxwell, ...), got {type(material).__name__}{remedy}",
+    )
+    kind = type(material).__name__
+    nu, K = material.nu, material.bulk_modulus
+    checks.require(
+        (nu is None) != (K is None),
+        f"{where} {kind}: expected one of nu and bulk_modulus, got {'neither' if nu is None else 'both'}",
+    )
+    valid = True if nu is None else checks.poisson_ratio(f"{where} nu", nu)
+    given = {name: value for name, value in vars(material).items() if value is not None}
+    for name, value in given.items():
+        listed = name in material.lists
+        checks.require(
+            np.ndim(value) <= listed,
+            f"{where} {kind} {name}: expected {'a list' if listed else 'a number'}, got shape {np.shape(value)}",
+        )
+        if name != "nu":
+            check = checks.non_negative if name in material.may_be_zero else checks.positive
+            valid = valid & check(f"{where} {kind} {name}", value)
+    shapes = [np.shape(getattr(material, name)) for name in material.lists]
+    checks.require(
+        len(set(shapes)) <= 1,
+        f"{where} {kind}: expected {' and '.join(material.lists)} of one shape, got {' and '.join(map(str, shapes))}",
+    )
+    return valid
 
 
 @pytree

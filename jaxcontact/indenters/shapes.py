@@ -16,10 +16,10 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import Base, is_concrete, pytree, replace
-from jaxcontact.bodies.body import LayeredHalfSpace, at_its_thickest, check_material, checked_body
+from jaxcontact.bodies.body import LayeredHalfSpace, at_its_thickest, checked_body
 from jaxcontact.bodies.controls import Control
 from jaxcontact.bodies.grid import Grid
-from jaxcontact.bodies.materials import Elastic, Material
+from jaxcontact.bodies.materials import Elastic, Material, check_material
 from jaxcontact.indenters.predicted_contact import Outline, predicted
 from jaxcontact.reference import hertz
 from jaxcontact.response.stack import (

@@ -1,6 +1,6 @@
 """Coverage of the 95 % intervals of viscoelastic fits to approach and retraction of force curves.
 
-    python -m tests.benchmarks.force_history_coverage [--sets 60] [--seed 0] [--only WORDS] [--hold]
+    python -m tests.benchmarks.force_history_coverage [--sets 60] [--seed 0] [--only WORDS] [--hold] [-o FILE]
 
 The curves are quadratures of Ting's integrals (``tests/support/ting_curves.py``) for a ball and a cone, three models, and
 times of approach from 0.1 to 10 relaxation times (of the fractional laws, of one second). They have a baseline before and
@@ -14,7 +14,9 @@ independent ones), that of rejected fits, and the seconds of a fit.
 
 import argparse
 import itertools
+import json
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -53,28 +55,41 @@ def clean(model: str, tip: str, turn: float, hold: bool) -> tuple[np.ndarray, np
     return t, depth, ting_curves.force(since, G, DEEP, turn, slope, power)
 
 
-def row(model: str, tip: str, turn: float, sets: int, seed: int, hold: bool = False) -> str:
-    """Return a row of the results."""
+def row(model: str, tip: str, turn: float, sets: int, seed: int, hold: bool, kept: Path | None) -> str:
+    """Return a row of the results, with the sets that ``kept`` holds, and add the others to it."""
     t, depth, force = clean(model, tip, turn, hold)
     truth, top = MODELS[model][0], force.max()
-    held, closed, widths, refused, spent = [], [], [], 0, time.process_time()
+    lines = kept.read_text().splitlines() if kept and kept.exists() else []
+    known = {tuple(one.pop("set")): one for one in map(json.loads, lines)}
+    held, closed, widths, refused, spent = [], [], [], 0, 0.0
     for k in range(sets):
-        noise = NOISE * top * np.random.default_rng([seed, k]).standard_normal(t.size)
-        data = fitting.IndentationData(t=t, load=force + noise + top * (0.1 + 0.02 * t / t[-1]), depth=depth)
-        fit = fitting.fit_force(data, indenter=TIPS[tip][0], nu=NU, model=model)
-        refused += bool(fit.refused)
-        ends = np.array([fit.intervals[name] for name in truth])
-        values = np.array(list(truth.values()))
+        place = (tip, model, turn, hold, seed, k)
+        if place not in known:
+            noise = NOISE * top * np.random.default_rng([seed, k]).standard_normal(t.size)
+            data = fitting.IndentationData(
+                t=t, load=force + noise + top * (0.1 + 0.02 * t / t[-1]), depth=depth
+            )
+            begun = time.process_time()
+            fit = fitting.fit_force(data, indenter=TIPS[tip][0], nu=NU, model=model)
+            known[place] = {
+                "ends": [[float(end) for end in fit.intervals[name]] for name in truth],
+                "rejected": bool(fit.refused), "seconds": time.process_time() - begun,
+            }  # fmt: skip
+            if kept:
+                with kept.open("a") as file:
+                    file.write(json.dumps({"set": place, **known[place]}) + "\n")
+        one = known[place]
+        ends, values = np.array(one["ends"]), np.array(list(truth.values()))
+        refused, spent = refused + one["rejected"], spent + one["seconds"]
         held.append((ends[:, 0] <= values) & (values <= ends[:, 1]))
         closed.append((ends[:, 0] > 0.0) & np.isfinite(ends[:, 1]))
         widths.append(50.0 * (ends[:, 1] - ends[:, 0]) / values)
-    spent = (time.process_time() - spent) / sets
     rows = zip(truth, np.mean(held, 0), np.mean(closed, 0), np.median(widths, 0), strict=True)
     parts = [
         f"{n}: held {100 * h:.1f} %, closed {100 * c:.0f} %, half width {w:.2g} %" for n, h, c, w in rows
     ]
     parts.append(f"all held {100.0 * np.mean(np.all(held, 1)):.1f} %")
-    return f"{'; '.join(parts)}; rejected {100.0 * refused / sets:.1f} %; {spent:.2f} s a fit"
+    return f"{'; '.join(parts)}; rejected {100.0 * refused / sets:.1f} %; {spent / sets:.2f} s a fit"
 
 
 def main() -> None:
@@ -84,11 +99,15 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--only", default="", help="rows whose name has these words")
     parser.add_argument("--hold", action="store_true", help="approach and hold")
+    parser.add_argument(
+        "-o", type=Path, metavar="FILE", help="keeps the fits, and those it has are not made again"
+    )
     options = parser.parse_args()
     for tip, model, turn in itertools.product(TIPS, MODELS, APPROACHES):
         name = f"{tip}, {model}, approach of {turn:g} s{' and hold' if options.hold else ''}"
         if all(word in name for word in options.only.split()):
-            print(f"{name}: {row(model, tip, turn, options.sets, options.seed, options.hold)}", flush=True)
+            found = row(model, tip, turn, options.sets, options.seed, options.hold, options.o)
+            print(f"{name}: {found}", flush=True)
 
 
 if __name__ == "__main__":

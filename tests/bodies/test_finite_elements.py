@@ -144,6 +144,17 @@ def test_an_elastic_or_incompressible_material():
         (lambda: RUBBER.to_ansys(density=-1.0), "density"),
         (lambda: RUBBER.to_comsol(long_term=2.0), "long_term"),
         (lambda: jc.Springpot(1e3, 0.2).to_abaqus(1.0, 0.5), "longest: expected more than shortest"),
+        (lambda: RUBBER.to_abaqus("RUBBER, TYPE 2"), "name: expected a letter and up to 79 letters"),
+        (lambda: RUBBER.to_abaqus("RUBBER\n*STEP"), "name: expected a letter and up to 79 letters"),
+        (lambda: RUBBER.to_abaqus("A" * 81), "name: expected a letter and up to 79 letters"),
+        (lambda: RUBBER.to_ansys(0), "number: expected 1 to 999999, got 0"),
+        (lambda: RUBBER.to_ansys(2.5), r"number: expected 1 to 999999, got 2\.5"),
+        (lambda: jc.Elastic(1e6, nu=0.7).to_comsol(), r"material nu: expected -1 < nu <= 0\.5, got 0\.7"),
+        (
+            lambda: jc.StandardLinearSolid(2e6, -5e6, 1e6).to_abaqus(),
+            "material StandardLinearSolid G2: expected > 0",
+        ),
+        (lambda: jc.Elastic(np.array([1e6, 2e6])).to_ansys(), "material Elastic G: expected a number"),
     ],
 )
 def test_what_cannot_be_written_is_refused(call, words):

@@ -291,6 +291,24 @@ def test_an_elastic_fit_points_to_a_model_and_has_a_table_over_the_depth():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    "shape, seeds", [(lambda s: 1.0 - 0.6 * s, (0, 1, 6)), (lambda s: 1.0 + 9.0 * s**2, (0, 6, 11))]
+)
+def test_a_table_over_the_depth_does_not_begin_far_above_the_sample(shape, seeds):
+    """With noise a contact too early and a modulus that begins near zero describe a curve as well as the true ones."""
+    z = np.linspace(-1.0, 1.0, 400)
+    s = np.maximum(z, 0.0)
+    for seed in seeds:
+        load = 16.0 / 9.0 * 1e3 * shape(s) * np.sqrt(RADIUS) * (DEEP * s) ** 1.5
+        load = load + 3e-3 * load.max() * np.random.default_rng(seed).standard_normal(400)
+        data = fitting.IndentationData(t=1e-3 * np.arange(400.0), load=load, depth=DEEP * z)
+        at, found, low, high = np.array(fitting.fit_force(data, indenter=BALL).modulus_over_depth).T
+        truth = 1e3 * shape(at / DEEP)
+        assert at[-1] == pytest.approx(DEEP, abs=0.05 * DEEP)
+        assert np.all((low < truth) & (truth < high)) and np.all(np.abs(found / truth - 1.0)[1:] < 0.15)
+
+
+@pytest.mark.slow
 def test_the_command_fits_a_pyramid(tmp_path, capsys):
     face = np.radians(35.0)
     cone = np.arctan(2.0 / np.sqrt(np.pi) * np.tan(face))  # of equal area

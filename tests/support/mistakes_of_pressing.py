@@ -294,6 +294,11 @@ PRESSING = {
         lambda: STEEL.to_abaqus(units="inch"),
         r"units: expected one of m, mm, um \(the unit of length\), got 'inch'",
     ),
+    "a parameter in the name of a material": (
+        lambda: STEEL.to_abaqus("STEEL, TYPE 2"),
+        r"name: expected a letter and up to 79 letters, digits, spaces, _, \. or -, got 'STEEL, TYPE 2'",
+    ),
+    "the number zero of a material": (lambda: STEEL.to_ansys(0), r"number: expected 1 to 999999, got 0"),
     "a density below zero": (lambda: STEEL.to_ansys(density=-1.0), r"density .*expected > 0, got -1"),
     "a long-term modulus above that at first": (
         lambda: FILM.to_comsol(long_term=2.0),
