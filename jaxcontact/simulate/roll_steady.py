@@ -215,7 +215,9 @@ def _square(x: Array, y: Array) -> Array:
 
 
 STEADY = 1e-7  # change of the tractions from step to step, in parts of what they are,
-SMALL = 1e-6  # or, where they are smaller, of this share of what friction holds
+SMALL = 1e-6  # or, where they are smaller, of this share of what friction holds;
+SETTLED = 10.0  # a strict tolerance asks for less, this many times itself,
+ROUNDED = 1e-11  # but not for less than rounding leaves
 FINER = 1e-2  # of the tolerance, in each step: what it leaves in the tractions must be less than a change that counts
 COLD = -1  # steps of a state without a first guess of the pressure
 FARTHEST = 20  # grid lengths that are rolled
@@ -230,11 +232,6 @@ class Rolled(NamedTuple):
     change: Array
     steps: Array
     ended: Array
-
-    @property
-    def steady(self) -> Array:
-        """True if the state no longer changes, ()."""
-        return self.change <= STEADY
 
 
 @pytree
@@ -272,6 +269,10 @@ class RollingContact:
         bound, target = self.coefficient * pressure, self.tangential_target
         problem = TangentialProblem(relaxed, bound, drift, target, self.tangential_load_controlled)
         return problem, displacement
+
+    def steady(self, state: Rolled) -> Array:
+        """True if a state no longer changes, ()."""
+        return state.change <= jnp.clip(SETTLED * self.tolerance, ROUNDED, STEADY)
 
     def rolled(self) -> Rolled:
         """The steady state, with its derivatives: what sticks, slips and touches is held."""
@@ -315,7 +316,7 @@ class RollingContact:
         cold, first = state.steps == COLD, state.steps == 0
         # the cells that a step passes along an axis may be a part of one
         rolled = state.steps * jnp.max(jnp.abs(jax.lax.stop_gradient(self.way)))
-        ends = state.steady | (rolled >= FARTHEST * max(self.profile.shape))
+        ends = self.steady(state) | (rolled >= FARTHEST * max(self.profile.shape))
         tolerance = jnp.where(first | ends, 1.0, FINER) * self.tolerance
         tolerance = jnp.where(cold, nonsymmetric.COLD_TOLERANCE, tolerance)
         limit = jnp.where(cold, nonsymmetric.COLD_ITERATIONS, self.max_iterations)
@@ -574,7 +575,7 @@ def _run(
     met = solved(sheared.error, experiment.tolerance, sheared.traction, sheared.slip, sheared.shift)
     found = met & (status != Status.NOT_CONVERGED) & (status != Status.NOT_FINITE)
     status = most_serious(
-        (found & ~rolled.steady, Status.NOT_STEADY), (~met, Status.NOT_CONVERGED), status=status
+        (found & ~contact.steady(rolled), Status.NOT_STEADY), (~met, Status.NOT_CONVERGED), status=status
     )
     if forced:
         asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
