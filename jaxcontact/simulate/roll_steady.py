@@ -217,7 +217,7 @@ def _square(x: Array, y: Array) -> Array:
 STEADY = 1e-7  # change of the tractions from step to step, in parts of what they are,
 SMALL = 1e-6  # or, where they are smaller, of this share of what friction holds;
 SETTLED = 10.0  # a strict tolerance asks for less, this many times itself,
-ROUNDED = 1e-11  # but not for less than rounding leaves
+ROUNDED = 1e-9  # but not for less than coupled solids and films may leave
 FINER = 1e-2  # of the tolerance, in each step: what it leaves in the tractions must be less than a change that counts
 COLD = -1  # steps of a state without a first guess of the pressure
 FARTHEST = 20  # grid lengths that are rolled
