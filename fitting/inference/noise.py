@@ -228,6 +228,24 @@ REWEIGHED = 3  # estimates of a/b, each with the weights of the previous one
 TINY = 1e-300
 
 
+def nearest_coverage(
+    covered: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]], size: int, level: float, unit: float
+) -> np.ndarray:
+    """Return g (size,) at the knots for which the coverages are nearest to the level, by Gauss-Newton steps.
+
+    covered: the coverages (m,) of g, and their slopes (m, size); unit: of their deviations, as ``SIZE`` is that of g.
+    """
+    penalty = np.concatenate([np.eye(size), np.diff(np.eye(size), 2, axis=0)]) / SIZE
+    g = np.zeros(size)
+    for _ in range(TURNS):
+        coverage, slope = covered(g)
+        rise = np.concatenate([slope / unit, penalty])
+        short = np.append((level - coverage) / unit, -penalty @ g)
+        step = np.linalg.lstsq(rise, short, rcond=None)[0]
+        g = g + np.clip(step, -CALIBRATION_REACH, CALIBRATION_REACH)
+    return g
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
 class Calibration:
     """The linearised model of a fit with the noise models that were tried.
@@ -279,24 +297,23 @@ class Calibration:
         estimate = np.take_along_axis(least, at[..., None, None], -2)[..., 0, :]
         half, off = half / error, (estimate - best[true, :, true]) @ directions / error
 
-        # g at the knots for the coverage nearest to the level at every true a/b, by Gauss-Newton steps
-        z, dof, size, found = two_sided(level, float(n - k)), float(n - k), hats.shape[-1], []
+        # g at the knots for the coverage nearest to the level at every true a/b
+        z, dof, found = two_sided(level, float(n - k)), float(n - k), []
         unit = ACCURACY * z * float(tabulated(np.array(z), dof)[1])
-        penalty = np.concatenate([np.eye(size), np.diff(np.eye(size), 2, axis=0)]) / SIZE
         for one, away in zip(np.moveaxis(half, -1, 0), np.moveaxis(off, -1, 0), strict=True):
-            g = np.zeros(size)
-            for _ in range(TURNS):
+
+            def covered(
+                g: np.ndarray, one: np.ndarray = one, away: np.ndarray = away
+            ) -> tuple[np.ndarray, np.ndarray]:
                 width = one * np.exp(hats @ g)
                 low, high = width - away, width + away
                 below, slope_low = tabulated(np.abs(low), dof)
                 above, slope_high = tabulated(np.abs(high), dof)
-                covered = 0.5 * np.mean(np.sign(low) * below + np.sign(high) * above, 1)
+                coverage = 0.5 * np.mean(np.sign(low) * below + np.sign(high) * above, 1)
                 slope = np.einsum("ms,msk->mk", 0.5 * width * (slope_low + slope_high), hats) / one.shape[1]
-                rise = np.concatenate([slope / unit, penalty])
-                short = np.append((level - covered) / unit, -penalty @ g)
-                step = np.linalg.lstsq(rise, short, rcond=None)[0]
-                g = g + np.clip(step, -CALIBRATION_REACH, CALIBRATION_REACH)
-            found.append(own @ g)
+                return coverage, slope
+
+            found.append(own @ nearest_coverage(covered, hats.shape[-1], level, unit))
         return np.exp(found)
 
     @functools.cached_property
@@ -393,6 +410,11 @@ FEW, RAGGED = (
 )  # fewest abscissae of repeated runs, and share of them that may have another number of points
 ALIKE = 0.1  # prior probability that repeated runs do not differ beyond their noise
 APART = np.geomspace(0.3, 300.0, 40)  # trial standard deviations between runs, over the error of one of them
+TRUE_VARIATIONS = np.geomspace(0.3, 100.0, 18)  # the same, for which intervals are calibrated
+WEIGHT_STEP = 0.05  # difference of logarithms below which two directions have the same calibration
+SCORES = -14.0, 16.0, 160  # logarithms of the scores for which half widths are tabulated
+RUN_KNOTS = math.log(0.1), math.log(1e4), 9  # logarithms of the scores, over m - 1, at which g is fitted
+RUN_NODES, SIZE_NODES = 48, 8  # quantiles of the differences of runs, and of the estimated size of the noise
 
 
 class ErrorModels(NamedTuple):
@@ -412,8 +434,7 @@ class Noise(NamedTuple):
     Jacobian's columns, of weighted residuals; columns (k, p): the Jacobian in that space; dof: degrees of freedom of s,
     infinite where the variance is known; ratio: a/b averaged over the mixture. sizes (n,): standard deviations along the
     curve relative to those of the error model, and spreads (n,): of the weighted residuals up to a factor, None where they
-    do not change; runs: None where no repeated runs are
-    joined.
+    do not change; runs, between: None where no repeated runs are joined.
     """
 
     lag1: float
@@ -429,6 +450,7 @@ class Noise(NamedTuple):
     sizes: np.ndarray | None = None
     spreads: np.ndarray | None = None
     runs: "Runs | None" = None
+    between: "Between | None" = None
 
     @property
     def known(self) -> bool:
@@ -449,6 +471,8 @@ class Noise(NamedTuple):
         half = mixture_half_width(self.share, variance, level, self.dof)
         if self.calibration is not None and np.any(size > 0):
             half[size > 0] *= self.calibration.factors(directions[:, size > 0], level)
+        if self.between is not None and np.any(size > 0):
+            half[size > 0] *= self.between.factors(directions[:, size > 0], level)
         return half**2
 
     def widening(self, level: float, scale: float) -> float:
@@ -687,34 +711,104 @@ def compared(
     return Runs(labels, factors, math.sqrt(scale / max(float(size.mean()), TINY)), float(above), offset)
 
 
+def shares_of_variation(score: np.ndarray, m: int, dof: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return trial standard deviations (k,) between m runs, over the error of one, and their probabilities (..., k).
+
+    score (...): sum of the squares of the runs' factors over their error; dof: degrees of freedom of this error, infinite
+    where it is known. Trial values are 0, with the prior probability ``ALIKE``, and ``APART``, uniform in the logarithm.
+    """
+    ratio = np.append(0.0, APART)
+    prior = np.append(ALIKE, np.full(APART.size, (1.0 - ALIKE) / APART.size))
+    logs = np.log(prior) - 0.5 * (m - 1) * np.log1p(ratio**2)
+    rest = np.asarray(score)[..., None] / (1.0 + ratio**2)
+    logs = logs - (0.5 * rest if math.isinf(dof) else 0.5 * (dof + m - 1) * np.log1p(rest / dof))
+    share = np.exp(logs - logs.max(-1, keepdims=True))
+    return ratio, share / share.sum(-1, keepdims=True)
+
+
+class Between(NamedTuple):
+    """Calibration of the widths of intervals that include the variation between m joined runs.
+
+    The mixture over the unknown variation has the stated coverage on average over its prior. At a given variation it has
+    more where the runs hardly differ, and where a parameter has other errors as large as that of the common factor (the
+    sum of a normal and a wide t distribution: of two runs up to 98 or 100 %). So half widths are multiplied by exp(g), as
+    those of ``Calibration``, with g a function of the logarithm of the score of ``shares_of_variation``.
+
+    dof: as there; score: of the data; noise, variation (k, k): covariance of the noise alone, and of the error of one run's
+    factor as a common factor.
+    """
+
+    m: int
+    dof: float
+    score: float
+    noise: np.ndarray
+    variation: np.ndarray
+
+    def factors(self, directions: np.ndarray, level: float) -> np.ndarray:
+        """Return the factors (q,) on half widths, at a level, of functions of the directions (k, q)."""
+        noise, variation = (
+            np.einsum("kq,kl,lq->q", directions, V, directions) for V in (self.noise, self.variation)
+        )
+        weight = 0.5 * np.log(np.clip(variation / np.maximum(noise, TINY), 1e-6, 1e6))
+        found = [runs_calibrated(self.m, self.dof, level, round(w / WEIGHT_STEP)) for w in weight.tolist()]
+        return np.exp([np.interp(math.log(max(self.score, TINY)), knots, g) for knots, g in found])
+
+
+@functools.lru_cache(256)
+def runs_calibrated(m: int, dof: float, level: float, weight: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the knots of the logarithm of the score, and g there, for a direction.
+
+    weight: logarithm of the standard deviation of one run's error as a common factor over that of the noise, in units
+    of ``WEIGHT_STEP``.
+    """
+    lam, true = math.exp(WEIGHT_STEP * weight), np.append(0.0, TRUE_VARIATIONS)
+    # half widths of the mixture, over the standard deviation of the noise, for all scores
+    scores = np.linspace(*SCORES)
+    ratio, share = shares_of_variation(np.exp(scores), m, dof)
+    variance = np.broadcast_to(1.0 + lam**2 * ratio**2, share.shape)[..., None]
+    half = np.log(mixture_half_width(share, variance, level, dof, tabulated)[..., 0])
+    # scores (r, u, s) for every true variation: chi-squared differences of runs, and a chi-squared estimate of the noise
+    middles = lambda count: (np.arange(count) + 0.5) / count
+    squares = special.chdtri(m - 1, middles(RUN_NODES))[:, None]
+    estimate = np.ones(1) if math.isinf(dof) else special.chdtri(dof, middles(SIZE_NODES)) / dof
+    score = np.log((1.0 + true[:, None, None] ** 2) * squares / estimate)
+    spread = np.sqrt(1.0 + lam**2 * true**2)[:, None, None]
+    half = np.exp(np.interp(score, scores, half)) * np.sqrt(estimate) / spread
+    knots = np.log(m - 1) + np.linspace(*RUN_KNOTS)
+    hats = np.stack([np.interp(score, knots, one) for one in np.eye(knots.size)], -1)
+
+    def covered(g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        width = half * np.exp(hats @ g)
+        inside, slope = share_and_slope(width, math.inf)
+        return inside.mean((1, 2)), np.mean((width * slope)[..., None] * hats, (1, 2))
+
+    z = two_sided(level)
+    unit = ACCURACY * z * float(share_and_slope(np.array(z), math.inf)[1])
+    return knots, nearest_coverage(covered, knots.size, level, unit)
+
+
 def between_runs(found: Noise, runs: Runs, Q: np.ndarray, weighted: np.ndarray, order: np.ndarray) -> Noise:
     """Return the noise with a common factor of each run as a further random error.
 
     The standard deviation of the factors is unknown, and m runs determine it with m - 1 degrees of freedom only. The
-    mixture goes over its values ``APART`` times the error of the factor of a run, uniform in their logarithm, and zero
-    with the prior probability ``ALIKE``; where the runs differ by much more than their noise, the intervals become those
-    of Student's t distribution with m - 1 degrees of freedom. In simulations of 2, 3 and 5 runs the 95 % intervals of a
-    common factor hold the truth in 92 to 98 % where the runs differ by twice the error of a run or more, and in more
-    than that, up to 100 %, where they do not differ. Q (n, k): the basis in which the variance of the noise is given, of
-    the points in ``order`` (n,); weighted (n,): as in ``compared``.
+    mixture goes over its values (``shares_of_variation``); where the runs differ by much more than their noise, the
+    intervals become those of Student's t distribution with m - 1 degrees of freedom. ``Between`` makes their coverage as
+    nearly the stated one as possible for every variation. Q (n, k): the basis in which the variance of the noise is given,
+    of the points in ``order`` (n,); weighted (n,): as in ``compared``.
     """
     m = runs.factors.size
     score = float(np.sum((runs.factors / runs.error) ** 2))
-    ratio = np.append(0.0, APART)
-    prior = np.append(ALIKE, np.full(APART.size, (1.0 - ALIKE) / APART.size))
-    logs = np.log(prior) - 0.5 * (m - 1) * np.log1p(ratio**2)
-    if found.known:
-        logs -= 0.5 * score / (1.0 + ratio**2)
-    else:
-        logs -= 0.5 * (found.dof + m - 1) * np.log1p(score / (1.0 + ratio**2) / found.dof)
-    share = np.exp(logs - logs.max())
-    share /= share.sum()
+    ratio, share = shares_of_variation(np.array(score), m, found.dof)
     directions = np.stack([Q.T @ np.where(runs.labels == r, weighted, 0.0)[order] for r in range(m)], -1)
     more = runs.error**2 * directions @ directions.T
     both = share[:, None] * found.share
     variance = found.variance + ratio[:, None, None, None] ** 2 * more
     kept = both > NEGLIGIBLE * both.max()
-    return found._replace(share=both[kept] / both[kept].sum(), variance=variance[kept], runs=runs)
+    mean = np.einsum("m,mkl->kl", found.share, found.variance)
+    return found._replace(
+        share=both[kept] / both[kept].sum(), variance=variance[kept], runs=runs,
+        between=Between(m, found.dof, score, mean, more),
+    )  # fmt: skip
 
 
 def joined(

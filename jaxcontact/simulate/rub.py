@@ -310,7 +310,8 @@ class RubExperiment(Experiment):
         rubs = not is_concrete(stresses) or any(np.any(np.asarray(each) > 0.0) for each in stresses)
         checks.require(
             rubs or not (heated or is_sheared(law)),
-            "friction: expected a coefficient > 0 with thermal= or growth by shear stress, got 0",
+            "friction: expected a coefficient > 0 with thermal= or growth by shear stress, or shear_strength > 0 with"
+            " adhesion, got 0",
         )
 
         # the thickness for which kernels are made, unless it is given

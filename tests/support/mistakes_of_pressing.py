@@ -236,7 +236,8 @@ PRESSING = {
     ),
     "heat without friction": (
         lambda: rub(thermal=jc.Thermal(300.0, 46.0), friction=0.0),
-        r"friction: expected a coefficient > 0 with thermal= or growth by shear stress, got 0",
+        r"friction: expected a coefficient > 0 with thermal= or growth by shear stress, or shear_strength > 0 with"
+        r" adhesion, got 0",
     ),
     "wear of both": (lambda: rub(wears="both"), r'wears: expected "film" or "indenter", got \'both\''),
     "growth backwards": (
