@@ -97,6 +97,7 @@ KINDS = {
             "cone": "half-angle of a cone [degrees], or berkovich",
             "segment": "approach, hold or retract; repeat to select several",
             "ramp": f"{RAMP}; 0: a step",
+            "unbonded": "the sample slides on its base without friction; by default it is bonded",
         },
     ),
     "cause": Kind(

@@ -52,7 +52,7 @@ from fitting.inference.result import Fit, plain
 from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
-from fitting.models.thin_layer import thin_layer_factor
+from fitting.models.thin_layer import check_unbonded, thin_layer_factor
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
 from fitting.views import sheet
@@ -382,7 +382,7 @@ class PoroelasticFit(Fit):
 
 def fit_poroelastic(
     data: Any, *, indenter: Any, network: bool = False, ramp: Any = None, viscosity: float | None = None,
-    thickness: float | None = None, weights: str | None = None, sigma: Any = None,
+    thickness: float | None = None, unbonded: bool = False, weights: str | None = None, sigma: Any = None,
     fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None, level: float = 0.95,
 ) -> PoroelasticFit:  # fmt: skip
     """Fit modulus, drained Poisson's ratio and diffusivity of a gel to the force at a constant depth.
@@ -404,6 +404,7 @@ def fit_poroelastic(
         viscosity: of the solvent [Pa s], for the permeability; water has 0.9e-3 at 25 degrees Celsius.
         thickness: of the sample [m]: the fit has a note on the stiffening by a rigid base, and is rejected above 10 % of the
             force, which begins at about a tenth of the thickness in contact radius.
+        unbonded: whether the sample slides on that base without friction, which then stiffens it less.
         weights: "estimated" (the default without standard deviations), "proportional", "relative" or "absolute".
         sigma: in its place, the standard deviation of the force [N]; by default that of the data, if any.
         fixed: {parameter: value} of any subset; nu may be 0.
@@ -428,6 +429,7 @@ def fit_poroelastic(
     for name, value in (("viscosity", viscosity), ("thickness", thickness)):
         if value is not None and not (np.ndim(value) == 0 and 0.0 < value < math.inf):
             raise ValueError(f"{name}: expected a number > 0 or None, got {value!r}")
+    check_unbonded(unbonded, thickness)
     count = [hold.t.size for hold in holds]
     which = np.repeat(np.arange(len(holds)), count)
     joined = lambda name: np.concatenate([getattr(hold, name) for hold in holds])
@@ -505,7 +507,7 @@ def fit_poroelastic(
         notes += paraboloid_note(one, hold.depth)
         if thickness is not None:
             ratio = hold.tip.radius / thickness
-            stiffer = float(thin_layer_factor(one, hold.depth, thickness, nu=0.5)) - 1.0
+            stiffer = float(thin_layer_factor(one, hold.depth, thickness, nu=0.5, unbonded=unbonded)) - 1.0
             words = (
                 f"contact radius {ratio:.2g} of the thickness: a rigid base raises the force of the incompressible sample by"
                 f" {100.0 * stiffer:.2g} %, which the model does not include"

@@ -103,3 +103,21 @@ def test_a_coated_ball_on_a_half_space_is_refused():
     data = fitting.IndentationData(t=t, load=1e-3 * (t + 0.1), depth=1e-6 * (t + 0.1))
     with pytest.raises(ValueError, match="indenter material: expected one material or None"):
         fitting.fit_indentation(data, indenter=jc.Sphere(1e-3, coat), nu=0.4)
+
+
+@pytest.mark.slow
+def test_images_under_a_ball_that_creeps_give_the_modulus_of_the_body():
+    """The images are those of a rigid ball on a solid whose compliance is the sum of both."""
+    G, ball = 3e6, jc.StandardLinearSolid(G1=2e6, G2=3e6, eta2=6e6, nu=0.4)
+    both = jc.StandardLinearSolid(G1=1.0 / (1.0 / G + 1.0 / 2e6), G2=3e6, eta2=6e6, nu=0.4)
+    grid, times, load = jc.Grid.square(24, 1.2e-3), [0.0, 1.0, 2.0, 4.0], jc.Load(0.02)
+    seen = jc.indent(
+        jc.LayeredHalfSpace([], both), jc.Sphere(5e-3), load, times, grid=grid, substeps=4
+    ).pressure
+    noise = 0.01 * float(seen.max()) * np.random.default_rng(0).standard_normal(seen.shape)
+    data = fitting.ContactData(times, load, {"pressure": np.asarray(seen) + noise}, grid)
+    body = lambda p: jc.LayeredHalfSpace([], jc.Elastic(p["G"], 0.4))
+    found = fitting.fit_fields(data, body, {"G": 2e6}, indenter=jc.Sphere(5e-3, ball), grid=grid)
+    assert found.values["G"] == pytest.approx(G, rel=0.02)
+    stiff = fitting.fit_fields(data, body, {"G": 2e6}, indenter=jc.Sphere(5e-3), grid=grid)
+    assert stiff.values["G"] < 0.7 * G

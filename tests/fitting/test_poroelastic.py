@@ -263,6 +263,19 @@ def test_thin_samples_and_strong_relaxation_are_named():
     assert any("network relaxes too" in note for note in fitting.fit_poroelastic(fast, indenter=BEAD).notes)
 
 
+@pytest.mark.slow
+def test_a_loose_sample_is_stiffened_less_by_its_base():
+    """By f(x)/(4 x^(3/2)/3) - 1 with f(0.1) of a thin gel, x = R d/h^2: bonded 0.06581, loose 0.05521."""
+    data, thickness = curve(5e-6, noise=0.005), np.sqrt(float(BEAD.radius) * 5e-6 / 0.1)
+    for unbonded, f in ((False, 0.06581), (True, 0.05521)):
+        fit = fitting.fit_poroelastic(data, indenter=BEAD, thickness=thickness, unbonded=unbonded)
+        (against,) = [one for one in fit.refused if "rigid base" in one]
+        raised = float(against.split("sample by ")[1].split(" %")[0])
+        assert raised == pytest.approx(100.0 * (f / (4.0 / 3.0 * 0.1**1.5) - 1.0), abs=0.6)
+    with pytest.raises(ValueError, match="unbonded: expected False without a layer, got True"):
+        fitting.fit_poroelastic(data, indenter=BEAD, unbonded=True)
+
+
 def test_what_has_no_hold_is_refused():
     data = curve(5e-6)
     t = np.linspace(0.0, 1.0, 40)

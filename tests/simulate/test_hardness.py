@@ -193,7 +193,9 @@ def test_hardness_a_punch_carries_at_most_the_hardness_times_its_area():
 @pytest.mark.slow
 @pytest.mark.parametrize("control", [jc.Load, pytest.param(jc.Approach, marks=pytest.mark.long)])
 def test_hardness_gradients_of_pressure_and_dent(control):
-    """By forward and reverse mode and by differences, for load or approach, hardness, radius and material."""
+    """By forward and reverse mode and by differences, for load or approach, hardness, radius, material, and a change of the
+    hardness over the surface."""
+    pattern = 0.1 * np.cos(0.9 * np.arange(N) + 0.4)[:, None] * np.sin(1.3 * np.arange(N))
     top = jnp.array([300.0, 380.0, 150.0]) if control is jc.Load else jnp.array([12e-6, 15e-6, 9e-6])
     weights = np.random.default_rng(0).random((2, N, N))
 
@@ -203,7 +205,7 @@ def test_hardness_gradients_of_pressure_and_dent(control):
         history = press(
             control(top * q[0]),
             body=body,
-            hardness=1.6e9 * q[1],
+            hardness=1.6e9 * (q[1] + pattern * (q[5] - 1.0)),
             indenter=jc.Sphere(5e-3 * q[2]),
             tolerance=1e-13,
         )
@@ -218,11 +220,11 @@ def test_hardness_gradients_of_pressure_and_dent(control):
             ]
         )
 
-    at = jnp.ones(5)
+    at = jnp.ones(6)
     forward, reverse = jax.jit(jax.jacfwd(outcome))(at), jax.jit(jax.jacrev(outcome))(at)
     np.testing.assert_allclose(forward, reverse, atol=1e-7 * np.max(np.abs(forward)))
     central = jax.jit(outcome)
-    for i, step in enumerate(1e-5 * np.eye(5)):
+    for i, step in enumerate(1e-5 * np.eye(6)):
         slope = (central(at + step) - central(at - step)) / 2e-5
         np.testing.assert_allclose(forward[:, i], slope, rtol=1e-6, atol=1e-6 * np.max(np.abs(slope)))
     assert np.max(np.abs(forward[1])) > 0.1
