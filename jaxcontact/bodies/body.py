@@ -10,7 +10,7 @@ from jax import Array
 
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
-from jaxcontact._support.pytree import pytree, replace, static
+from jaxcontact._support.pytree import is_concrete, pytree, replace, static
 from jaxcontact.bodies.materials import Elastic, Material, Rigid, check_material
 
 
@@ -104,9 +104,12 @@ class LayeredHalfSpace:
         return not all(layer.bonded for layer in self.layers)
 
     @property
-    def height(self) -> Array:
+    def height(self) -> Array | np.float64:
         """The thickness of all layers [m], ()."""
-        return sum((jnp.asarray(layer.thickness, float) for layer in self.layers), jnp.zeros(()))
+        thicknesses = [layer.thickness for layer in self.layers]
+        # known ones by numpy: a sum by jax is traced inside jit, whatever is known
+        module: Any = np if is_concrete(thicknesses) else jnp
+        return sum((module.asarray(h, float) for h in thicknesses), module.zeros(()))
 
     def sublayers(self) -> tuple[Layer, ...]:
         """Return the layers, the top one first, with each graded layer divided into sublayers."""
