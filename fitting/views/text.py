@@ -178,7 +178,10 @@ FLAGS = (
     (r"\berrors\['(\w+)'\]", lambda found: f"--{found[1].replace('_', '-')}-error"),
     (r"columns=\{'(\w+)': \.\.\.\}", r"--column \1=HEADER"),
     (r"columns=\{'(\w+)': '([^']*)'\}", r"--column \1=\2"),
-    (r"columns=\{'(\w+)': (\d+)(?:, '\w+': \d+)*\} for instance", r"--column \1=\2 and so on"),
+    (
+        r"columns=\{((?:'\w+': \d+(?:, )?)+)\} for instance",
+        lambda found: re.sub(r"'(\w+)': (\d+),?", r"--column \1=\2", found[1]),
+    ),
     (r"columns\['(\w+)'\]", r"--column \1"),
     (r"units=\{'(\w+)': \.\.\.\}", r"--unit \1=..."),
     (r"units=\{'(\w+)': '([^']*)'\}", r"--unit \1=\2"),

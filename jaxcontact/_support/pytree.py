@@ -43,14 +43,13 @@ def pytree(cls: type[T]) -> type[T]:
 
 
 class Base:
-    """Base of classes that users extend: a subclass without the decorator ``pytree`` takes no arguments, and says why."""
+    """Base of classes that users extend: a subclass without the decorator ``pytree`` cannot be made, and says why."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
-        if args or kwargs:
-            name = type(self).__name__
-            raise TypeError(
-                f"{name}: expected the decorator jaxcontact.abc.pytree above its class, got a class without it"
-            )
+        name = type(self).__name__
+        raise TypeError(
+            f"{name}: expected the decorator jaxcontact.abc.pytree above its class, got a class without it"
+        )
 
 
 def refuse_masked(name: str, value: Any) -> None:

@@ -106,7 +106,7 @@ def _read(library: Any, path: Path, unit: str | None, fill: bool, width: float |
     except Exception as error:  # each reader of the library raises its own errors
         reason = str(error).partition("\n")[0] or type(error).__name__
         raise ValueError(
-            f"{path}: expected a surface that SurfaceTopography reads: {reason.rstrip(': ')};"
+            f"{path}: expected a surface that SurfaceTopography reads: {reason.rstrip(':. ')};"
             " a table of heights in metres is jc.HeightField(numpy.loadtxt(file))"
         ) from error
     checks.require(

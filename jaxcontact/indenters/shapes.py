@@ -37,10 +37,11 @@ OUT_OF_REACH = 1e3  # gap beside a punch, in grid widths, so that there is no co
 class Indenter(Base, abc.ABC):
     """Base class of indenters.
 
+    material: None for a rigid indenter, also where a subclass has no such field.
     fills_grid: whether the indenter ends at the grid's edge, so that contact there is contact at its own edge.
     """
 
-    material: Material | LayeredHalfSpace | None
+    material: Material | LayeredHalfSpace | None = None
     fills_grid = False
 
     @abc.abstractmethod
@@ -122,7 +123,9 @@ def checked_indenter(indenter: Indenter, grid: Grid) -> tuple[Indenter, Verdict]
     Raises ValueError for one that cannot be used on this grid.
     """
     checks.require(
-        isinstance(indenter, Indenter), f"indenter: expected a Sphere, ..., got {type(indenter).__name__}"
+        isinstance(indenter, Indenter),
+        "indenter: expected a Sphere, another indenter, or a subclass of jaxcontact.abc.Indenter, got"
+        f" {type(indenter).__name__}",
     )
     checks.require(
         isinstance(indenter, Cylinder | HeightField) or not grid.plane_strain,
@@ -369,7 +372,8 @@ class HeightField(Indenter):
     def check(self, grid: Grid) -> Verdict:
         shape = np.shape(self.heights)
         checks.require(
-            shape == tuple(grid.shape), f"heights: expected shape {tuple(grid.shape)}, got {shape}"
+            shape == tuple(grid.shape),
+            f"heights: expected shape {tuple(grid.shape)} as the grid, got {shape}",
         )
         return checks.finite("heights [m]", self.heights)
 

@@ -72,8 +72,11 @@ def read_tables(path: Path) -> Table:
         return tomllib.loads(text)
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        packaged = [case.stem for case in (Path(__file__).parents[1] / "cases").rglob("*.toml")]
+        close = difflib.get_close_matches(str(path), packaged, n=1)
         raise CaseError(
             f"{path}: {reason}; expected a TOML file of a case, or a name that jaxcontact cases lists"
+            + (f'; did you mean "{close[0]}"?' if close else "")
         ) from error
     # a decoding error, a number of too many digits, too deep a list
     except (ValueError, RecursionError) as error:
@@ -769,7 +772,7 @@ def template(kind: str, cases: Path, name: str) -> str:
         ("shape", SHAPES),
         *laws,
     ]:
-        rows = [f'#   "{one}": {", ".join(keys)}' for one, (_, keys) in choices.items()]
+        rows = [f'#   "{one}": {", ".join(keys) or "no keys"}' for one, (_, keys) in choices.items()]
         blocks.append("\n".join([f"# {what}, and its keys", *rows]) + "\n")
     title = path.read_text(encoding="utf-8").splitlines()[0].lstrip("# ")
     return HEAD.format(title=title, name=name) + "\n".join(blocks)

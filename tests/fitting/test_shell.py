@@ -101,7 +101,10 @@ def test_a_mistake_is_told_in_the_words_of_the_shell(mistake, files, tmp_path, c
             ("force", "press", "--pyramid", "95"),
             "--pyramid: expected a half-angle between 0 and 90 degrees, got 95",
         ),
-        (("creep", "plain"), "--column t=0 and so on, and --unit where these are not SI"),
+        (
+            ("creep", "plain"),
+            "the places of the columns, --column t=0 --column J=1, and --unit where these are not SI",
+        ),
     ],
     ids=lambda given: given[1] if isinstance(given, tuple) else "",
 )

@@ -306,7 +306,9 @@ def test_a_packaged_case_goes_by_its_name_and_a_file_of_that_name_before_it(tmp_
     assert main(["check", "maxwell_half_space"]) == 2
     assert "nothing" in capfd.readouterr().err
     assert main(["check", "no_such_case"]) == 2
-    assert "a name that jaxcontact cases lists" in capfd.readouterr().err
+    assert capfd.readouterr().err.endswith("a name that jaxcontact cases lists\n")
+    assert main(["check", "maxwel_half_space"]) == 2
+    assert 'did you mean "maxwell_half_space"?' in capfd.readouterr().err
 
 
 @pytest.mark.parametrize(

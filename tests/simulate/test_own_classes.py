@@ -15,7 +15,6 @@ class Quartic(Indenter):
     """A profile c r^4."""
 
     c: float
-    material: None = None
 
     def profile(self, grid):
         x, y = grid.coordinates()
@@ -48,6 +47,8 @@ def test_a_class_without_the_decorator_says_so(base):
         TypeError, match=r"Mine: expected the decorator jaxcontact\.abc\.pytree above its class"
     ):
         plain(1.0)
+    with pytest.raises(TypeError, match=r"Mine: expected the decorator"):
+        plain()
     assert pytree(plain)(1.0).work == 1.0
 
 

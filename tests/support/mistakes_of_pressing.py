@@ -374,7 +374,10 @@ PRESSING = {
         lambda: indent(body=on(jc.Prony(1.0, jnp.ones(2), jnp.ones(1)))),
         r"expected J and tau of one shape",
     ),
-    "a number for an indenter": (lambda: indent(indenter=9.5e-3), r"indenter: expected a Sphere.*got float"),
+    "a number for an indenter": (
+        lambda: indent(indenter=9.5e-3),
+        r"indenter: expected a Sphere.* subclass of jaxcontact\.abc\.Indenter, got float",
+    ),
     "a negative radius": (lambda: indent(indenter=jc.Sphere(-1.0)), r"radius \[m\]: expected > 0, got -1"),
     "a cylinder's radius": (
         lambda: indent(indenter=jc.Cylinder(0.0, 1.0)),
@@ -548,7 +551,7 @@ PRESSING = {
     ),
     "statistics of heights of another grid": (
         lambda: jc.surface_statistics(np.zeros((4, 8)), GRID),
-        r"heights: expected shape \(8, 8\), got \(4, 8\)",
+        r"heights: expected shape \(8, 8\) as the grid, got \(4, 8\)",
     ),
     "statistics of heights with a gap": (
         lambda: jc.surface_statistics(np.where(np.eye(8) > 0, np.nan, 0.0), GRID),
