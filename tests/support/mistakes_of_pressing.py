@@ -551,7 +551,7 @@ PRESSING = {
     ),
     "statistics of heights of another grid": (
         lambda: jc.surface_statistics(np.zeros((4, 8)), GRID),
-        r"heights: expected shape \(8, 8\) as the grid, got \(4, 8\)",
+        r"heights: expected shape \(8, 8\), got \(4, 8\)",
     ),
     "statistics of heights with a gap": (
         lambda: jc.surface_statistics(np.where(np.eye(8) > 0, np.nan, 0.0), GRID),
