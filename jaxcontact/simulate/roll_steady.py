@@ -219,12 +219,10 @@ def _square(x: Array, y: Array) -> Array:
 # The pressure under the traction is found before each step.
 
 
-STEADY = 1e-7  # largest change of the tractions from step to step at which the state counts as steady, relative to them
+STEADY = 1e-7  # relative change of the tractions from step to step at which the state counts as steady,
+SETTLED = 10.0  # or this many times the tolerance, if that is less,
+ROUNDED = 1e-9  # but not less than rounding may leave with coupled solids and films
 SMALL = 1e-6  # part of the friction bound to which the change of smaller tractions is relative
-SETTLED = 10.0  # change in tolerances at which it counts as steady, where that is less than STEADY
-ROUNDED = (
-    1e-9  # least change that is asked for: rounding alone may leave this much with coupled solids and films
-)
 FINER = 1e-2  # tolerance of each step over that of the result, so that its error is below the change that is tested
 COLD = -1  # number of steps that stands for a state without a first guess of the pressure
 FARTHEST = 20  # largest distance that is rolled, in lengths of the grid

@@ -115,7 +115,7 @@ ELSEWHERE = {  # reached by no row, and why
     "run.py: planned": "a NotImplementedError: a steady state is not marched",
     "files.py: locked": "needs two runs: test_stopped_runs.py",
     "finished_steps.py: resume_point": "needs a stopped run: test_stopped_runs.py",
-    "sweep.py: run_study": "a folder of another study: test_study_files.py, test_full_disk.py; --scheduler without its extra",
+    "sweep.py: run_study": "a folder of another study: test_study_files.py, test_full_disk.py; an extra that lacks",
     **{f"sweep.py: {name}": "a solve that fails: test_study_files.py" for name in ("figures", "figures_by")},
     "advice.py: check_disk": "needs a full disk: test_command_line.py",
     "sensitivity.py: plot": "needs a computed table: test_gradients.py",
