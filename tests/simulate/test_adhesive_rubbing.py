@@ -141,5 +141,5 @@ def test_derivatives_are_those_of_central_differences():
     run = jax.jit(ends)
     backward = jax.jit(jax.jacrev(ends))(at)
     moved = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(5)]
-    np.testing.assert_allclose(backward, jnp.stack(moved, 1), atol=1e-5 * np.abs(backward).max())
+    np.testing.assert_allclose(backward, jnp.stack(moved, 1), atol=1e-6 * np.abs(backward).max())
     np.testing.assert_allclose(jax.jit(jax.jacfwd(ends))(at), backward, atol=1e-6 * np.abs(backward).max())

@@ -176,5 +176,5 @@ def test_derivatives_are_those_of_central_differences(forced):
     assert 0.2 < float(ends(at)[1]) < 0.9
     backward = jax.jit(jax.jacrev(run))(at)
     sides = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(7)]
-    np.testing.assert_allclose(backward, jnp.stack(sides, 1), atol=1e-5 * np.abs(backward).max())
+    np.testing.assert_allclose(backward, jnp.stack(sides, 1), atol=1e-6 * np.abs(backward).max())
     np.testing.assert_allclose(jax.jit(jax.jacfwd(run))(at), backward, atol=1e-8 * np.abs(backward).max())
