@@ -126,7 +126,7 @@ def run_propagate(options: argparse.Namespace) -> int:
         kinds.check_contact(options)
         if options.thickness is not None:
             raise ValueError("--thickness: expected a --layer on a substrate for --of depth")
-        if flags.FORMS["adhesion"].value(options) != 0.0:  # type: ignore[misc]
+        if flags.adhesion_of(options) != 0.0:
             raise ValueError(
                 "--adhesion: expected 0 for --of depth, which is that of a contact without adhesion, got"
                 f" {options.adhesion}"

@@ -123,6 +123,11 @@ def indenter_of(options: argparse.Namespace) -> Any:
     return jc.Cone(half_angle("--cone", cone), solid)
 
 
+def adhesion_of(options: argparse.Namespace) -> Any:
+    """Return the work of adhesion [J/m2] of the flags, or a word that says how it is found."""
+    return _number_or("--adhesion", options.adhesion, "fit", "jkr", "auto")
+
+
 def _area(options: argparse.Namespace) -> list[float] | None:
     """Return the coefficients of an area function in SI, or None."""
     if options.area is not None:
@@ -190,7 +195,7 @@ FORMS = {
     ),
     "adhesion": Form(
         {"adhesion": {"default": "0", "metavar": "W"}},
-        lambda o: _number_or("--adhesion", o.adhesion, "fit", "jkr", "auto"),
+        adhesion_of,
     ),
     "ramp": Form({"ramp": {"metavar": "T"}}, lambda o: _one_or_each("--ramp", o.ramp)),
     "errors": Form(

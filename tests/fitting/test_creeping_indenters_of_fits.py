@@ -118,6 +118,7 @@ def test_images_under_a_ball_that_creeps_give_the_modulus_of_the_body():
     data = fitting.ContactData(times, load, {"pressure": np.asarray(seen) + noise}, grid)
     body = lambda p: jc.LayeredHalfSpace([], jc.Elastic(p["G"], 0.4))
     found = fitting.fit_fields(data, body, {"G": 2e6}, indenter=jc.Sphere(5e-3, ball), grid=grid)
+    # half the interval, by the noise, is 2.3 % (measured: 1.5 %)
     assert found.values["G"] == pytest.approx(G, rel=0.02)
     stiff = fitting.fit_fields(data, body, {"G": 2e6}, indenter=jc.Sphere(5e-3), grid=grid)
     assert stiff.values["G"] < 0.7 * G

@@ -304,6 +304,7 @@ def test_a_table_over_the_depth_does_not_begin_far_above_the_sample(shape, seeds
         data = fitting.IndentationData(t=1e-3 * np.arange(400.0), load=load, depth=DEEP * z)
         at, found, low, high = np.array(fitting.fit_force(data, indenter=BALL).modulus_over_depth).T
         truth = 1e3 * shape(at / DEEP)
+        # the noise moves the contact point, from which the depth counts (measured: by up to 2 %)
         assert at[-1] == pytest.approx(DEEP, abs=0.05 * DEEP)
         assert np.all((low < truth) & (truth < high)) and np.all(np.abs(found / truth - 1.0)[1:] < 0.15)
 

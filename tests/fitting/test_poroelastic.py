@@ -271,6 +271,7 @@ def test_a_loose_sample_is_stiffened_less_by_its_base():
         fit = fitting.fit_poroelastic(data, indenter=BEAD, thickness=thickness, unbonded=unbonded)
         (against,) = [one for one in fit.refused if "rigid base" in one]
         raised = float(against.split("sample by ")[1].split(" %")[0])
+        # printed with two digits: half of the last one, and 0.1 for those of f
         assert raised == pytest.approx(100.0 * (f / (4.0 / 3.0 * 0.1**1.5) - 1.0), abs=0.6)
     with pytest.raises(ValueError, match="unbonded: expected False without a layer, got True"):
         fitting.fit_poroelastic(data, indenter=BEAD, unbonded=True)
