@@ -435,7 +435,7 @@ class CreepingFilm(NamedTuple):
     def objective(self, space: Parameters, weights: np.ndarray, run: Run) -> Objective:
         """Return the least squares over the coordinates."""
         linearised = lambda theta: linearise(theta, space.free, weights, run, self.material)
-        return Objective.of_one_program(linearised, space.bounds, ftol=1e-5, close=1e-2)
+        return Objective.of_one_program(linearised, space.bounds, ftol=1e-5)
 
     def correction(self, theta: np.ndarray, space: Parameters, run: Run) -> np.ndarray:
         """Return the load on a finer grid with shorter steps less that of a run, (n,) [N]."""

@@ -345,7 +345,7 @@ def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, flo
 def _minimise(press: IndentationProblem, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
     """Minimise from theta with a loose tolerance on RSS, because each evaluation is expensive."""
     linearised = lambda theta: layered.linearise(theta, press.space.free, film)
-    objective = Objective.of_one_program(linearised, press.space.bounds, ftol=1e-5, close=1e-2)
+    objective = Objective.of_one_program(linearised, press.space.bounds, ftol=1e-5)
     return minimise(objective, theta), objective
 
 
