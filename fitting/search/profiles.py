@@ -184,9 +184,9 @@ class _Side:
         if all(0.0 < slope <= MONOTONE for slope in ahead):
             left = 1.0 - share
             return inner.value + between * (
-                share**2 * (3.0 - 2.0 * share) + share * left * (left * ahead[0] - share * ahead[1])
+                share**2 * (3.0 - 2.0 * share) + share * left * (left * slopes[0] - share * slopes[1])
             )
-        along_tangents = (share * ahead[0], 1.0 - (1.0 - share) * ahead[1])
+        along_tangents = (share * slopes[0], 1.0 - (1.0 - share) * slopes[1])
         near, far = along_tangents if share < 0.5 else along_tangents[::-1]
         inside = [each for each in (near, far) if BESIDE < each < 1.0 - BESIDE]
         return inner.value + between * (inside[0] if inside else min(max(share, BESIDE), 1.0 - BESIDE))

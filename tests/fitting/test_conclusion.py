@@ -115,7 +115,7 @@ def test_the_profiles_of_a_saturating_rate_are_those_of_repeated_fits_by_scipy()
     ends, unfinished = profiles.profile(objective, best, np.full(2, level))
     assert unfinished == 0 and objective.residual_runs - runs <= 14
 
-    def excess(place, value):
+    def excess(value, place):
         fit = lambda other: residual(np.insert(other, place, value))
         found = scipy.optimize.least_squares(
             fit, best.theta[1 - place : 2 - place], x_scale="jac", xtol=1e-14
@@ -124,7 +124,8 @@ def test_the_profiles_of_a_saturating_rate_are_those_of_repeated_fits_by_scipy()
 
     for place, (low, high) in enumerate(ends):
         first, width = best.theta[place], high - low
-        exact = [scipy.optimize.brentq(lambda x: excess(place, x), first, first + s * width) for s in (-1, 1)]
+        outside = first - width, first + width
+        exact = [scipy.optimize.brentq(excess, first, value, args=(place,)) for value in outside]
         assert ends[place] == pytest.approx(exact, abs=1e-4 * width)
 
 
