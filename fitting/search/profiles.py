@@ -178,10 +178,11 @@ class _Side:
         # SIAM J. Numer. Anal. 17 (1980) 238); else, at a kink, along a tangent that stays between them, or linear
         rise, between = outer.height - inner.height, outer.value - inner.value
         share = (1.0 - inner.height) / rise
-        ahead = [
-            self.sign * rise / (p.slope * between) if p.slope > 0.0 else math.nan for p in (inner, outer)
-        ]
-        if all(0.0 < slope <= MONOTONE for slope in ahead):
+        slopes = [math.nan, math.nan]
+        for place, point in enumerate((inner, outer)):
+            if point.slope > 0.0:
+                slopes[place] = self.sign * rise / (point.slope * between)
+        if all(0.0 < slope <= MONOTONE for slope in slopes):
             left = 1.0 - share
             return inner.value + between * (
                 share**2 * (3.0 - 2.0 * share) + share * left * (left * slopes[0] - share * slopes[1])
