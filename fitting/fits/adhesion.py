@@ -61,11 +61,12 @@ from jaxcontact._support.prefixes import told_apart
 WIDE = 7.0  # of the logarithms of modulus and work about their starting values
 PARAMETERS = -5.0, 4.0  # of the logarithm of Maugis's parameter over its starting value
 STARTS: tuple[float, ...] = (-2.0, 0.0, 2.0)  # of the logarithm of Maugis's parameter
+# of the logarithm of the modulus of a film, over that of a half-space
 MODULI: tuple[float, ...] = (
     -1.5,
     0.0,
     1.5,
-)  # of the logarithm of the modulus of a film, over that of a half-space
+)
 WIDER = 1.5  # of the largest contact radius that is expected
 
 

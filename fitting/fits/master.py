@@ -421,9 +421,8 @@ def _distance(one: list, two: list, shift: float) -> float:
 
 
 CHANCE = 1e-3  # probability that a difference is found significant by chance
-SIMILAR = (
-    0.03  # rms difference of curves, relative to the modulus, that repeated loading of a rheometer leaves
-)
+# rms difference of curves, relative to the modulus, that repeated loading of a rheometer leaves
+SIMILAR = 0.03
 NEGLIGIBLE = 1e-6  # likewise, below which a difference is rounding or the flexibility of the spline
 STRAYED = 0.05  # probability above which a deviation from a law counts as chance in the intervals
 WITHIN = 0.5  # rms deviation from a law [K] that the temperature control of a rheometer leaves

@@ -108,9 +108,8 @@ class Spectrum:
         return jnp.append(rates, 0.0), jnp.append(fluidities, self.fluidity)
 
 
-LEAST_GAP = (
-    300.0  # logarithm of the interval between two rates over the smallest distance of a zero from its ends
-)
+# logarithm of the interval between two rates over the smallest distance of a zero from its ends
+LEAST_GAP = 300.0
 MANY = 32  # retardation rates above which a product over them is a loop of the program
 LEAST_PART = 1e-100  # part of the instantaneous modulus in place of moduli of zero, so that a zero lies between all rates
 

@@ -366,9 +366,8 @@ def after_step(
     (rates, shares), p0, p1 = delayed, _sampled(before), _sampled(after)
     own = lapse.dt if lapse.found is None else lapse.found  # duration in the reduced time of the body
     tau = jnp.arange(1, FINER + 1) / FINER
-    decay, old, new = ramps(
-        tau[:, None] * (rates * own + lapse.drift)
-    )  # from the start of the step, (FINER, K)
+    # from the start of the step, (FINER, K)
+    decay, old, new = ramps(tau[:, None] * (rates * own + lapse.drift))
 
     # 1. The internal variables eta_k of the march, and q before and after the step.
     weights, lasted = (decay[-1], old[-1], new[-1]), own
@@ -479,9 +478,8 @@ def _path(p0: Array, p1: Array, q0: Array, q1: Array, left_over: Array) -> Calla
     if p0.ndim > 2:  # tractions
         return lambda pace: q0 + (q1 - q0) * pace
     entered, both = (p0 == 0.0) & (p1 > 0.0), (p0 > 0.0) & (p1 > 0.0)
-    base = jnp.where(
-        entered, jnp.minimum(left_over, q1), 0.0
-    )  # a cell that was in contact earlier keeps this part of q
+    # a cell that was in contact earlier keeps this part of q
+    base = jnp.where(entered, jnp.minimum(left_over, q1), 0.0)
     from_, to = jnp.where(entered, 0.0, q0), q1 - base
     count = jnp.sum(both)
     # in a new contact with a punch, whose edge carries more than its middle, all cells enter at once

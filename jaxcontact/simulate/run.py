@@ -615,9 +615,8 @@ def with_error_statuses(
 # program; after each of them its results can be stored, and a run that was stopped continues from the last stored block.
 
 
-BLOCK = (
-    5  # steps in a block: few enough for a smooth progress bar, enough that the call of a block costs little
-)
+# steps in a block: few enough for a smooth progress bar, enough that the call of a block costs little
+BLOCK = 5
 
 
 @dataclass(frozen=True)

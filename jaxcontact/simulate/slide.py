@@ -405,9 +405,8 @@ class SlideStepper(PressStepper):
                 )
         else:
             (contact, outcome), shift = super().advance(carry.contact, step), carry.shift
-        if (
-            contact.dent is not None
-        ):  # the lateral force of a dented body ploughs, whether or not the body creeps
+        # the lateral force of a dented body ploughs, whether or not the body creeps
+        if contact.dent is not None:
             memory, fields = self._of_body, self.memory.of_body(contact.memory)
             parts = [memory.by_traction(fields, step.more, contact.dent.shape)]
             parts = [

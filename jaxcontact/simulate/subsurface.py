@@ -51,10 +51,11 @@ from jaxcontact.results.deformation import InteriorFields
 from jaxcontact.simulate.run import fine_values
 
 STEP = 0.25  # cells by which a load moves in an inner step, unless their number is given
+# largest number of inner steps, and of cells along a grid that contains the track
 MOST_STEPS, WIDEST = (
     20000,
     4096,
-)  # largest number of inner steps, and of cells along a grid that contains the track
+)
 
 Margins = tuple[tuple[int, int], tuple[int, int]]  # cells beside a grid, before and behind it, along x and y
 NO_MARGINS: Margins = ((0, 0), (0, 0))
