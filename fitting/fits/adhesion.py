@@ -292,6 +292,7 @@ def deviation(
 
     with_range: returns the coordinates (m,) of the fit with a range of the attraction; None where the model has one.
     """
+    # the trend of the residuals of either segment over the largest force
     contact, depth = test.seen.contact, test.data.depth
     largest = float(np.max(np.abs(test.data.load[contact])))
     trends = {"approach": 0.0, "retract": 0.0}
@@ -300,6 +301,7 @@ def deviation(
         if np.any(some):
             trends[mark] = verdict.trend(solved.residual[some] / solved.weights[some]) / largest
 
+    # fits of the shallower and of the deeper half, and with a range of the attraction
     def refits() -> list[np.ndarray | None]:
         found: list[np.ndarray | None] = []
         middle = 0.5 * (depth[contact].min() + depth[contact].max())

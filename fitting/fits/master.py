@@ -466,6 +466,7 @@ def gaps(shifting: Shifting, theta: np.ndarray) -> tuple[str, ...]:
     Curves that share no value cannot be brought onto each other. With vertical factors, which change the values, they must
     share a range of the shifted abscissa.
     """
+    # 1. The range of values of each curve (with vertical factors, of the shifted abscissa), and gaps in their union.
     sweeps, found = shifting.sweeps, []
     shift = shifting.shifts(theta)[0]
     first = sweeps.part == 0
@@ -485,6 +486,8 @@ def gaps(shifting: Shifting, theta: np.ndarray) -> tuple[str, ...]:
             f"the curves at {one:.5g} and {two:.5g} K do not overlap: their shift factors follow from the smoothness of the"
             " master curve alone; measure at temperatures between them, or over more decades"
         )
+
+    # 2. Factors at an end of their search.
     low, high = (bound[: shifting.count[0]] for bound in shifting.space().bounds)
     width = high - low
     own = theta[: shifting.count[0]]

@@ -485,6 +485,7 @@ def _tip(
     beta: float,
 ) -> Tip:
     """Return the tip with the places of its contact; ValueError on bad input."""
+    # what gives the contact: stated areas, the depth of an elastic contact, or Oliver and Pharr's contact depth
     probe_of(indenter)
     kind = KINDS[type(indenter)]
     if contact is None and data.area is not None and area is None:
@@ -508,6 +509,8 @@ def _tip(
         return Tip(indenter, kind, places, False, beta)
     if data.load is None:
         raise ValueError('load: expected loads for contact="oliver-pharr", got none')
+
+    # h_c = h - epsilon F/S (W. C. Oliver, G. M. Pharr, J. Mater. Res. 7 (1992) 1564)
     depth = data.depth - epsilon * data.load / data.stiffness
     if np.any(depth <= 0.0):
         raise ValueError(

@@ -442,6 +442,7 @@ class _Minimisation:
         try:
             with self.file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
                 kept = dict(stored)
+            # the same search: arrays of the same shapes, and the same loss at the start
             leaves, tree = jax.tree.flatten((here.z, memory))
             same = all(
                 kept[f"leaf{i}"].shape == np.shape(leaf) and kept[f"leaf{i}"].dtype == np.asarray(leaf).dtype

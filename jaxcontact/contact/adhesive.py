@@ -687,11 +687,14 @@ def solve_in_turn(problem: Problem, start: Start, tolerance: Array, max_iteratio
         goal = jnp.maximum(0.5 * tolerance, jnp.minimum(PART * s.error, 1e-2))
         given = replace(problem, operator=uniform, gap=problem.gap + s.next, drag=None)
         found = solve(given, own, goal, max_iterations - s.iterations)
+
+        # what the solution itself displaces, beside what was given; the error is the larger of the two errors
         result = rest(found.pressure, found.carried)
         change = result - s.next
         moved = moved_by(problem, cell, found.pressure, found.displacement)
         error = jnp.maximum(found.error, jnp.max(jnp.abs(change)) / moved)
         assert found.unstable is not None and s.found.unstable is not None
+
         # Anderson's combination: of weights w with sum 1, |sum_j w_j change_j|^2 is least for (C^T C) w ~ 1
         place = s.repetitions % DEPTH
         results, changes = s.results.at[place].set(result), s.changes.at[place].set(change)
