@@ -624,7 +624,7 @@ def fit_indentation(
         thin_layer.check(thickness, sought.volume.value)
     pressing = Pressing(indenter, control, rise, adhesion, film, thickness, bool(unbonded))
     press = prepare(data, sought, pressing, instrument, weights, sigma)
-    check_count(level, _sample(press).least_count, press.space.free.size)
+    check_count(level, _sample(press).fewest_points, press.space.free.size)
 
     # The optimum, with weights that are consistent with it.
     if film:

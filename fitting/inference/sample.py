@@ -97,7 +97,7 @@ class Sample(NamedTuple):
         return self.label in ("estimated", "proportional") and not self.final
 
     @property
-    def least_count(self) -> int:
+    def fewest_points(self) -> int:
         """Number of fitted points."""
         return int(np.count_nonzero(self.weights))
 

@@ -36,7 +36,7 @@ from jaxcontact.shell.case_file import Case, CaseError, case_of, case_text, read
 from jaxcontact.shell.case_keys import chosen
 from jaxcontact.shell.case_schema import KINDS
 from jaxcontact.shell.finished_steps import FinishedRun, FinishedSteps, ResumePoint, fingerprint
-from jaxcontact.simulate.run import Experiment, blocks, ready, reported
+from jaxcontact.simulate.run import Experiment, blocks, plan_of, reported
 
 KEYS = {  # of the case file, which to change after a step that ended with that status
     Status.NOT_CONVERGED: "solver",
@@ -163,7 +163,7 @@ def _march(experiment: Experiment, steps: FinishedSteps) -> Ending:
     began = time.perf_counter() - resume_point.seconds
     with _noted() as notes, Progress(experiment.times.size, "step", resume_point.steps) as progress:
         notes += salvaged
-        plan = ready(experiment)
+        plan = plan_of(experiment)
         try:
             for block in (
                 blocks(plan, resume_point.blocks, resume_point.carry) if resume_point.status == 0 else ()

@@ -633,7 +633,7 @@ class FinishedBlock:
     carry: list[np.ndarray]
 
 
-def ready(experiment: Experiment) -> Plan:
+def plan_of(experiment: Experiment) -> Plan:
     """Return the plan of an experiment, with its kernels, for ``blocks``."""
     return _planned(experiment.with_kernels())
 
@@ -673,7 +673,7 @@ def blocks(plan: Plan, done: int = 0, carry: Sequence[np.ndarray] | None = None)
 
 def first_block(experiment: Experiment) -> tuple[Plan, Carry, Outcome]:
     """Return the plan of a march with the carry and the outcome of its first block, scaled, whose shapes are needed."""
-    plan = ready(experiment)
+    plan = plan_of(experiment)
     state, rows = _begun(plan)
     return plan, *run_block(plan.stepper, state, jax.tree.map(lambda a: a[0], rows))
 
