@@ -242,6 +242,7 @@ def folders_of(files: Sequence[str]) -> list[str]:
 
 STORE = "curves"  # folder of the stored fits
 MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials", "model", "fixed", "adhesion"))
+# options that do not change a fit
 LOCAL = (
     "command",
     "kind",
@@ -250,7 +251,7 @@ LOCAL = (
     "resume",
     "file",
     "processes",
-)  # options that do not change a fit
+)
 REASONS = 20  # curves that are not accepted whose reasons are printed
 
 

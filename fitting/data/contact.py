@@ -484,9 +484,8 @@ def without_drag(data: Any, drag: float | str | None) -> tuple[Any, Drag | None,
 
 PICO = 1e12
 LEAST_CURVE = 10  # fewest points of an approach
-QUIET = (
-    3.0  # running median of the load over the standard deviation of its noise below which there is no contact
-)
+# running median of the load over the standard deviation of its noise below which there is no contact
+QUIET = 3.0
 BASE = 3.0  # longest baseline before and after the contact, in largest depths
 NO_CONTACT = (
     "data: expected a force that rises with depth, got none: no contact in the curve, or a sample too stiff to"
@@ -528,9 +527,8 @@ class ForceCurve(NamedTuple):
         stop = int(np.argmax(depth)) + 1
         if stop < LEAST_CURVE:
             rise, scatter = float(np.max(np.abs(smooth(force)))), sample_noise(load)
-            if (
-                some.sum() >= LEAST_CURVE and rise <= QUIET * scatter
-            ):  # the directions above follow from noise
+            # the directions above follow from noise
+            if some.sum() >= LEAST_CURVE and rise <= QUIET * scatter:
                 raise ValueError(_no_rise(rise, scatter))
             raise ValueError(
                 f"data: expected an approach of at least {LEAST_CURVE} points with a force that rises with depth, got {stop}"

@@ -453,15 +453,15 @@ ONSET = 0.02  # fraction of the largest load, below which the zero of the load m
 LOST = 0.5  # fraction of the lowest load that is lost when the contact breaks
 NEAR = 0.92  # fraction of the lowest load within which points determine it
 TAIL = 10  # part of the retraction at its end, 1/TAIL, out of contact
-FLAT = (
-    0.05  # change of the load along that part, relative to the lowest load, of a curve that is out of contact
-)
+# change of the load along that part, relative to the lowest load, of a curve that is out of contact
+FLAT = 0.05
 MEDIAN = 1.25  # standard error of a median over that of a mean
 FEWEST = 6  # points that determine it
+# points of the running median of the load, and points without tension after the contact
 MEDIAN_WIDTH, IN_A_ROW = (
     5,
     3,
-)  # points of the running median of the load, and points without tension after the contact
+)
 
 
 class PullOff(NamedTuple):

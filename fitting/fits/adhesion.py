@@ -61,11 +61,12 @@ from jaxcontact._support.prefixes import told_apart
 WIDE = 7.0  # of the logarithms of modulus and work about their starting values
 PARAMETERS = -5.0, 4.0  # of the logarithm of Maugis's parameter over its starting value
 STARTS: tuple[float, ...] = (-2.0, 0.0, 2.0)  # of the logarithm of Maugis's parameter
+# of the logarithm of the modulus of a film, over that of a half-space
 MODULI: tuple[float, ...] = (
     -1.5,
     0.0,
     1.5,
-)  # of the logarithm of the modulus of a film, over that of a half-space
+)
 WIDER = 1.5  # of the largest contact radius that is expected
 
 
@@ -291,6 +292,7 @@ def deviation(
 
     with_range: returns the coordinates (m,) of the fit with a range of the attraction; None where the model has one.
     """
+    # the trend of the residuals of either segment over the largest force
     contact, depth = test.seen.contact, test.data.depth
     largest = float(np.max(np.abs(test.data.load[contact])))
     trends = {"approach": 0.0, "retract": 0.0}
@@ -299,6 +301,7 @@ def deviation(
         if np.any(some):
             trends[mark] = verdict.trend(solved.residual[some] / solved.weights[some]) / largest
 
+    # fits of the shallower and of the deeper half, and with a range of the attraction
     def refits() -> list[np.ndarray | None]:
         found: list[np.ndarray | None] = []
         middle = 0.5 * (depth[contact].min() + depth[contact].max())
@@ -435,7 +438,7 @@ class CreepingFilm(NamedTuple):
     def objective(self, space: Parameters, weights: np.ndarray, run: Run) -> Objective:
         """Return the least squares over the coordinates."""
         linearised = lambda theta: linearise(theta, space.free, weights, run, self.material)
-        return Objective.of_one_program(linearised, space.bounds, ftol=1e-5, close=1e-2)
+        return Objective.of_one_program(linearised, space.bounds, ftol=1e-5)
 
     def correction(self, theta: np.ndarray, space: Parameters, run: Run) -> np.ndarray:
         """Return the load on a finer grid with shorter steps less that of a run, (n,) [N]."""

@@ -345,7 +345,7 @@ def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, flo
 def _minimise(press: IndentationProblem, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
     """Minimise from theta with a loose tolerance on RSS, because each evaluation is expensive."""
     linearised = lambda theta: layered.linearise(theta, press.space.free, film)
-    objective = Objective.of_one_program(linearised, press.space.bounds, ftol=1e-5, close=1e-2)
+    objective = Objective.of_one_program(linearised, press.space.bounds, ftol=1e-5)
     return minimise(objective, theta), objective
 
 
@@ -624,7 +624,7 @@ def fit_indentation(
         thin_layer.check(thickness, sought.volume.value)
     pressing = Pressing(indenter, control, rise, adhesion, film, thickness, bool(unbonded))
     press = prepare(data, sought, pressing, instrument, weights, sigma)
-    check_count(level, _sample(press).least_count, press.space.free.size)
+    check_count(level, _sample(press).fewest_points, press.space.free.size)
 
     # The optimum, with weights that are consistent with it.
     if film:

@@ -192,9 +192,8 @@ class ScaledCreepCurve(LawSearch):
         G = size - math.log(share)
         if law.model is jc.FractionalMaxwell:
             part = 1.0 - share
-        elif (
-            law.model is jc.FractionalKelvinVoigt
-        ):  # the response reached is a fraction of the asymptotic one
+        # the response reached is a fraction of the asymptotic one
+        elif law.model is jc.FractionalKelvinVoigt:
             G = size + math.log(share)
         V = size - math.log(part) + alpha * math.log(self.duration) - math.lgamma(1.0 + alpha)
         return np.array([{"G": G, "V": V, "alpha": alpha}[name] for name in law.where])

@@ -421,9 +421,8 @@ def _distance(one: list, two: list, shift: float) -> float:
 
 
 CHANCE = 1e-3  # probability that a difference is found significant by chance
-SIMILAR = (
-    0.03  # rms difference of curves, relative to the modulus, that repeated loading of a rheometer leaves
-)
+# rms difference of curves, relative to the modulus, that repeated loading of a rheometer leaves
+SIMILAR = 0.03
 NEGLIGIBLE = 1e-6  # likewise, below which a difference is rounding or the flexibility of the spline
 STRAYED = 0.05  # probability above which a deviation from a law counts as chance in the intervals
 WITHIN = 0.5  # rms deviation from a law [K] that the temperature control of a rheometer leaves
@@ -467,6 +466,7 @@ def gaps(shifting: Shifting, theta: np.ndarray) -> tuple[str, ...]:
     Curves that share no value cannot be brought onto each other. With vertical factors, which change the values, they must
     share a range of the shifted abscissa.
     """
+    # 1. The range of values of each curve (with vertical factors, of the shifted abscissa), and gaps in their union.
     sweeps, found = shifting.sweeps, []
     shift = shifting.shifts(theta)[0]
     first = sweeps.part == 0
@@ -486,6 +486,8 @@ def gaps(shifting: Shifting, theta: np.ndarray) -> tuple[str, ...]:
             f"the curves at {one:.5g} and {two:.5g} K do not overlap: their shift factors follow from the smoothness of the"
             " master curve alone; measure at temperatures between them, or over more decades"
         )
+
+    # 2. Factors at an end of their search.
     low, high = (bound[: shifting.count[0]] for bound in shifting.space().bounds)
     width = high - low
     own = theta[: shifting.count[0]]

@@ -111,6 +111,7 @@ def _optimum(
     problem: LinearSpectrum, D: np.ndarray, smoothness: float, start: np.ndarray, solid: bool
 ) -> tuple[SpectrumOptimum, float]:
     """Return the optimum at a smoothness, and the logarithm of its evidence up to a constant."""
+    # 1. Least squares of exp(x), the spectrum, with its second differences of log H as further residuals.
     A, e, y, largest = problem
     m, root = A.shape[1], np.sqrt(smoothness)
     bend = np.column_stack([root * D, np.zeros(len(D))])
@@ -125,6 +126,8 @@ def _optimum(
         np.clip(start, low + 1e-9, high - 1e-9), lambda x: np.vstack([jacobian(x), bend]), (low, high),
         xtol=NEAR, ftol=NEAR, gtol=1e-14, max_nfev=EVALUATIONS,
     )  # fmt: skip
+
+    # 2. The evidence of this smoothness: the integral of the likelihood over the spectrum, by its curvature at the optimum.
     J = jacobian(found.x)
     free = np.arange(m + 1) < m + (solid and found.x[-1] > 1e-8)
     precision = J.T @ J + bend.T @ bend

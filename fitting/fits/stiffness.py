@@ -142,10 +142,11 @@ def contact_area(coefficients: Sequence[float], depth: np.ndarray) -> np.ndarray
 REACH = math.log(1e4)  # of log G and of log thickness about their starting values
 REACHES = (-REACH, REACH), (-math.log(0.5 * WIDEST), REACH)
 THIN = (1.0, 0.3, 3.0, 10.0)  # starting thicknesses over the largest contact radius
+# of log G from the deeper half to all points, and of the stiffness: beyond them, rejection
 CHANGE, TREND = (
     0.2,
     0.1,
-)  # of log G from the deeper half to all points, and of the stiffness: beyond them, rejection
+)
 SPREAD = math.log(100.0)  # of the moduli of single points about that of all
 TRIALS = 13  # moduli at which the stiffness is computed for these
 
@@ -484,6 +485,7 @@ def _tip(
     beta: float,
 ) -> Tip:
     """Return the tip with the places of its contact; ValueError on bad input."""
+    # what gives the contact: stated areas, the depth of an elastic contact, or Oliver and Pharr's contact depth
     probe_of(indenter)
     kind = KINDS[type(indenter)]
     if contact is None and data.area is not None and area is None:
@@ -507,6 +509,8 @@ def _tip(
         return Tip(indenter, kind, places, False, beta)
     if data.load is None:
         raise ValueError('load: expected loads for contact="oliver-pharr", got none')
+
+    # h_c = h - epsilon F/S (W. C. Oliver, G. M. Pharr, J. Mater. Res. 7 (1992) 1564)
     depth = data.depth - epsilon * data.load / data.stiffness
     if np.any(depth <= 0.0):
         raise ValueError(

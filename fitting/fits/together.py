@@ -80,9 +80,9 @@ class Tests(NamedTuple):
     rates: np.ndarray | None
 
     @property
-    def least_count(self) -> int:
+    def fewest_points(self) -> int:
         """Number of points of the smallest test."""
-        return min(part.sample.least_count for part in self.parts)
+        return min(part.sample.fewest_points for part in self.parts)
 
     @property
     def label(self) -> str:

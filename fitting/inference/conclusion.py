@@ -46,7 +46,7 @@ class FitProblem:
     level: float
 
     def __post_init__(self) -> None:
-        check_count(self.level, self.sample.least_count, self.p)
+        check_count(self.level, self.sample.fewest_points, self.p)
 
     @property
     def p(self) -> int:

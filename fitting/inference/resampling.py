@@ -76,9 +76,8 @@ def resample(data: Timed, per_decade: float = 20) -> Timed:
 
 def _creep(data: CreepData, per_decade: float) -> CreepData:
     values = data.strain if data.J is None else data.J
-    spell = np.zeros(
-        data.t.size, dtype=int
-    )  # the interval between jumps of the stress in which a sample lies
+    # the interval between jumps of the stress in which a sample lies
+    spell = np.zeros(data.t.size, dtype=int)
     if data.stress is not None:
         knots, level = data.stress
         jump = np.flatnonzero(np.abs(np.diff(level)) > STEP * np.max(np.abs(level)))

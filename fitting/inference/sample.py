@@ -38,9 +38,8 @@ BIASED = 0.5  # bias over standard error of a common factor above which a note i
 ALIKE = 2.0  # standard errors of a correlation of neighbours above which no change of the noise along the curve is tested
 BETTER = 0.05  # probability of as high a likelihood of an error model that changes, where the noise does not
 FAINT = 1e-6  # ratio of the terms of an error model below which the smaller one is left out
-NOISELESS = (
-    1e-4  # RSS per degree of freedom, with a stated sigma, below which data are taken as free of noise
-)
+# RSS per degree of freedom, with a stated sigma, below which data are taken as free of noise
+NOISELESS = 1e-4
 APART = 0.01  # probability by noise alone below which a difference between runs is significant
 LEAST = 0.1, 1e-9  # smallest fitted value in a weight, over the measured one and over the largest one
 
@@ -98,7 +97,7 @@ class Sample(NamedTuple):
         return self.label in ("estimated", "proportional") and not self.final
 
     @property
-    def least_count(self) -> int:
+    def fewest_points(self) -> int:
         """Number of fitted points."""
         return int(np.count_nonzero(self.weights))
 

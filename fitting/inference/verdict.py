@@ -19,12 +19,10 @@ CHANCE = 1e-3  # probability of an outlier in a series of Gaussian noise
 MATTERS = 1.0  # standard errors by which a relevant outlier moves the fit
 ISOLATED = 0.5  # largest residual of a neighbour over that of an isolated outlier
 NOT_DETERMINED = 0.5  # sd of a log parameter above which it is not identifiable
-STATED = (
-    0.005  # probability, on each side, of an RSS with which a right standard deviation is found to be wrong
-)
-CURVED = (
-    0.02  # fraction of a variance that the curvature of a model may change, relative to its linearisation
-)
+# probability, on each side, of an RSS with which a right standard deviation is found to be wrong
+STATED = 0.005
+# fraction of a variance that the curvature of a model may change, relative to its linearisation
+CURVED = 0.02
 
 
 TOO_FEW = "too few points in contact to judge the trend of the residuals"

@@ -38,10 +38,11 @@ SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 HEIGHTS = ("ZSnsr", "ZSensor", "LVDT", "Raw", "Height")  # the sensor before the drive
 DEFLECTIONS = ("Defl", "Deflection")
 TOWARDS, BACK = ("ext", "1"), ("ret", "-1")  # names of segments in maps begin so; directions in waves
+# relative differences of speeds and dwells, and of rates, above which a note has what is stated
 AGREE, SAME = (
     0.1,
     0.02,
-)  # relative differences of speeds and dwells, and of rates, above which a note has what is stated
+)
 FEWEST = 5  # samples of a ramp
 
 
@@ -298,12 +299,10 @@ HEAD, TABLE, ENTRY = struct.Struct("<II4sI"), struct.Struct("<QII"), struct.Stru
 DEFINITION = struct.Struct("<II24x3d32s32s32s32s")  # points, lines; steps of x, y, t with units; segments
 CHANNEL = struct.Struct("<32s32s")  # name, unit
 LINE = struct.Struct("<IIQQ")  # number of the curve, line, point, offset
-CURVE = struct.Struct(
-    "<IIIIQQ"
-)  # number of the curve, line, point, kind (trace, retrace), offsets before and after
-SAMPLES = struct.Struct(
-    "<5I5i"
-)  # number of the curve, line, point, count, channel; last samples of the segments
+# number of the curve, line, point, kind (trace, retrace), offsets before and after
+CURVE = struct.Struct("<IIIIQQ")
+# number of the curve, line, point, count, channel; last samples of the segments
+SAMPLES = struct.Struct("<5I5i")
 
 
 class Chunk(NamedTuple):
@@ -430,9 +429,8 @@ def load_map(name: str) -> Recording:
     if not found:
         raise ValueError(f"{name}: expected force curves, got a map without any")
     order = sorted(found)
-    map_curve(
-        pieces, max(found.values()), channels
-    )  # the last one in the file, which is not there if it is cut
+    # the last one in the file, which is not there if it is cut
+    map_curve(pieces, max(found.values()), channels)
 
     # The scan: its steps, about its centre at the offset of the scan.
     centre = [value if math.isfinite(value := stated(note, f"{axis}Offset")) else 0.0 for axis in "XY"]

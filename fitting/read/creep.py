@@ -90,6 +90,7 @@ def _flows(block: Block, decimal: str) -> bool:
 STRAIN = Wanted("strain", ("strain", "tensile strain"))
 STRESS = Wanted("stress", ("stress", "tensile stress"))
 STRESS_FACT = r"(?im)\bstress=([0-9.eE+-]+)\s*;"  # RepTate, in Pa
+# "Stress: 100 Pa", "Stress (Pa): 100"
 STATED = (
     re.compile(
         r"\W*(?P<name>[^:=;,\t\d]+?)\s*[:=;,\t]+\s*(?P<value>[-+\d.,eE]+)[\s;,\t]*[\[(]?(?P<unit>[^\s;,\])]+)\W*"
@@ -97,7 +98,7 @@ STATED = (
     re.compile(
         r"\W*(?P<name>[^:=;,\t\d\[(]+?)\s*[\[(](?P<unit>[^\s\])]+)[\])]\s*[:=;,\t]+\s*(?P<value>[-+\d.,eE]+)[\s;,\t]*"
     ),
-)  # "Stress: 100 Pa", "Stress (Pa): 100"
+)
 
 
 def read_creep(

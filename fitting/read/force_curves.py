@@ -28,10 +28,11 @@ from fitting.read.table import SHEETS, is_data, read_lines, split
 # parameter (NanoScope 8.10 User Guide, General Format for CIAO Parameter Objects).
 
 
+# first lines of force curves, and of images without any
 FORCE, IMAGE = (
     b"\\*Force file list",
     b"\\*File list",
-)  # first lines of force curves, and of images without any
+)
 LONGEST = 1 << 20  # bytes in which a header must end
 PARAMETER = re.compile(r"\\@?(?:\d+:)?(?P<label>[^:]+):(?P<value>.*)")
 NUMBER = r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?"

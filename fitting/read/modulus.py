@@ -17,13 +17,14 @@ LOSS = Wanted("loss", ("loss modulus", "tensile loss modulus"))
 COMPLEX = Wanted("complex", ("complex modulus", "tensile complex modulus"))
 ANGLE = Wanted("delta", ("phase angle", "delta"))
 FACTOR = Wanted("tan_delta", ("loss factor",))
+# in order of preference
 PAIRS = (
     (STORAGE, LOSS),
     (COMPLEX, ANGLE),
     (COMPLEX, FACTOR),
     (STORAGE, ANGLE),
     (STORAGE, FACTOR),
-)  # in order of preference
+)
 STRESS_NAMES, STRAIN_NAMES = ("stress", "tensile stress"), ("strain", "tensile strain")
 CHANGING = 0.03  # change of the logarithm of a modulus above which a test shows whether the stress is proportional to it
 STANDING = 0.2  # change of the logarithm of the stress over that of the modulus, below which it is not

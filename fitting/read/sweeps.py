@@ -106,9 +106,8 @@ def read_sweeps(
     for part in curves_of(table, wanted, divided=True):
         T = part.values.get(TEMPERATURE.key, np.zeros(part.lines.size))
         cuts = np.flatnonzero(np.abs(np.diff(T)) > STEP) + 1
-        if (
-            cuts.size and "t" in part.values
-        ):  # a modulus or a compliance is a function of the time since its own step
+        # a modulus or a compliance is a function of the time since its own step
+        if cuts.size and "t" in part.values:
             raise ValueError(
                 f"{table.path}: t: expected times that start again with the step at each temperature, got times that go on"
                 f" at {part.values['t'][cuts[0]]:g} s, where it changes from {T[cuts[0] - 1]:g} to {T[cuts[0]]:g}:"

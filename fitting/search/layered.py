@@ -208,7 +208,7 @@ def linearise(theta: Array, free: Array, film: FilmTest) -> tuple[Array, Array, 
     """Return the weighted residuals (n,), their Jacobian (n, k) with respect to the coordinates at the places ``free`` (k,),
     and status, contact radius [m] and strain of the top layer at the march times (m,).
 
-    A fit runs it a hundred times. The tangents take a quarter of the time of the march that they share, and one program
+    A fit runs it some seventy times. The tangents take a quarter of the time of the march that they share, and one program
     compiles in half the time of two.
     """
 

@@ -33,10 +33,11 @@ FIRST = 0.1  # largest norm of the first change of the coordinates
 WINDOW = 10  # steps over which progress is judged
 SAME = 1e-9  # relative tolerance of a loss that is evaluated again
 STUCK = "no step, however short, lowers the loss or has a status of 0"
+# distance of the points beside a start with a gradient of zero, and number of their directions
 AWAY, BESIDE = (
     1e-2,
     8,
-)  # distance of the points beside a start with a gradient of zero, and number of their directions
+)
 MEMORY = 10  # number of pairs of changes kept by L-BFGS
 
 
@@ -296,9 +297,8 @@ class _Minimisation:
         self.update = jax.jit(self.method.update)
         self.coordinates, self.tolerance, self.file = coordinates, tolerance, file
         self.evaluations = 0
-        self.unit = (
-            1.0  # of the gradient in a line search, so that a small loss does not begin with a small step
-        )
+        # of the gradient in a line search, so that a small loss does not begin with a small step
+        self.unit = 1.0
         self.values: list[float] = []
         self.gradients: list[float] = []
 
@@ -442,6 +442,7 @@ class _Minimisation:
         try:
             with self.file.open("rb") as stream, np.load(stream, allow_pickle=False) as stored:
                 kept = dict(stored)
+            # the same search: arrays of the same shapes, and the same loss at the start
             leaves, tree = jax.tree.flatten((here.z, memory))
             same = all(
                 kept[f"leaf{i}"].shape == np.shape(leaf) and kept[f"leaf{i}"].dtype == np.asarray(leaf).dtype

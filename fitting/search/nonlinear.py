@@ -143,7 +143,7 @@ class Objective:
     upper: np.ndarray
     ftol: float = 1e-12
     floor: float = 0.0
-    close: float = 2e-3
+    close: float = 1e-2
     residual_runs: int = 0
     jacobian_runs: int = 0
 
@@ -238,7 +238,8 @@ class Best(NamedTuple):
 
     theta (m,), residual (n,), jacobian (n, k) of the free coordinates, rss; starts, agreed: number of local searches
     and number of them that reached this minimum; others: theta (m,) of each higher minimum; converged: whether the search
-    ended by its tolerance, or because no step lowers RSS, and not after ``ITERATIONS``.
+    ended by its tolerance, or because no step lowers RSS, and not after ``ITERATIONS``; left: the fall of RSS that the
+    linearised residuals still promise there.
     """
 
     theta: np.ndarray
@@ -249,6 +250,7 @@ class Best(NamedTuple):
     agreed: int = 1
     others: tuple[np.ndarray, ...] = ()
     converged: bool = True
+    left: float = 0.0
 
     def after(self, first: Best) -> Best:
         """Return the minimum as the end of a search from several starts, whose best minimum was ``first``."""
@@ -293,7 +295,7 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
     theta, own = np.clip(start, objective.lower, objective.upper), np.isin(objective.free, some)
     residual, damping = objective.at(theta), 0.0
     jacobian = objective.slope(theta)
-    converged = some.size == 0
+    converged, left = some.size == 0, 0.0
     small = _reduced(jacobian[:, own], residual)
     for _ in range(ITERATIONS if some.size else 0):
         # 1. The step of least RSS of the linearised residuals, within the bounds; the end if it promises too little.
@@ -302,7 +304,7 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
         step = _step(J, r, *room, damping)
         expected = rss - float(np.sum((r + J @ step) ** 2))
         if expected <= objective.ftol * rss + floor or damping > 1e8:
-            converged = True
+            converged, left = True, expected
             break
 
         # 2. It is taken, with less damping, if RSS falls; otherwise it is tried again with more.
@@ -322,7 +324,7 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
             small = _reduced(jacobian[:, own], residual)
         else:
             damping = max(10.0 * damping, 1e-3)
-    return Best(theta, residual, jacobian, float(residual @ residual), converged=converged)
+    return Best(theta, residual, jacobian, float(residual @ residual), converged=converged, left=left)
 
 
 def _reduced(J: np.ndarray, r: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

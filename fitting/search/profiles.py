@@ -2,9 +2,10 @@
 
 The profile of a coordinate is traced outwards: at each trial value the other coordinates are fitted again, starting on
 the tangent of the profile, and the square root of the rise in RSS, which is nearly linear in the coordinate, is
-followed to the level (D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1). The smallest RSS at a
-value may belong to another branch of minima than the one that was followed; so where one branch ends, the other known
-minima are tried, unless the root rose nearly linearly, as it does on a single branch.
+followed to the level (D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1). Its slope is known at
+each trial value, so that two of them mostly suffice. The smallest RSS at a value may belong to another branch of minima
+than the one that was followed; so where one branch ends, the other known minima are tried, unless the root rose nearly
+linearly, as it does on a single branch.
 """
 
 import dataclasses
@@ -17,8 +18,11 @@ import numpy as np
 from fitting.search.nonlinear import Best, Objective, minimise_some
 
 STEPS = 30  # trial values at most, on the way of one branch to the level
+FARTHER = 2.0  # longest further step, over the distance from the best value
+MONOTONE = 3.0  # largest slope of a monotonic cubic at its ends, over that of the straight line
+BESIDE = 0.05  # least distance of a trial value from one that is known, over that between the two that enclose the level
 MOST = 4.0  # longest first step, over the best value of the coordinate or 1, whichever is larger
-NEGLIGIBLE = 1e-4  # excess of a profile over its minimum, as a fraction of the allowed rise
+NEGLIGIBLE = 3e-3  # fall of RSS that a fit along a profile may leave over, as a fraction of the allowed rise
 START = 1e-3  # smallest first step, in units of the coordinate
 STRAIGHT = 0.1  # relative deviation of an end from that of the straight line on a single branch
 BRANCHES = 8  # changes to another branch of minima at most
@@ -48,12 +52,13 @@ def profile(
 class Point(NamedTuple):
     """A point of a profile.
 
-    value: of its coordinate; height: square root of the rise in RSS over the allowed one; fit: of the other coordinates
-    there.
+    value: of its coordinate; height: square root of the rise in RSS over the allowed one; slope: the derivative of the
+    height, outwards, nan where it is not known; fit: of the other coordinates there.
     """
 
     value: float
     height: float
+    slope: float
     fit: Best
 
 
@@ -82,7 +87,7 @@ class _Side:
 
     def end(self) -> float:
         """Return the outermost value at which a known branch reaches the level."""
-        value = self._walk(Point(self.first, 0.0, self.best))
+        value = self._walk(Point(self.first, 0.0, 1.0 / max(self._line, 1e-300), self.best))
         straight = abs(value - self.first - self.sign * self._line) < STRAIGHT * self._line
         several = [] if self.best.starts == 1 else [self.best.theta, *self.best.others]
         for _ in range(BRANCHES):
@@ -106,7 +111,8 @@ class _Side:
     @functools.cached_property
     def _line(self) -> float:
         """Distance to the level along the straight line."""
-        return math.sqrt(max(self.level - self.best.rss, 0.0)) / max(self._tangent(self.best)[1], 1e-300)
+        across = float(np.linalg.norm(self._along(self.best)[1]))
+        return math.sqrt(max(self.level - self.best.rss, 0.0)) / max(across, 1e-300)
 
     def _at(self, value: float, start: np.ndarray) -> Point:
         """Return the point of the profile at a value, with the other coordinates fitted from a start."""
@@ -115,47 +121,73 @@ class _Side:
         others = np.setdiff1d(self.objective.free, self.i)
         fit = minimise_some(self.objective, start, others, max(NEGLIGIBLE * allowed, self.objective.floor))
         self.unfinished += not fit.converged
-        # a height of 3 shortens the step where the model is not finite
-        rise = fit.rss - self.best.rss
-        return Point(value, math.sqrt(max(rise, 0.0) / allowed) if math.isfinite(rise) else 3.0, fit)
+
+        # the height, without the fall of RSS that the search has left over
+        rise = fit.rss - fit.left - self.best.rss
+        if not math.isfinite(rise):  # a height of 3 shortens the step
+            return Point(value, 3.0, math.nan, fit)
+        height = math.sqrt(max(rise, 0.0) / allowed)
+
+        # d RSS/d value = 2 r . w with w the part of the coordinate's column that the others do not follow (envelope theorem)
+        steeper = self.sign * float(fit.residual @ self._along(fit)[1])
+        return Point(value, height, steeper / (allowed * height) if height > 0.0 else math.nan, fit)
 
     def _walk(self, inner: Point) -> float:
         """Return the value at which the branch reaches the level, going outwards from a point on it."""
         outer, value = None, self._next(inner, None)
-        tangent = self._tangent(inner.fit)[0]
+        along = self._along(inner.fit)[0]
         for _ in range(STEPS):
             value = self.sign * min(self.sign * value, self.sign * self.bound)
             if self.sign * (value - self.first) <= 0.0:
                 return self.bound
-            found = self._at(value, inner.fit.theta + tangent * (value - inner.value))
-            if abs(found.height - 1.0) < self.objective.close or (found.height < 1.0 and value == self.bound):
+            found = self._at(value, inner.fit.theta + along * (value - inner.value))
+            if found.height < 1.0 and value == self.bound:
                 return value
+            if abs(found.height - 1.0) < self.objective.close:
+                rest = (1.0 - found.height) / found.slope if found.slope > 0.0 else 0.0
+                return self.sign * min(self.sign * value + rest, self.sign * self.bound)
             if found.height < 1.0:
-                inner, tangent = found, self._tangent(found.fit)[0]
+                inner, along = found, self._along(found.fit)[0]
             else:
                 outer = found
             value = self._next(inner, outer)
         return value
 
-    def _tangent(self, fit: Best) -> tuple[np.ndarray, float]:
-        """Return the derivative (m,) of the coordinates along the profile, and the slope of the square root of RSS
-        there."""
+    def _along(self, fit: Best) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivative (m,) of the coordinates along the profile, and that of the residuals (n,)."""
         free, change = self.objective.free, np.zeros(fit.theta.size)
         inside = (fit.theta > self.objective.lower) & (fit.theta < self.objective.upper)
         others, own = inside[free] & (free != self.i), fit.jacobian[:, free == self.i][:, 0]
         J = fit.jacobian[:, others]
         change[free[others]] = -np.linalg.lstsq(J, own, rcond=1e-12)[0]
-        return change, float(np.linalg.norm(own + J @ change[free[others]]))
+        change[self.i] = 0.0
+        return change, own + J @ change[free[others]]
 
     def _next(self, inner: Point, outer: Point | None) -> float:
-        """Return the next trial value: extrapolated through the last point, or interpolated between the two that
-        enclose the level."""
-        if outer is not None:
-            share = (1.0 - inner.height) / (outer.height - inner.height)
-            return inner.value + min(max(share, 0.05), 0.95) * (outer.value - inner.value)
-        if inner.fit is self.best:
+        """Return the next trial value: extrapolated from the last point, or interpolated between the two that enclose the
+        level."""
+        if inner.fit is self.best and outer is None:
             longest = MOST * max(1.0, abs(self.first) if self.objective.lower[self.i] >= 0.0 else 0.0)
-            step = min(self._line, longest)
-        else:
-            step = 1.02 * min(1.0 / max(inner.height, 1e-3), 3.0) * abs(inner.value - self.first)
-        return self.first + self.sign * max(step, START)
+            return self.first + self.sign * max(min(self._line, longest), START)
+        if outer is None:  # along the tangent of the height
+            distance = abs(inner.value - self.first)
+            ahead = (1.0 - inner.height) / inner.slope if inner.slope > 0.0 else math.inf
+            return inner.value + self.sign * max(min(ahead, FARTHER * distance), START)
+
+        # between the two: the value as a cubic of the height where that increases throughout (F. N. Fritsch, R. E. Carlson,
+        # SIAM J. Numer. Anal. 17 (1980) 238); else, at a kink, along a tangent that stays between them, or linear
+        rise, between = outer.height - inner.height, outer.value - inner.value
+        share = (1.0 - inner.height) / rise
+        slopes = [math.nan, math.nan]
+        for place, point in enumerate((inner, outer)):
+            if point.slope > 0.0:
+                slopes[place] = self.sign * rise / (point.slope * between)
+        if all(0.0 < slope <= MONOTONE for slope in slopes):
+            left = 1.0 - share
+            return inner.value + between * (
+                share**2 * (3.0 - 2.0 * share) + share * left * (left * slopes[0] - share * slopes[1])
+            )
+        along_tangents = (share * slopes[0], 1.0 - (1.0 - share) * slopes[1])
+        near, far = along_tangents if share < 0.5 else along_tangents[::-1]
+        inside = [each for each in (near, far) if BESIDE < each < 1.0 - BESIDE]
+        return inner.value + between * (inside[0] if inside else min(max(share, BESIDE), 1.0 - BESIDE))

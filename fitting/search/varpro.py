@@ -367,9 +367,8 @@ class Optimum(NamedTuple):
     cost: Array
 
 
-@functools.partial(
-    Program, work=lambda problem: 5e3
-)  # as cell steps: 1 ms more without optimisation, 0.9 s to compile
+# as cell steps: 1 ms more without optimisation, 0.9 s to compile
+@functools.partial(Program, work=lambda problem: 5e3)
 def minimise(problem: TauProblem) -> Optimum:
     """Return the least-squares solution: variable projection, then Gauss-Newton in log parameters.
 

@@ -130,6 +130,26 @@ class DirectoryTakenError(ValueError):
     """The directory is in use or not empty; the message is one line for the user."""
 
 
+def refuse_taken(directory: Path, *, force: bool, resume: bool) -> bool:
+    """Raise DirectoryTakenError for a directory that ``claimed`` refuses for what it contains; True if it is not empty."""
+    if not directory.exists():
+        return False
+    if not directory.is_dir():
+        raise DirectoryTakenError(f"{directory}: found a file, accepted: a directory, new or empty")
+    found = {path.name for path in directory.iterdir()} - {LOCK}
+    if resume and found and UNFINISHED not in found:
+        raise DirectoryTakenError(
+            f"{directory}: found no unfinished run and no finished one of this case, accepted with --resume: the directory"
+            " of a run of this case, or a new one"
+        )
+    if found and not (force or resume):
+        hint = "--resume continues the run that was stopped there, " if UNFINISHED in found else ""
+        raise DirectoryTakenError(
+            f"{directory}: found a directory that is not empty; {hint}--force overwrites it"
+        )
+    return bool(found)
+
+
 @contextlib.contextmanager
 def claimed(directory: Path, *, force: bool, resume: bool) -> Iterator[bool]:
     """Claim ``directory`` for a run, creating it if needed and removing it if it stays empty; True if it was not empty.
@@ -137,24 +157,13 @@ def claimed(directory: Path, *, force: bool, resume: bool) -> Iterator[bool]:
     Raises DirectoryTakenError when another run uses it, when it is not empty and neither ``force`` nor
     ``resume`` is set, and when there is nothing to resume.
     """
-    if directory.exists() and not directory.is_dir():
-        raise DirectoryTakenError(f"{directory}: found a file, accepted: a directory, new or empty")
+    if not directory.is_dir():
+        refuse_taken(directory, force=force, resume=resume)
     is_new = not directory.exists()
     directory.mkdir(parents=True, exist_ok=True)
     try:
         with locked(directory):
-            found = {path.name for path in directory.iterdir()} - {LOCK}
-            if resume and found and UNFINISHED not in found:
-                raise DirectoryTakenError(
-                    f"{directory}: found no unfinished run and no finished one of this case, accepted with --resume: the"
-                    " directory of a run of this case, or a new one"
-                )
-            if found and not (force or resume):
-                hint = "--resume continues the run that was stopped there, " if UNFINISHED in found else ""
-                raise DirectoryTakenError(
-                    f"{directory}: found a directory that is not empty; {hint}--force overwrites it"
-                )
-            yield bool(found)
+            yield refuse_taken(directory, force=force, resume=resume)
     finally:
         if is_new:
             with contextlib.suppress(OSError):  # it is not empty

@@ -35,12 +35,13 @@ import numpy as np
 
 OWN = ("jaxcontact", "fitting")
 REMEDY = 'pass version="...", a text that identifies the version of f'
+# what these, or a function of these modules, read is not known beforehand
 BY_TEXT = (
     eval,
     exec,
     globals,
     __import__,
-)  # what these, or a function of these modules, read is not known beforehand
+)
 BY_TEXT_MODULES = ("importlib", "runpy", "pkgutil", "pydoc")
 BY_TEXT_ATTRIBUTES = {"__globals__", "__builtins__", "f_globals", "f_builtins"}
 DERIVED = {  # attributes of classes and modules that Python derives, or that say where they are defined

@@ -276,15 +276,15 @@ def check_law(law: Any, *, heated: bool) -> Verdict:
 # Between them lies the Tabor number (R w^2/(E*^2 z^3))^(1/3) (D. Tabor, J. Colloid Interface Sci. 58 (1977) 2).
 
 
-RAMP = (
-    1.2  # half-width of the ramp at the end of Dugdale's attraction, over (compliance of a cell) x (strength)
-)
+# half-width of the ramp at the end of Dugdale's attraction, over (compliance of a cell) x (strength)
+RAMP = 1.2
 
 
+# gaps at which a law of one's own is checked, and relative differences allowed
 OWN_GAPS, OWN_ROUNDING = (
     13,
     1e-6,
-)  # gaps at which a law of one's own is checked, and relative differences allowed
+)
 
 
 class Adhesion(Base, abc.ABC):

@@ -108,9 +108,8 @@ class Spectrum:
         return jnp.append(rates, 0.0), jnp.append(fluidities, self.fluidity)
 
 
-LEAST_GAP = (
-    300.0  # logarithm of the interval between two rates over the smallest distance of a zero from its ends
-)
+# logarithm of the interval between two rates over the smallest distance of a zero from its ends
+LEAST_GAP = 300.0
 MANY = 32  # retardation rates above which a product over them is a loop of the program
 LEAST_PART = 1e-100  # part of the instantaneous modulus in place of moduli of zero, so that a zero lies between all rates
 
@@ -471,7 +470,10 @@ def check_material(where: str, material: Material) -> Verdict:
         f"{where}: expected a material (Elastic, Burgers, Maxwell, ...), got {type(material).__name__}{remedy}",
     )
     kind = type(material).__name__
-    nu, K = material.nu, material.bulk_modulus
+    nu, K = (
+        getattr(material, "nu", None),
+        material.bulk_modulus,
+    )  # a class with its own ``__init__`` may have no nu
     checks.require(
         (nu is None) != (K is None),
         f"{where} {kind}: expected one of nu and bulk_modulus, got {'neither' if nu is None else 'both'}",

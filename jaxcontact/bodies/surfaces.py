@@ -117,6 +117,8 @@ def _read(library: Any, path: Path, unit: str | None, fill: bool, width: float |
         topography.unit is not None,
         f'{path}: expected a unit of its lengths, got none: give unit="um" or another',
     )
+
+    # a map of heights, or a line that is as wide as said
     in_metres = topography.to_unit("m")
     if topography.dim == 1:
         checks.require(
@@ -131,6 +133,8 @@ def _read(library: Any, path: Path, unit: str | None, fill: bool, width: float |
         checks.positive(f"{path}: width", width)
     else:
         checks.require(width is None, f"{path}: width: expected none for a map of heights, got {width!r}")
+
+    # points without a height are refused, or filled
     heights = np.ma.masked_invalid(in_metres.heights())
     missing = int(np.ma.count_masked(heights))
     checks.require(
@@ -157,6 +161,7 @@ def _filled(heights: np.ndarray, mask: np.ndarray, periodic: tuple[bool, bool]) 
     """Return heights (nx, ny) [m] whose points of the mask are the mean of their neighbours, by a sparse linear solve."""
     if not mask.any():
         return heights
+    # the equation of each missing point: n h - (sum of its missing neighbours) = sum of its known neighbours
     place = np.full(mask.shape, -1)
     place[mask] = np.arange(mask.sum())
     rows, columns, entries = [], [], []

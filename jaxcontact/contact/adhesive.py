@@ -262,9 +262,8 @@ class Model:
 
 CLOSE = 1e-3  # a cell under pressure touches up to this part of the gap that the largest traction closes
 FAINT = 1e-6  # least displacement that counts, relative to that of a cell under the largest attraction
-RESOLVED = (
-    1e-8  # accuracy of gaps at the usual tolerance, relative to the approach, since they are differences
-)
+# accuracy of gaps at the usual tolerance, relative to the approach, since they are differences
+RESOLVED = 1e-8
 
 
 class Start(NamedTuple):
@@ -418,9 +417,8 @@ BOUND = 1e-5  # error of the contact without adhesion that bounds the energy, ov
 SHORTER, LEAST_PART = 0.3, 1e-6  # factor by which a step is shortened, and its least part
 SMALL_PART = 0.05  # the next model is the upper bound if less of a step than this was usable
 ROUNDING = 1e-14  # relative rise of the energies that counts as none
-BESIDE = (
-    1e-6  # largest difference of the extended operator, relative to the gap that the largest traction closes
-)
+# largest difference of the extended operator, relative to the gap that the largest traction closes
+BESIDE = 1e-6
 LOST = 3  # iterations without contact under a tensile load that make a separation
 
 
@@ -689,11 +687,14 @@ def solve_in_turn(problem: Problem, start: Start, tolerance: Array, max_iteratio
         goal = jnp.maximum(0.5 * tolerance, jnp.minimum(PART * s.error, 1e-2))
         given = replace(problem, operator=uniform, gap=problem.gap + s.next, drag=None)
         found = solve(given, own, goal, max_iterations - s.iterations)
+
+        # what the solution itself displaces, beside what was given; the error is the larger of the two errors
         result = rest(found.pressure, found.carried)
         change = result - s.next
         moved = moved_by(problem, cell, found.pressure, found.displacement)
         error = jnp.maximum(found.error, jnp.max(jnp.abs(change)) / moved)
         assert found.unstable is not None and s.found.unstable is not None
+
         # Anderson's combination: of weights w with sum 1, |sum_j w_j change_j|^2 is least for (C^T C) w ~ 1
         place = s.repetitions % DEPTH
         results, changes = s.results.at[place].set(result), s.changes.at[place].set(change)

@@ -186,9 +186,8 @@ def _shares_rims_lengths(corners: Array, stretch: Array) -> tuple[Array, ...]:
     computes each once. It computes them anew, since to store them all takes longer.
     """
     chosen = jnp.eye(len(CORNERS))[jnp.array(TRIANGLES).T]
-    values = tuple(
-        jnp.einsum("stc,cijk->stijk", chosen, corners)
-    )  # at the right angle, beside it along x, along y
+    # at the right angle, beside it along x, along y
+    values = tuple(jnp.einsum("stc,cijk->stijk", chosen, corners))
 
     # 1. Pressed values times g of the module. The normal follows from the differences of the level along both legs, which
     # depend on g: a fixed point, found by repetition. (g/m)^2 is 1 for stretch = 0.

@@ -333,21 +333,27 @@ def _solve_adhesive_jvp(primals, tangents):
 
 def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solution:
     """Return the change of the solution of a contact with adhesion; linear in the change of the problem."""
+    # The right side: the change of K p and of the gap, and of the attraction where the law itself changes.
     tangent = AdhesiveTangent.at_solution(problem, found)
     model = tangent.model
     held, nowhere = found.carried > 0.0, jnp.zeros_like(found.pressure)
     assert found.separated is not None
     forcing = problem.operator.tangent(change.operator, found.pressure) + change.gap
     explicit = problem.law.explicit(change.law.law, tangent.gap)
+
+    # A first change that closes the gap of the cells that touch, and what it leaves unbalanced elsewhere.
     given = nowhere[0, 0] if problem.load_controlled else change.target
     start = tangent.moved(jnp.where(held, given - forcing, 0.0), given)
     right = tangent.unbalanced(start, forcing, explicit, change.target)
     right = jnp.where(found.separated, 0.0, right)
 
+    # The rest by Newton's matrix, positive on a stable branch; the operator itself is its preconditioner.
     back = lambda r: model.faces(tangent.operator(r))
     search = lambda _, b: conjugate_gradients_solution(model, back, model.faces(b))
     rest = jax.lax.custom_linear_solve(model, -right, search, symmetric=True)
     dp, du, d_approach, attraction = tangent.result(tangent.added(start, rest), forcing, explicit)
+
+    # Surfaces that a tensile load has separated stay as they are.
     apart = lambda a, otherwise: jnp.where(found.separated, otherwise, a)
     no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
     return Solution(

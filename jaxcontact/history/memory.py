@@ -532,11 +532,16 @@ class MovingMemory(Memory):
         )
 
     def predict(self, fields: Fields, pressure: Array, motion: Motion) -> Prediction:
+        # 1. The history moves with the body, decays, and takes in the pressure at the beginning of the step (both in the
+        # weights of a spectrum); u of the earlier pressure is sum_k lambda_k C_k eta_k.
         shape = pressure.shape
         fields = absorb(fields, motion, self.ratio, shape, self._periodic)
         decay, old, new = step_weights(self.rates, motion, self._padded(shape), self.ratio)
         eta = decay * fields.eta + old * self._source(motion, fields)
         earlier = spectral.inverse(jnp.sum(self.spectra[1:] * eta, 0), shape, self._periodic)
+
+        # 2. The operator of the pressure at the end of the step: C_0 + sum_k w_k lambda_k C_k, and that of the traction, as
+        # a part of it or, with adhesion, as a drag.
         on_grid = step_weights(self.kernels.rates, motion, shape, self.ratio)[2]
         now = lambda parts, weights: parts[0] + jnp.sum(parts[1:] * weights, 0)
         of_pressure, of_traction = self._shares(motion)
@@ -549,9 +554,9 @@ class MovingMemory(Memory):
                 operator = self.friction.added_to(operator, kernel)
             else:
                 drag = Drag(replace(operator, spectra=kernel[None]), *self.shear)
-        lost = fields.lost * jnp.exp(-self.rates * motion.dt)
 
-        # the trail from the indenter's new place
+        # 3. The trail from the indenter's new place.
+        lost = fields.lost * jnp.exp(-self.rates * motion.dt)
         shift, trail = motion.shift, fields.trail
         moved = jnp.stack([shift.x, jnp.zeros_like(shift.x) if shift.y is None else shift.y])
         away = moved[:, None] * jnp.array([1.0, -1.0])
@@ -560,6 +565,7 @@ class MovingMemory(Memory):
         return Prediction(operator, earlier, fields, drag=drag)
 
     def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
+        # the spectra of pressure and traction at the end of the step, which the history takes in
         new = step_weights(self.rates, motion, self._padded(pressure.shape), self.ratio)[2]
         fields = fields._replace(pressure=spectral.transform(pressure, self._periodic))
         if self.friction is not None and self._varies:

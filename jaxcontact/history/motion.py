@@ -20,9 +20,8 @@ FARTHEST = 1 / 2  # longest move in an inner step over the width of the grid
 GAUSS_PLACES, GAUSS_WEIGHTS = (
     np.polynomial.legendre.leggauss(12) + np.array([[1.0], [0.0]])
 ) / 2.0  # on 0 to 1
-RETURN = (
-    1 / 4
-)  # distance from an earlier place, over the width of the grid, below which the indenter is back at it
+# distance from an earlier place, over the width of the grid, below which the indenter is back at it
+RETURN = 1 / 4
 SAMPLES = 1500  # places of the track at which a return is looked for, beside its turning points
 
 

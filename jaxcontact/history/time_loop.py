@@ -366,9 +366,8 @@ def after_step(
     (rates, shares), p0, p1 = delayed, _sampled(before), _sampled(after)
     own = lapse.dt if lapse.found is None else lapse.found  # duration in the reduced time of the body
     tau = jnp.arange(1, FINER + 1) / FINER
-    decay, old, new = ramps(
-        tau[:, None] * (rates * own + lapse.drift)
-    )  # from the start of the step, (FINER, K)
+    # from the start of the step, (FINER, K)
+    decay, old, new = ramps(tau[:, None] * (rates * own + lapse.drift))
 
     # 1. The internal variables eta_k of the march, and q before and after the step.
     weights, lasted = (decay[-1], old[-1], new[-1]), own
@@ -479,9 +478,8 @@ def _path(p0: Array, p1: Array, q0: Array, q1: Array, left_over: Array) -> Calla
     if p0.ndim > 2:  # tractions
         return lambda pace: q0 + (q1 - q0) * pace
     entered, both = (p0 == 0.0) & (p1 > 0.0), (p0 > 0.0) & (p1 > 0.0)
-    base = jnp.where(
-        entered, jnp.minimum(left_over, q1), 0.0
-    )  # a cell that was in contact earlier keeps this part of q
+    # q above ``base``, before and after the step: a cell that was in contact earlier keeps what earlier pressure left
+    base = jnp.where(entered, jnp.minimum(left_over, q1), 0.0)
     from_, to = jnp.where(entered, 0.0, q0), q1 - base
     count = jnp.sum(both)
     # in a new contact with a punch, whose edge carries more than its middle, all cells enter at once
@@ -490,9 +488,13 @@ def _path(p0: Array, p1: Array, q0: Array, q1: Array, left_over: Array) -> Calla
     )
     mean = lambda cells: jnp.sum(jnp.where(cells, to, 0.0)) / jnp.maximum(jnp.sum(cells), 1)
     punch = (count == 0) & jnp.any(inner) & (mean(entered & ~inner) > mean(inner))
+
+    # q^2 is linear inside; the first cell that enters does so at the start of the step, the others later
     first = jnp.where(punch, to, jnp.max(jnp.where(entered, to, 0.0)))
     at_edge = jnp.maximum(jnp.max(first), jnp.max(jnp.where((p0 > 0.0) & (p1 == 0.0), q0, 0.0)))
     begin, end = jnp.where(entered, jnp.minimum(to**2 - first**2, 0.0), from_**2), to**2
+
+    # the share of a linear q in place of a linear q^2, from the change of q^2 inside over that at the edge
     inside = jnp.sum(jnp.where(both, jnp.abs(end - begin), 0.0)) / jnp.maximum(count, 1)
     even = (inside - EVEN * at_edge**2) / jnp.where(at_edge > 0.0, 2.0 * at_edge**2, 1.0)
     even = jnp.where(at_edge > 0.0, jnp.clip(even, 0.0, 1.0), 1.0)

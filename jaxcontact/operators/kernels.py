@@ -56,9 +56,8 @@ from jaxcontact.response.stack import (
 from jaxcontact.response.tangential import TangentialExpansion, half_space_shares, tangential_expansion
 
 SAME = 1e-9  # relative difference within which two cell sizes are equal
-MOST_STIFF = (
-    1e6  # largest modulus of a film over that of its substrate, up to which the error of images was measured
-)
+# largest modulus of a film over that of its substrate, up to which the error of images was measured
+MOST_STIFF = 1e6
 
 
 class Errors(NamedTuple):

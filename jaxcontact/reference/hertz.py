@@ -72,9 +72,8 @@ def axes_ratio(radii):
         m = 1.0 - 1.0 / k**2
         return np.log((k**2 * ellipe(m) - ellipk(m)) / (ellipk(m) - ellipe(m))) - np.log(larger / smaller)
 
-    if (
-        larger / smaller < 1.001
-    ):  # K - E cancels; log k is odd in the logarithm of the ratio, so that the error is 1e-9
+    # K - E cancels; log k is odd in the logarithm of the ratio, so that the error is 1e-9
+    if larger / smaller < 1.001:
         k = (larger / smaller) ** (2.0 / 3.0)
     else:
         k = np.exp(brentq(excess, 1e-6, np.log(larger / smaller) + 1.0, xtol=1e-14))

@@ -78,9 +78,8 @@ NODES = 501
 LONGEST, SHORTEST = 1e-10, 40.0  # range of alpha h in which a response is fitted
 BEYOND = 1e5  # alpha h at which every image has decayed
 SPARSE = 4.0  # factor of the logarithmic spacing of depths beyond the longest bending wave
-FAINT = (
-    1e-6  # response relative to that to shorter waves, below which it is not what its error is relative to
-)
+# response relative to that to shorter waves, below which it is not what its error is relative to
+FAINT = 1e-6
 DAMPING = 1e-13  # of the heights, relative to the expected response
 
 

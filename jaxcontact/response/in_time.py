@@ -315,6 +315,7 @@ def separate(body: LayeredHalfSpace, wavenumber: Array, rates: int, shapes: int)
     layer's own; both static. Where there is no slowest rate there are ``MORE_RATES`` as many, each with a shape
     (``fitted_to_rates``). Rates, picked wavenumbers and weights carry no derivative, all else does.
     """
+    # 1. The top layer's own shape, whose factor is the creep of its material; of an elastic body there is nothing else.
     top = body.sublayers()[0]
     wavenumber = jnp.asarray(wavenumber, float)
     own, at_once = film_shapes(body, wavenumber), film_creep(top).instantaneous
@@ -323,10 +324,14 @@ def separate(body: LayeredHalfSpace, wavenumber: Array, rates: int, shapes: int)
         return Separable(
             jnp.zeros(0), jnp.stack([start, own]), jnp.zeros((1, 0)), at_once[None], jnp.zeros(())
         )
+
+    # 2. The rest of the response at the frequencies that the range of its decay rates needs.
     rough, endless = rounded(body), may_have_no_slowest(body)
     chosen = rate_band(rough, int(MORE_RATES * rates) if endless else rates)
     samples = _sampled(body, wavenumber, chosen.period)
     common, fluidities = common_rates(body, chosen.rates)
+
+    # 3. Shapes and their mix: one shape for each rate, or the few that reproduce a body with rounded numbers.
     if endless:
         terms, mix = fitted_to_rates(samples.rest, chosen, common)
     else:
@@ -342,7 +347,8 @@ def separate(body: LayeredHalfSpace, wavenumber: Array, rates: int, shapes: int)
         error=jnp.zeros(()),
         horizon=chosen.horizon,
     )
-    # the largest relative deviation from the exact response at some of the wavenumbers, without derivative
+
+    # 4. The largest relative deviation from the exact response at some of the wavenumbers, without derivative
     body, held, times = *jax.lax.stop_gradient((body, result)), chosen.times[:, None]
     summed = products(held, held.terms[:, ::STRIDE], times)
     exact = step_response(body, wavenumber[::STRIDE], times)

@@ -107,9 +107,8 @@ def transfer(body: LayeredHalfSpace, wavenumber: Array, z: Array, compliances: A
     ports = [port_of(alpha * above[i], nu[i], whole_above[i]) for i in range(len(over))]
     loose = None if loose is None else loose & (count[:-1] >= here)
     compliance = [surface_compliance(j, nu, below, alpha, loose)]  # of the solids below the plane
-    for port, own in zip(
-        ports[::-1], over[::-1], strict=True
-    ):  # of the solids below each layer above the plane
+    # of the solids below each layer above the plane
+    for port, own in zip(ports[::-1], over[::-1], strict=True):
         compliance.insert(0, covered(compliance[0], own, port))
     one, zero = jnp.ones_like(compliance[0].normal), jnp.zeros_like(compliance[0].normal)
     t: Entries = (one, zero, zero, one, one)

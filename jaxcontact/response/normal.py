@@ -38,9 +38,8 @@ class HalfSpace(Response):
     def separate(self, nodes: int) -> Separable:
         """Return the sum of products, exact for any ``nodes``."""
         creep, share = surface_creep(self.material), jnp.ones(())
-        if (
-            self.material.bulk_modulus is None
-        ):  # the factor apart, so that S_1 is multiplied by the material's own creep
+        # the factor apart, so that S_1 is multiplied by the material's own creep
+        if self.material.bulk_modulus is None:
             creep, share = self.material.spectrum(), 1.0 - nu_at_first(self.material)
         rates, fluidities = creep.rates_and_fluidities()
         terms = share * jnp.stack([creep.instantaneous, jnp.ones(())])[:, None]

@@ -18,9 +18,8 @@ from jaxcontact.results.labels import arrays_of, dataset, derived_of, table
 from jaxcontact.results.notes import Diagnostics, Note, notes_of
 from jaxcontact.results.summaries import html, is_one_result, summary
 
-CLOSED = (
-    1e-6  # gap of a cell in contact, relative to the heights of the surface, at most; the solver leaves 1e-8
-)
+# gap of a cell in contact, relative to the heights of the surface, at most; the solver leaves 1e-8
+CLOSED = 1e-6
 
 
 @pytree

@@ -255,9 +255,8 @@ def _lines(result: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     approach = float(np.asarray(result.approach).ravel()[-1])
     outline = row(result.profile if moved is None else moved) - approach
     surface = -row(result.displacement)
-    if _on_indenter(
-        result
-    ):  # a displacement less the growth: what has grown changes the indenter, not the body
+    # a displacement less the growth: what has grown changes the indenter, not the body
+    if _on_indenter(result):
         grown = row(result.thickness) - row(result.initial_indenter_film)
         outline, surface = outline - grown, surface - grown
     touched = np.abs(x[row(result.pressure) != 0.0])

@@ -106,9 +106,8 @@ def time_axis(ax: Axes, times: Any) -> None:
 # Pictures of scalar quantities of a history over time.
 
 
-CONSTANT = (
-    1e-4  # relative change below which a quantity counts as constant: the figures of its value are the same
-)
+# relative change below which a quantity counts as constant: the figures of its value are the same
+CONSTANT = 1e-4
 
 
 DRAWN = {  # the fields that figures show over time, and their labels

@@ -754,7 +754,7 @@ def template(kind: str, cases: Path, name: str) -> str:
     """Return a case file of this kind, from its example in the folder of cases; name: the file that it is written to."""
     path = cases / f"{KINDS[kind].example}.toml"
     tables = {table: values for table, values in read_tables(path).items() if table in sections_of(kind)}
-    own = {name: key.example for name, key in KINDS[kind].beside.items() if key.example is not None}
+    own = {name: key.example for name, key in KINDS[kind].experiment.items() if key.example is not None}
     tables["experiment"] = own | tables.get("experiment", {}) | {"kind": kind}
     case = case_of(tables, path)
     blocks = []

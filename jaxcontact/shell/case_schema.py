@@ -180,8 +180,8 @@ RUBBING_PARTS = {
 class Kind:
     """An experiment: all that files, commands and checks know of it.
 
-    verb: the function that runs it; result: the class of its result; beside: the keys beside "kind"; control: the keys of
-    what is prescribed; solver: the keys of the function's options; example: the name of a ready-made case, of which
+    verb: the function that runs it; result: the class of its result; experiment: the keys beside "kind"; control: the keys
+    of what is prescribed; solver: the keys of the function's options; example: the name of a ready-made case, of which
     common tables are taken if it is of another kind; memory: measured at 256 x 256 on a viscoelastic layer, bytes of work
     arrays for each byte of the kernels in a march, in a steady state fields of the grid; tangential: keyword of the
     tangential control and the keys of which one must be given; adhesive: the class of its result with a table [adhesion],
@@ -192,7 +192,7 @@ class Kind:
 
     verb: Callable[..., Any]
     result: type
-    beside: Keys
+    experiment: Keys
     control: Keys
     solver: Keys
     example: str
@@ -350,7 +350,7 @@ def sections_of(kind: str, *, adhesive: bool = False) -> dict[str, Keys]:
         required=True,
     )
     return {
-        "experiment": {"kind": KIND} | own.beside,
+        "experiment": {"kind": KIND} | own.experiment,
         "layer": {"material": MATERIAL, "thickness": own.thickness, "bonded": BONDED},
         "substrate": {"material": BASE},
         "indenter": {

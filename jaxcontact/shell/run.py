@@ -32,11 +32,11 @@ from jaxcontact._support.terminal import (
 from jaxcontact.results.notes import in_one_line, kind_of
 from jaxcontact.results.summaries import lines_of
 from jaxcontact.shell import advice
-from jaxcontact.shell.case_file import Case, CaseError, case_of, case_text, read_tables
+from jaxcontact.shell.case_file import Case, CaseError, case_of, case_text, mistakes_in_tables, read_tables
 from jaxcontact.shell.case_keys import chosen
 from jaxcontact.shell.case_schema import KINDS
 from jaxcontact.shell.finished_steps import FinishedRun, FinishedSteps, ResumePoint, fingerprint
-from jaxcontact.simulate.run import Experiment, blocks, ready, reported
+from jaxcontact.simulate.run import Experiment, blocks, plan_of, reported
 
 KEYS = {  # of the case file, which to change after a step that ended with that status
     Status.NOT_CONVERGED: "solver",
@@ -82,9 +82,18 @@ class Ending:
 def run(options: argparse.Namespace) -> int:
     """Read the case, then show it or march and write; the exit status."""
     tables = read_tables(options.case)
+    # a directory that will be refused, unless another run is there, which ``claimed`` reports
+    directory = options.directory
+    if directory is not None and not (options.show or options.resume or (directory / files.LOCK).exists()):
+        files.refuse_taken(directory, force=options.force, resume=False)
     if options.save is not None and isinstance(tables.setdefault("solver", {}), dict):
         tables["solver"]["save"] = options.save  # in place of that of the file
-    case = case_of(tables, options.case)
+    try:
+        case = case_of(tables, options.case)
+    except CaseError as error:
+        others = {f"{options.case}: {mistake}" for mistake in mistakes_in_tables(tables)} - {str(error)}
+        hint = f"; and {len(others)} more, which jaxcontact check {options.case} lists" if others else ""
+        raise CaseError(f"{error}{hint}") from error
     if options.show:
         print(case_text(case), end="")
         return FINE
@@ -163,7 +172,7 @@ def _march(experiment: Experiment, steps: FinishedSteps) -> Ending:
     began = time.perf_counter() - resume_point.seconds
     with _noted() as notes, Progress(experiment.times.size, "step", resume_point.steps) as progress:
         notes += salvaged
-        plan = ready(experiment)
+        plan = plan_of(experiment)
         try:
             for block in (
                 blocks(plan, resume_point.blocks, resume_point.carry) if resume_point.status == 0 else ()

@@ -151,6 +151,7 @@ def _march(
     kernels: Kernels, grid: Grid, pressure: Array, times: Array, velocity: Array, *, substeps: int
 ) -> Deflection:
     """Return the displacement after each time, with the memory of a moving body."""
+    # the way of the load over the body in inner steps [cells], and the pressure at their ends
     scale = kernels.scale
     memory = moving_memory(kernels, jnp.zeros(grid.shape), grid.spacing[1] / grid.spacing[0])
     shift = shifts(velocity / scale.length, times, substeps)
@@ -158,6 +159,7 @@ def _march(
     pressures = fine_values(scale.from_si("pressure", pressure), substeps)
 
     def advance(carry: tuple[Any, Array], step: tuple[Motion, Array]) -> tuple[tuple[Any, Array], Any]:
+        # u = K p + what earlier pressure has left; no contact has to be found
         (fields, before), (moved, now) = carry, step
         ahead = memory.predict(fields, before, moved)
         fields = memory.update(ahead.fields, now, moved)

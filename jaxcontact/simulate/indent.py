@@ -45,10 +45,11 @@ from jaxcontact.simulate.run import (
     tabor_numbers,
 )
 
+# factor on the width of a grid that the contact outgrows, and how often it is applied
 WIDER, MOST_WIDENINGS = (
     1.5,
     4,
-)  # factor on the width of a grid that the contact outgrows, and how often it is applied
+)
 
 
 def indent(

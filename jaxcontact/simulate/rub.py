@@ -345,6 +345,7 @@ class RubExperiment(Experiment):
 
     def planned(self) -> Plan:
         """Return the march: the memory of the body, the law with its heat, and the motion in the inner steps."""
+        # the memory of the body, of a film that varies with a series in its thickness
         kernels, grid, substeps = self.kernels, self.grid, self.substeps
         memory: Memory
         if self.film_map is None:
@@ -373,6 +374,7 @@ class RubExperiment(Experiment):
                 track = Track(self.indenter, grid, self.path[0], scale.length)
                 time_fields["position"] = self.path
 
+        # the temperature that the heat of friction causes, and the law of adhesion
         heated, thermal = None, self.thermal
         if thermal is not None:
             rises = coefficients_at_rest(grid.shape, grid.spacing) / thermal.conductivity

@@ -615,9 +615,8 @@ def with_error_statuses(
 # program; after each of them its results can be stored, and a run that was stopped continues from the last stored block.
 
 
-BLOCK = (
-    5  # steps in a block: few enough for a smooth progress bar, enough that the call of a block costs little
-)
+# steps in a block: few enough for a smooth progress bar, enough that the call of a block costs little
+BLOCK = 5
 
 
 @dataclass(frozen=True)
@@ -634,7 +633,7 @@ class FinishedBlock:
     carry: list[np.ndarray]
 
 
-def ready(experiment: Experiment) -> Plan:
+def plan_of(experiment: Experiment) -> Plan:
     """Return the plan of an experiment, with its kernels, for ``blocks``."""
     return _planned(experiment.with_kernels())
 
@@ -674,7 +673,7 @@ def blocks(plan: Plan, done: int = 0, carry: Sequence[np.ndarray] | None = None)
 
 def first_block(experiment: Experiment) -> tuple[Plan, Carry, Outcome]:
     """Return the plan of a march with the carry and the outcome of its first block, scaled, whose shapes are needed."""
-    plan = ready(experiment)
+    plan = plan_of(experiment)
     state, rows = _begun(plan)
     return plan, *run_block(plan.stepper, state, jax.tree.map(lambda a: a[0], rows))
 

@@ -382,6 +382,7 @@ class SlideStepper(PressStepper):
 
     def _slid(self, carry: SlideCarry, step: Steps) -> tuple[SlideCarry, Outcome]:
         """Return the carry and the outcome of a step under the dent and the hardness at its end."""
+        # 1. The step of the contact, with heat in reduced time, extrapolated from the temperature before the step.
         if self.heating is not None:
             motion = step.more._replace(dt=reduced(step.dt, carry.shift))
             contact, outcome = super().advance(carry.contact, step._replace(more=motion))
@@ -405,9 +406,9 @@ class SlideStepper(PressStepper):
                 )
         else:
             (contact, outcome), shift = super().advance(carry.contact, step), carry.shift
-        if (
-            contact.dent is not None
-        ):  # the lateral force of a dented body ploughs, whether or not the body creeps
+
+        # 2. The lateral force of a dented body ploughs, whether or not the body creeps.
+        if contact.dent is not None:
             memory, fields = self._of_body, self.memory.of_body(contact.memory)
             parts = [memory.by_traction(fields, step.more, contact.dent.shape)]
             parts = [
@@ -416,6 +417,8 @@ class SlideStepper(PressStepper):
             displaced = sum(parts[1:], start=parts[0]) if parts else None
             force = memory.observer.hysteresis(contact.pressure, displaced, step.more.direction)
             outcome = outcome._replace(numbers=outcome.numbers | {"hysteresis_force": force})
+
+        # 3. The status of a slide: steps that are too long, and a track that re-enters the contact from beyond the grid.
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
         moved = step.more.shift

@@ -529,9 +529,8 @@ class FrictionWake:
         return jnp.tensordot(strength, self.wake.beyond(self.of_body.rates, ahead), 1)
 
 
-UNIFORM = (
-    1e-9  # largest change of the thickness along the track that counts as none, over the largest thickness
-)
+# largest change of the thickness along the track that counts as none, over the largest thickness
+UNIFORM = 1e-9
 
 
 def slide_steady(

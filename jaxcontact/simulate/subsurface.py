@@ -51,10 +51,11 @@ from jaxcontact.results.deformation import InteriorFields
 from jaxcontact.simulate.run import fine_values
 
 STEP = 0.25  # cells by which a load moves in an inner step, unless their number is given
+# largest number of inner steps, and of cells along a grid that contains the track
 MOST_STEPS, WIDEST = (
     20000,
     4096,
-)  # largest number of inner steps, and of cells along a grid that contains the track
+)
 
 Margins = tuple[tuple[int, int], tuple[int, int]]  # cells beside a grid, before and behind it, along x and y
 NO_MARGINS: Margins = ((0, 0), (0, 0))
@@ -271,6 +272,7 @@ def _checked_motion(
 ) -> tuple[int, Margins, Verdict]:
     """Return the inner steps between two times, the cells that the track takes up beside the grid, and whether the values
     are in range: the inner steps, and a track that is traced, which has to lie on the grid."""
+    # times and velocity, of which an unknown one cannot choose the number of inner steps
     checks.require(times is not None, "times: expected those of the motion with velocity=, got None")
     shape, nt = np.shape(velocity), np.shape(times)[0]
     checks.require(
@@ -367,6 +369,8 @@ def _fields(
         i = jnp.clip(jnp.floor(place).astype(int), 0, changes.shape[0] - 2)
         means = means[i] + (place - i)[:, None] * (means[i + 1] - means[i])
         mean = jnp.diff(means, axis=0, prepend=0.0)
+
+    # on a periodic grid each wave for itself
     if all(grid.periodic):
         stress, displacement, error = jax.lax.map(
             lambda z: _of_waves(body, grid, mixed, mean, z, lags), depths
@@ -376,6 +380,7 @@ def _fields(
             grid, depths, stress, displacement, error, interfaces if interfaces.size else None
         )
 
+    # elsewhere by influence coefficients of images, convolved with the tractions; a part of the stress follows from strains
     def at(z: Array) -> tuple[Array, Array, Array]:
         images = subsurface_images(body, z, lags)
         by_lag = mixed(images.shares)

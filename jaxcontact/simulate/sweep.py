@@ -66,9 +66,8 @@ class Study:
         """{index of a case: the warnings that f issued there, in words}, without the cases that have none."""
         found = {}
         for index in self.done():
-            stored = read_npz(
-                self.folder / _file(self.cases[index]), NOTES
-            )  # none in one of an earlier version
+            # none in one of an earlier version
+            stored = read_npz(self.folder / _file(self.cases[index]), NOTES)
             found[index] = tuple(Note(*each) for each in json.loads(str(stored.get(NOTES, "[]"))))
         return {index: notes for index, notes in found.items() if notes}
 
@@ -313,9 +312,8 @@ def _outcomes(
     """Yield the results or failures of f as they arrive; workers: an executor, or the number of own processes, one case
     each."""
     sent: Callable | bytes = f
-    if isinstance(
-        workers, int
-    ):  # as bytes, so that the process that computes can report why it cannot be read there
+    # as bytes, so that the process that computes can report why it cannot be read there
+    if isinstance(workers, int):
         import cloudpickle  # that of loky
 
         try:

@@ -14,6 +14,7 @@ import jaxcontact as jc
 
 MODULUS, NU, CURVATURE = 2.0, 0.25, 1e3  # E* of the half-space, and the radius of the paraboloid in cells
 BODY = jc.LayeredHalfSpace([], jc.Elastic(0.5 * MODULUS * (1.0 - NU), NU))
+# cells across, of the grid, number
 CASES = (
     (3, 12, 24),
     (5, 12, 24),
@@ -21,7 +22,7 @@ CASES = (
     (20, 40, 16),
     (40, 72, 12),
     (80, 128, 10),
-)  # cells across, of the grid, number
+)
 
 
 def solver(n):

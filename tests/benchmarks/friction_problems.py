@@ -261,9 +261,8 @@ def report(chosen: list[FrictionProblem]) -> bool:
         first = next((k for k in range(STEPS) if status[k] == jc.Status.GROSS_SLIP), STEPS)
         worst = residuals(each, history, [k for k in held if k < first])
         allowed = np.isin(status, (0, jc.Status.GROSS_SLIP, jc.Status.TOO_COARSE))
-        allowed |= (status == jc.Status.INHERITED) & (
-            np.arange(STEPS) > first
-        )  # nothing determines its shift
+        # nothing determines its shift
+        allowed |= (status == jc.Status.INHERITED) & (np.arange(STEPS) > first)
         good = bool(np.all(allowed))
         good &= bool(np.max(iterations[held], initial=0) <= ITERATIONS and max(worst) < RESIDUAL)
         lines.append((*worst, np.max(iterations[held], initial=0), np.mean(iterations)))

@@ -16,13 +16,14 @@ import numpy as np
 
 import fitting
 
+# stress [Pa], temperature [K]
 CONDITIONS = (
     (3e8, 353.0),
     (6e8, 353.0),
     (9e8, 353.0),
     (3e8, 373.0),
     (3e8, 393.0),
-)  # stress [Pa], temperature [K]
+)
 TRUTH = {"rate": 1e-2, "activation_energy": 1.2e-19, "activation_volume": 4e-30, "removal_rate": 5e-4}
 T = np.linspace(360.0, 7200.0, 20)  # s
 ROWS = {  # kind of the errors, weights, true induction time [s], the one of the fit

@@ -161,9 +161,8 @@ def disagreement(f: Callable[[Any], Any], at: Any, change: Any, step: float = 1e
     f = programs(f)
     forward = np.asarray(jax.jvp(f, (at,), (change,))[1])
     slope = lambda h: (np.asarray(f(at + h * change)) - np.asarray(f(at - h * change))) / (2.0 * h)
-    return np.abs(
-        forward / ((4.0 * slope(step) - slope(2.0 * step)) / 3.0) - 1.0
-    )  # without the error in step^2
+    # without the error in step^2
+    return np.abs(forward / ((4.0 * slope(step) - slope(2.0 * step)) / 3.0) - 1.0)
 
 
 programs = functools.cache(jax.jit)

@@ -117,9 +117,8 @@ def prepared(name: str) -> Callable[[], object]:
         )
         return lambda: fitting.fit_creep(data)
     depth = np.linspace(-1e-6, 1e-6, 200)
-    force = (
-        16.0 / 3.0 * 1e3 * 2.0 * np.sqrt(5e-6) * np.clip(depth, 0.0, None) ** 1.5
-    )  # Hertz, G = 1 kPa, nu = 0.5
+    # Hertz, G = 1 kPa, nu = 0.5
+    force = 16.0 / 3.0 * 1e3 * 2.0 * np.sqrt(5e-6) * np.clip(depth, 0.0, None) ** 1.5
     noisy = force + 0.01 * force.max() * random.standard_normal(depth.size)
     curve = fitting.IndentationData(t=np.linspace(0.0, 1.0, depth.size), load=noisy, depth=depth)
     return lambda: fitting.fit_force(curve, indenter=jc.Sphere(5e-6))

@@ -85,9 +85,8 @@ def test_cone():
     r = np.hypot(x, y)
     away = (r > 0.2 * a) & (r < 0.9 * a)
     exact = E / (2 * np.tan(angle)) * np.arccosh(a / r[away])
-    np.testing.assert_allclose(
-        np.asarray(result.pressure[0])[away], exact, rtol=2e-2
-    )  # a cell in a fifth of a
+    # a cell in a fifth of a
+    np.testing.assert_allclose(np.asarray(result.pressure[0])[away], exact, rtol=2e-2)
 
 
 @pytest.mark.slow

@@ -11,9 +11,8 @@ from jaxcontact.operators.operator import Family, continuing
 
 SHAPE = (40, 37)
 KERNEL = 1.0 / np.hypot(np.arange(SHAPE[0])[:, None], np.arange(SHAPE[1])[None, :] + 1e-300)
-KERNEL[0, 0] = 4.0 * np.arcsinh(
-    1.0
-)  # of uniform pressure on a square cell, as far as its own displacement goes
+# of uniform pressure on a square cell, as far as its own displacement goes
+KERNEL[0, 0] = 4.0 * np.arcsinh(1.0)
 STRIPES = np.arange(SHAPE[1])[None, :] % 8 < 3
 CONTACTS = {
     "spots": STRIPES & (np.arange(SHAPE[0])[:, None] % 8 < 3),

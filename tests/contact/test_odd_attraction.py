@@ -47,9 +47,8 @@ def test_a_large_odd_part_is_solved_for_and_forgotten_when_the_surfaces_separate
     touching = contact > 1e-8
     assert gap.min() > -1e-8 and np.all(gap[touching] < 1e-8) and 3 < touching.sum() < 90
     assert np.abs(contact[~touching]).max() < 1e-8
-    assert (
-        np.abs(problem.operator(found.pressure) - problem.operator.uniform()(found.pressure)).max() > 0.1
-    )  # against gaps of up to 1
+    # against gaps of up to 1
+    assert np.abs(problem.operator(found.pressure) - problem.operator.uniform()(found.pressure)).max() > 0.1
 
     start = Start(found.pressure, found.carried > 0.0, jnp.asarray(False))
     apart = solved(problem_of(-3.0), start)

@@ -89,9 +89,8 @@ def test_a_result_is_carried_through_the_draws():
     A = np.column_stack([np.ones(T.size), T]) / curve().J[:, None]
     x, rss = np.linalg.lstsq(A, np.ones(T.size), rcond=None)[:2]
     at = np.column_stack([np.ones(2), later])
-    sd = np.sqrt(
-        np.einsum("ni,ij,nj->n", at, np.linalg.inv(A.T @ A), at) * rss[0] / (T.size - 4)
-    )  # of Student's t
+    # of Student's t
+    sd = np.sqrt(np.einsum("ni,ij,nj->n", at, np.linalg.inv(A.T @ A), at) * rss[0] / (T.size - 4))
     np.testing.assert_allclose(band.value, at @ x, atol=0.15 * sd.min(), rtol=2e-3)
     np.testing.assert_allclose(band.sd, sd, rtol=0.1)
     assert np.all((band.low < at @ x) & (at @ x < band.high))

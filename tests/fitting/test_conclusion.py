@@ -23,6 +23,7 @@ from fitting.inference.result import Fit
 from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
+from fitting.search import nonlinear, profiles
 from fitting.search.nonlinear import Objective
 
 T = np.linspace(0.0, 10.0, 40)
@@ -94,12 +95,38 @@ def test_a_straight_line_has_the_intervals_of_the_textbook(sigma, level):
     x, half = textbook(data, sigma, level)
     assert list(fit.values.values()) == pytest.approx(x, rel=1e-9)
     ends = np.array(list(fit.intervals.values()))
-    assert ends == pytest.approx(
-        np.stack([x - half, x + half], -1), rel=2e-4
-    )  # profiles end within 0.2 % of sd
+    assert ends == pytest.approx(np.stack([x - half, x + half], -1), rel=1e-5)
     assert np.sqrt(np.diag(fit.covariance())) == pytest.approx(
         half / textbook_quantile(sigma, level), rel=1e-6
     )
+
+
+def test_the_profiles_of_a_saturating_rate_are_those_of_repeated_fits_by_scipy():
+    """Rates of a reaction over the concentration, v = V c/(K + c), D. M. Bates and D. G. Watts (Nonlinear Regression
+    Analysis, 1988, table A1.3): at an end of a profile the least RSS, by scipy, has risen by the F quantile."""
+    c = np.repeat([0.02, 0.06, 0.11, 0.22, 0.56, 1.10], 2)
+    v = np.array([76.0, 47.0, 97.0, 107.0, 123.0, 139.0, 159.0, 152.0, 191.0, 201.0, 207.0, 200.0])
+    residual = lambda theta: theta[0] * c / (theta[1] + c) - v
+    columns = lambda theta: np.stack([c / (theta[1] + c), -theta[0] * c / (theta[1] + c) ** 2], -1)
+    objective = Objective(residual, lambda theta, free: columns(theta)[:, free], np.zeros(2), np.full(2, 1e4))
+    best = nonlinear.minimise(objective, np.array([200.0, 0.05]))
+    level = best.rss * (1.0 + scipy.stats.f.ppf(0.95, 1, 10) / 10)
+    runs = objective.residual_runs
+    ends, unfinished = profiles.profile(objective, best, np.full(2, level))
+    assert unfinished == 0 and objective.residual_runs - runs <= 14
+
+    def excess(value, place):
+        fit = lambda other: residual(np.insert(other, place, value))
+        found = scipy.optimize.least_squares(
+            fit, best.theta[1 - place : 2 - place], x_scale="jac", xtol=1e-14
+        )
+        return 2.0 * found.cost - level
+
+    for place, (low, high) in enumerate(ends):
+        first, width = best.theta[place], high - low
+        outside = first - width, first + width
+        exact = [scipy.optimize.brentq(excess, first, value, args=(place,)) for value in outside]
+        assert ends[place] == pytest.approx(exact, abs=1e-4 * width)
 
 
 def textbook_quantile(sigma, level):

@@ -64,9 +64,8 @@ def test_exact_data_return_the_law(name, kind):
     assert np.abs(fit.modulus(at) / expected - 1.0).max() < 1e-6
     inner = np.geomspace(0.1, 10.0, 9)
     material = np.asarray(fit.material.complex_modulus(inner))
-    assert (
-        np.abs(material / complex_modulus(name, inner) - 1.0).max() < 0.01
-    )  # the Prony approximation of J(t)
+    # the Prony approximation of J(t)
+    assert np.abs(material / complex_modulus(name, inner) - 1.0).max() < 0.01
 
 
 def test_intervals_are_those_of_least_squares():

@@ -81,8 +81,8 @@ def test_values_and_profile_intervals_are_those_of_scipy(model):
         assert fit.identified[name]
         for end in fit.intervals[name]:
             rise = least(model, J, 0.01 * truth, list(fit.values.values()), (place, end))[0] - best
-            # the search for an end stops at a part of its distance, not at rounding
-            np.testing.assert_allclose(rise, stats.chi2.ppf(0.95, 1), rtol=2e-2)
+            # the rise is twice as far off as the end, which is found to a thousandth of its distance
+            np.testing.assert_allclose(rise, stats.chi2.ppf(0.95, 1), rtol=2e-3)
     np.testing.assert_allclose(fit.predict(TIMES), CREEP[model](*values), rtol=1e-3)
     np.testing.assert_allclose(fit.material.creep(TIMES), fit.predict(TIMES), rtol=1e-5)
     assert not fit.refused and "the law approximated by a Prony series" in fit.summary()

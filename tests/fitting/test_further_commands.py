@@ -40,9 +40,8 @@ def test_nothing_stops_a_batch(tmp_path, capsys):
     assert page.count("<svg") == 2 and escape(rows[1]["error"]) in page and 'href="0_a/fit.png"' in page
     assert "accepted: 2; fits rejected: 0; files that could not be read or fitted: 1." in page
     assert "<img" not in page and "<script" not in page
-    ElementTree.fromstring(
-        page.partition("<body>")[2].join(["<body>", ""]).partition("</html>")[0]
-    )  # well formed
+    # well formed
+    ElementTree.fromstring(page.partition("<body>")[2].join(["<body>", ""]).partition("</html>")[0])
     assert "no other file" in refused(["fit", "batch", paths[1], paths[1], "-o", str(out / "x")], capsys)
 
 

@@ -109,9 +109,8 @@ def test_values_and_intervals_are_those_of_scipy():
     assert fit.widening == pytest.approx(1.0, abs=0.1)
     ends = np.array(list(fit.intervals.values()))
     ends[0] = np.log(ends[0])
-    half = (
-        0.5 * np.diff(ends, axis=1)[:, 0]
-    )  # the sides of a profile differ, their mean is nearly that of the tangent
+    # the sides of a profile differ, their mean is nearly that of the tangent
+    half = 0.5 * np.diff(ends, axis=1)[:, 0]
     assert half == pytest.approx(1.96 * fit.widening * sd, rel=0.03)
     assert np.sqrt(np.diag(fit.covariance()))[1:] == pytest.approx(fit.widening * sd[1:], rel=0.01)
 

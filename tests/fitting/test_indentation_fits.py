@@ -456,9 +456,8 @@ def test_compared_models_of_an_indentation_rank_the_true_one_first(tmp_path, cap
     best, other = json.loads((out / "summary.json").read_text())["models"]
     low, high = best["intervals"]["G2_Pa"]
     assert low < TRUTH["G2"] < high < 1.2 * low
-    alone = fitting.fit_indentation(
-        data, "Maxwell", indenter=BALL, nu=NU
-    )  # each fit is that of its model alone
+    # each fit is that of its model alone
+    alone = fitting.fit_indentation(data, "Maxwell", indenter=BALL, nu=NU)
     assert other["model"] == "Maxwell" and other["bic"] == pytest.approx(alone.bic, rel=1e-6)
     assert best["bic"] < other["bic"] - 10.0
     assert fitting.compare(data, ["Maxwell"], indenter=BALL, nu=NU).fits[0].bic == pytest.approx(alone.bic)

@@ -102,9 +102,8 @@ def test_the_shape_of_the_scan_its_table_its_arrays_and_its_pictures(fitted, tmp
     labels = [text.get_text() for text in axes[2].get_legend().get_texts()]
     assert labels[0] == f"accepted: {fitted.accepted.sum()}" and len(labels) == 3
     # the modulus has a logarithmic scale, with ticks at plain numbers [kPa] within it; a verdict is seen by its colour
-    low, high = (
-        np.array([np.nanmin(shown), np.nanmax(shown)]) * 3.0 / 1e3
-    )  # E = 3 G of an incompressible sample
+    # E = 3 G of an incompressible sample
+    low, high = np.array([np.nanmin(shown), np.nanmax(shown)]) * 3.0 / 1e3
     scale = next(one for one in axes[3:] if one.get_ylabel() == "Young's modulus [kPa]").yaxis
     ticks = [float(tick.get_text()) for tick in scale.get_ticklabels()]
     assert (

@@ -72,9 +72,8 @@ def test_a_ramp_that_is_stated_is_the_one_that_is_measured():
     whole = fitting.fit_poroelastic(data, indenter=BEAD, weights="absolute")
     part = fitting.fit_poroelastic(hold, indenter=BEAD, weights="absolute", ramp=0.5)
     np.testing.assert_allclose(list(part.values.values()), list(whole.values.values()), rtol=2e-3)
-    later = fitting.fit_poroelastic(
-        data.window(0.51, None), indenter=BEAD, weights="absolute"
-    )  # its history is known
+    # its history is known
+    later = fitting.fit_poroelastic(data.window(0.51, None), indenter=BEAD, weights="absolute")
     np.testing.assert_allclose(list(later.values.values()), list(whole.values.values()), rtol=2e-3)
     step = fitting.fit_poroelastic(hold, indenter=BEAD, weights="absolute", ramp=0.0)
     assert abs(step.values["D"] / D - 1) > 2 * abs(whole.values["D"] / D - 1)

@@ -81,9 +81,8 @@ def test_times_that_are_chosen_follow_the_truth_within_the_noise(seed):
     """As many as the lowest BIC asks for, here by least squares of numpy on the columns that are not zero."""
     t, truth, J = spread_out(seed)
     fit = fitting.fit_prony(fitting.CreepData(t=t, J=J), weights="relative")
-    assert (
-        np.sqrt(np.mean((fit.predict(t) / truth - 1) ** 2)) < 0.005 and not fit.refused
-    )  # half of the noise
+    # half of the noise
+    assert np.sqrt(np.mean((fit.predict(t) / truth - 1) ** 2)) < 0.005 and not fit.refused
     assert "retardation times chosen by BIC" in fit.notes[-1]
 
     def bic(tau):

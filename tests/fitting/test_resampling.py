@@ -115,16 +115,14 @@ def test_an_indentation_keeps_its_segments(control):
     """A ramp of 2 s and a hold, 5000 samples a second there and 100 a second after."""
     t = np.concatenate([np.arange(0.0, 2.0, 2e-3), np.arange(2.0, 200.0, 2e-2)])
     load = 1e-3 * np.minimum(t / 2, 1.0)
-    integral = (
-        np.where(t < 2, t + t**2 / 2 / 100, 2 + 2 * (t - 1) / 100) / 2
-    )  # of (1 + s/100) under the unit ramp
+    # of (1 + s/100) under the unit ramp
+    integral = np.where(t < 2, t + t**2 / 2 / 100, 2 + 2 * (t - 1) / 100) / 2
     ball = jc.Sphere(radius=5e-3)
     depth = (3 * 0.5 / (8 * np.sqrt(5e-3)) * 1e-3 * 1e-6 * integral) ** (2 / 3)
     short = fitting.resample(fitting.IndentationData(t=t, load=load, depth=depth))
     assert short.t.size < 250 and 2.0 in short.t
-    np.testing.assert_allclose(
-        short.load, 1e-3 * np.minimum(short.t / 2, 1.0), rtol=1e-9
-    )  # none across the corner
+    # none across the corner
+    np.testing.assert_allclose(short.load, 1e-3 * np.minimum(short.t / 2, 1.0), rtol=1e-9)
     found = fitting.fit_indentation(short, "Maxwell", indenter=ball, nu=0.5, control=control)
     assert found.weights == "averaged" and short.whole.shape == (3, t.size)
     np.testing.assert_allclose([found.values["G"], found.values["eta"]], [1e6, 1e8], rtol=2e-3)

@@ -15,10 +15,11 @@ from jaxcontact.operators.operator import FLOOR, Family, Operator, series_entrie
 SHAPE, RNG = (8, 7), np.random.default_rng(3)
 GRIDS = {"free": (False, False), "strip": (False, True), "periodic": (True, True)}
 I, J = (np.arange(n)[:, None] - np.arange(n) for n in SHAPE)
+# offsets of all pairs of cells, (nx, 1, nx, 1) and (1, ny, 1, ny)
 I, J = (
     I[:, None, :, None],
     J[None, :, None, :],
-)  # offsets of all pairs of cells, (nx, 1, nx, 1) and (1, ny, 1, ny)
+)
 MEMBERS, TERMS = 3, 3
 WEIGHTS = np.array([0.3, 1.2, -0.4])
 

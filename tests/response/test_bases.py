@@ -53,9 +53,8 @@ def states(layers, base, depth=None):
             below = None
             if i + 1 < len(solids):
                 below = mp.eye(4)
-                if i + 1 == len(
-                    layers
-                ):  # the half-space: the states that decay, which (A - 1)^2 leaves of any
+                # the half-space: the states that decay, which (A - 1)^2 leaves of any
+                if i + 1 == len(layers):
                     rest = equations(solids[-1][1]) - mp.eye(4)
                     below = (rest * rest)[:, 0:2]
             held = [0, 1, 2, 3] if bonded else [1, 3]

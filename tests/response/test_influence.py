@@ -17,9 +17,8 @@ from jaxcontact.response import coefficients as influence
 from jaxcontact.response.images import Images
 from jaxcontact.response.normal import response_of
 
-influence_coefficients = jax.jit(
-    influence.influence_coefficients
-)  # one program a shape, not one an operation
+# one program a shape, not one an operation
+influence_coefficients = jax.jit(influence.influence_coefficients)
 
 
 def images_at_once(body):

@@ -10,9 +10,8 @@ import jaxcontact as jc
 from jaxcontact.response.normal import response_of
 
 EXACT = 1e-13  # float64 sums of positive terms
-step = jax.jit(
-    lambda body, *given: response_of(body).mean_response(*given)
-)  # one program a shape, not one an operation
+# one program a shape, not one an operation
+step = jax.jit(lambda body, *given: response_of(body).mean_response(*given))
 
 
 def printed_form(x, g, Gs, nu_c, nu_s):

@@ -85,11 +85,12 @@ def test_the_area_of_hertz_is_met_over_twice_as_closely_without_the_error_of_the
 
 # a wave ----------------------------------------------------------------------------------------------------------
 
+# of the pressure that flattens the wave
 LENGTH, AMPLITUDE, SHARES = (
     1e-3,
     1e-6,
     np.array([0.05, 0.2, 0.5, 0.9]),
-)  # of the pressure that flattens the wave
+)
 FULL = np.pi * MODULUS * AMPLITUDE / LENGTH
 
 

@@ -106,9 +106,8 @@ def test_interfaces_and_the_maximum_are_marked_where_they_are():
     stress = np.zeros((3, 3, 3, *GRID.shape))
     stress[1, 0, 0, 20, 5] = 4e6
     fields = np.array([1e-6, 2e-6, 5e-6]), stress, np.zeros((3, 3, *GRID.shape))
-    inside = jc.InteriorFields(
-        GRID, *fields, interfaces=np.array([3e-6, 9e-6])
-    )  # the second below the drawing
+    # the second below the drawing
+    inside = jc.InteriorFields(GRID, *fields, interfaces=np.array([3e-6, 9e-6]))
     cut, over_depth = inside.plot().axes[:2]
     interface, cross = cut.lines
     assert set(interface.get_ydata()) == {3.0} and cut.get_title() == "+ 4 MPa, dashed: interface"

@@ -240,6 +240,21 @@ def test_check_names_all_mistakes_of_a_file_with_a_line_for_each(names, case, ca
         assert sum(line.startswith(f"jaxcontact: error: {case}: {words}") for line in lines) == 1
 
 
+@pytest.mark.parametrize(
+    "names", [["a typo"], ["a typo", "no radius", "an unknown table"]], ids=["one", "three"]
+)
+def test_run_names_the_first_mistake_and_how_many_there_are(names, case, capfd):
+    text = CASE
+    for old, new, _ in map(SEVERAL.get, names):
+        text = text.replace(old, new)
+    case.write_text(text)
+    assert main(["run", str(case), "-o", str(case.parent / "out")]) == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    assert sum(words in line for *_, words in map(SEVERAL.get, names)) == 1
+    more = f"; and {len(names) - 1} more, which jaxcontact check {case} lists"
+    assert line.endswith(more) if len(names) > 1 else " more, which" not in line
+
+
 @pytest.mark.parametrize("name", FILES)
 def test_check_begins_with_the_mistake_for_which_a_file_cannot_be_read(name, tmp_path, capfd):
     path, words = written(name, tmp_path)

@@ -66,9 +66,8 @@ def case(monkeypatch, tmp_path):
     return path
 
 
-@pytest.mark.filterwarnings(
-    "ignore:the time steps have an estimated error"
-)  # 5 % of the peak after the first
+# 5 % of the peak after the first
+@pytest.mark.filterwarnings("ignore:the time steps have an estimated error")
 @pytest.mark.slow
 def test_the_record_of_a_verb_is_all_that_files_and_commands_need(case, tmp_path, capsys):
     out = tmp_path / "out"

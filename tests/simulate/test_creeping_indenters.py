@@ -102,9 +102,8 @@ def test_slide_steady_of_a_creeping_ball_on_a_stiff_flat_is_hertz_with_the_relax
     np.testing.assert_allclose(found.indenter_film_strain, expected.film_strain, rtol=1e-5, atol=1e-12)
     assert 0.0 < abs(found.hysteresis_force) < 1e-6 * found.load
     assert abs(found.lateral_force[0]) < 1e-6 * found.load
-    if (
-        make is solid
-    ):  # the closed form of Hertz, with the relaxed modulus of the ball, on 8 cells across the contact
+    # the closed form of Hertz, with the relaxed modulus of the ball, on 8 cells across the contact
+    if make is solid:
         G = 1e6 * 5e5 / 1.5e6
         a = (3.0 * 0.05 * R * 0.6 / (8.0 * G)) ** (1.0 / 3.0)
         np.testing.assert_allclose(found.approach, a**2 / R, rtol=1e-2)
@@ -343,9 +342,8 @@ def test_a_coating_that_wears_is_the_profile_of_a_ball_that_wears():
     body = as_body(jc.Elastic(G=1e12, nu=0.4))
     expected = jc.rub(body, jc.Sphere(R, steel), STEADY, times, velocity=1.0, **given)
     assert np.min(expected.thickness) < -1e-6
-    found = jc.rub(
-        body, jc.Sphere(R, coat), STEADY, times, path=[0.0, 2.0, 0.0], **given
-    )  # 1 m/s, beyond the grid
+    # 1 m/s, beyond the grid
+    found = jc.rub(body, jc.Sphere(R, coat), STEADY, times, path=[0.0, 2.0, 0.0], **given)
     size = np.max(-expected.thickness)
     np.testing.assert_allclose(found.thickness - 1e-4, expected.thickness, rtol=0.0, atol=1e-4 * size)
     np.testing.assert_allclose(found.pressure, expected.pressure, atol=1e-4 * np.max(expected.pressure))

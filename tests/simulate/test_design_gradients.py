@@ -34,9 +34,8 @@ def smooth():
 
 def of_heights(z):
     x, y = GRID.coordinates()
-    smooth = (
-        -((x - 3e-6) ** 2 + (y - 5e-6) ** 2) / 10e-3
-    )  # a single highest cell, at which the approach is zero
+    # a single highest cell, at which the approach is zero
+    smooth = -((x - 3e-6) ** 2 + (y - 5e-6) ** 2) / 10e-3
     bumps = jc.HeightField(smooth + 1e-7 * z, material=STEEL)
     return measures(jc.indent(coated(), bumps, jc.Load(0.5), TIMES, grid=GRID, tolerance=1e-12))
 

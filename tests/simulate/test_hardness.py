@@ -149,9 +149,8 @@ def test_hardness_far_below_the_elastic_pressure_gives_load_over_area():
     history = press(jc.Load(jnp.array([20.0, 30.0, 40.0, 50.0, 60.0])), hardness=1e8)
     spare = 1e8 * np.asarray(history.contact_area) - np.asarray(history.load)
     assert np.all(spare >= -1e-6) and np.all(spare < 8 * 1e8 * GRID.cell_area)  # of one ring of cells
-    assert np.all(
-        np.asarray(history.status) == 0
-    )  # also where a whole number of cells carries the load, 20 to 60
+    # also where a whole number of cells carries the load, 20 to 60
+    assert np.all(np.asarray(history.status) == 0)
     # the area is then that of the profile below the approach, 2 pi R d
     assert pytest.approx(2 * np.pi * 5e-3 * float(history.approach[-1]), rel=0.1) == 60.0 / 1e8
 
@@ -296,9 +295,8 @@ def test_carried_past_moves_a_field_between_cells():
     # ratio: a move along y by two cells along x is one of its cells
     moved = both(wave(0.0, 0.0), 3.3, -2.6, **round_)
     exact = wave(3.3 * 2 * np.pi / n, -1.3 * 2 * np.pi / n)
-    assert (
-        np.max(np.abs(moved - exact)) < 6e-4 and np.median(np.abs(moved - exact)) < 3e-6
-    )  # held at the crests
+    # held at the crests
+    assert np.max(np.abs(moved - exact)) < 6e-4 and np.median(np.abs(moved - exact)) < 3e-6
     assert np.max(jnp.abs(moved)) <= np.max(jnp.abs(wave(0.0, 0.0)))
     np.testing.assert_array_equal(
         both(wave(0.0, 0.0), -5.0, 4.0, **round_), np.roll(wave(0.0, 0.0), (5, -2), (0, 1))

@@ -190,13 +190,11 @@ def test_a_fast_band_has_jaegers_largest_rise():
     half = 50.5 * 1e-5
     band = jnp.where(abs(x) < half, 1e6, 0.0)
     field = rise(band, grid, speed)
-    largest = (
-        2e6 / K * np.sqrt(2.0 * KAPPA * half / (np.pi * speed))
-    )  # Peclet number 7e3: the limit of no diffusion along x
+    # Peclet number 7e3: the limit of no diffusion along x
+    largest = 2e6 / K * np.sqrt(2.0 * KAPPA * half / (np.pi * speed))
     edge = int(jnp.argmax(field[:, 0]))
-    assert field[edge, 0] == pytest.approx(
-        largest * np.sqrt(1.0 - 0.25 / 50.5), rel=3e-3
-    )  # at a centre, not at the end
+    # at a centre, not at the end
+    assert field[edge, 0] == pytest.approx(largest * np.sqrt(1.0 - 0.25 / 50.5), rel=3e-3)
     assert x[edge, 0] < -0.98 * half
 
 

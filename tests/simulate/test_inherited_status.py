@@ -14,7 +14,7 @@ from jaxcontact._support.status import more_serious, most_serious, passed_on, to
 from jaxcontact.history.normal_step import solved
 from jaxcontact.history.time_loop import begin, in_blocks
 from jaxcontact.simulate.indent import Indentation
-from jaxcontact.simulate.run import ready, run_block
+from jaxcontact.simulate.run import plan_of, run_block
 from jaxcontact.simulate.slide import reentered
 
 FINE, FAILED, INHERITED = jc.Status.FINE, jc.Status.NOT_CONVERGED, jc.Status.INHERITED
@@ -96,7 +96,7 @@ def test_a_march_that_goes_on_from_a_carry_knows_of_an_earlier_failure():
 
 
 def _plan(body, load):
-    plan = ready(Indentation.of(body, BALL, load, 1e-6 * TIMES, GRID, max_iterations=FEW))
+    plan = plan_of(Indentation.of(body, BALL, load, 1e-6 * TIMES, GRID, max_iterations=FEW))
     return plan.stepper, plan.steps
 
 

@@ -31,9 +31,8 @@ def line(n, width):
 def test_line_coefficients_are_integrals_of_line_loads_over_a_strip(z):
     """-ln(r^2/d^2)/(2 pi) along and across, d the width of the grid, and -atan(x/z)/pi, off and on the strip."""
     h, n = 2.0, 6
-    weights = np.array(
-        [[[0.4, 2.0]], [[0.7, 1.0]], [[0.3, -3.0]]]
-    )  # of L, T and K: at z = 0, and what z adds
+    # of L, T and K: at z = 0, and what z adds
+    weights = np.array([[[0.4, 2.0]], [[0.7, 1.0]], [[0.3, -3.0]]])
     found = tangential_lines(
         jc.Grid((n, 1), (h, 1.0), periodic=(False, True)),
         TangentialImages(jnp.array([0.0, z]), jnp.asarray(weights)),

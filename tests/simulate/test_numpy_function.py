@@ -80,9 +80,8 @@ def test_the_derivatives_of_a_hertz_contact_are_those_of_its_closed_form():
     assert float(approach) == pytest.approx(exact, rel=2e-3)
     by_load, by_radius = (float(slopes[name] * x[name] / approach) for name in ("load", "radius"))
     assert by_load == pytest.approx(2.0 / 3.0, rel=4e-2)
-    assert by_load - by_radius == pytest.approx(
-        1.0, rel=1e-6
-    )  # twice the curvature and load: twice the approach
+    # twice the curvature and load: twice the approach
+    assert by_load - by_radius == pytest.approx(1.0, rel=1e-6)
 
 
 @pytest.mark.slow

@@ -52,6 +52,19 @@ def test_a_class_without_the_decorator_says_so(base):
     assert pytree(plain)(1.0).work == 1.0
 
 
+def test_a_material_with_its_own_constructor_and_no_nu_is_refused():
+    class Mine(Material):
+        def __init__(self, E):
+            object.__setattr__(self, "E", E)
+
+        def spectrum(self):
+            return jc.Elastic(self.E / 3.0).spectrum()
+
+    body = jc.LayeredHalfSpace([], Mine(1e9))
+    with pytest.raises(ValueError, match="substrate Mine: expected one of nu and bulk_modulus, got neither"):
+        jc.indent(body, jc.Sphere(1e-3), jc.Load(1.0), [0.0], grid=jc.Grid.square(16, 1e-4))
+
+
 @pytest.mark.slow
 def test_a_material_without_a_bulk_modulus_is_one_of_constant_poissons_ratio():
     """One without Poisson's ratio says so; the compliance of a spring of 2 Pa at once and a dashpot of 4 Pa s is closed."""

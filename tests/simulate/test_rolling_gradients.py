@@ -54,9 +54,8 @@ def test_derivatives_reverse_forward_and_central(name, forced):
     np.testing.assert_allclose(
         forward, differences, rtol=CENTRAL_DIFFERENCE, atol=CENTRAL_DIFFERENCE * np.max(np.abs(forward))
     )
-    if (
-        name == "line"
-    ):  # a derivative in which the right side of the linear system depends on the coefficient alone
+    # a derivative in which the right side of the linear system depends on the coefficient alone
+    if name == "line":
         alone = jax.grad(lambda friction: solved(1.0, friction, 1.0))(1.0)
         np.testing.assert_allclose(alone, forward[1], rtol=10 * MODES)
 

@@ -69,9 +69,8 @@ def test_fast_steady_sliding_with_friction_is_that_of_an_elastic_body():
         np.testing.assert_allclose(fast.approach, elastic.approach, rtol=1e-5)
         np.testing.assert_allclose(fast.tangential_force, MU * 0.5, rtol=1e-4)
     offset = np.asarray(elastic.pressure - elastic.pressure[::-1])
-    assert np.max(offset) > 0.01 * np.max(
-        elastic.pressure
-    )  # what friction does to the pressure is not lost here
+    # what friction does to the pressure is not lost here
+    assert np.max(offset) > 0.01 * np.max(elastic.pressure)
 
 
 @pytest.mark.long

@@ -150,9 +150,8 @@ def test_force_times_speed_is_the_power_of_the_dashpots(body, ball, speed):
     print(f"{speed:.1e}: mu {float(found.friction_coefficient):.3e}, strain {float(found.film_strain):.2f}")
     np.testing.assert_allclose(found.tangential_force * speed, found.power, rtol=1e-2)
     assert float(found.pressure_centre[0]) > 0.0
-    np.testing.assert_allclose(
-        found.tangential_force, 60.0 * found.pressure_centre[0] / 9.525e-3, rtol=1e-9
-    )  # of a paraboloid
+    # of a paraboloid
+    np.testing.assert_allclose(found.tangential_force, 60.0 * found.pressure_centre[0] / 9.525e-3, rtol=1e-9)
 
 
 @pytest.mark.slow

@@ -287,9 +287,8 @@ def test_a_killed_worker_of_ones_own_executor_costs_no_other_case(tmp_path):
         study = jc.sweep(troubled, cases, tmp_path / "out", executor=pool)
         assert study.failures == {2: "RuntimeError: two lines", 4: "its process died (out of memory?)"}
         found = study.stacked("square")
-        again = jc.sweep(
-            noted, cases[:3], tmp_path / "broken", executor=pool
-        )  # an executor that is broken already
+        # an executor that is broken already
+        again = jc.sweep(noted, cases[:3], tmp_path / "broken", executor=pool)
     np.testing.assert_array_equal(np.delete(found, [2, 4]), np.delete(np.arange(12.0) ** 2, [2, 4]))
     assert not again.failures
 

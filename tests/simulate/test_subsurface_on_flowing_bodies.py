@@ -86,9 +86,8 @@ def test_what_reaches_a_depth_is_right_or_known_to_be_off(name):
             longer = np.maximum.accumulate(np.abs(theirs) * alpha**power, -1) / alpha**power
             size = np.repeat([longer[:2].max(0), longer[2:].max(0)], 2, 0)
             error = float(images.error(jnp.array([[0.0, 0.0, 1.0]])))
-            assert (
-                error < 1e-3
-            )  # of the largest component, the stress along the surface included; below of these alone
+            # of the largest component, the stress along the surface included; below of these alone
+            assert error < 1e-3
             assert np.max(np.abs(ours - theirs) / size) < 1e-2, (t, z, error)
 
 

@@ -97,9 +97,8 @@ FEM = [
 ]
 PERIODIC = jc.Grid((128, 1), (1 / 128, 1 / 128), periodic=True)
 X = np.arange(128) / 128
-GAUSSIAN = lambda x: np.exp(
-    -((((x) + 0.25) % 1 - 0.5) ** 2) / (2 * 0.08**2)
-)  # where the thickness is steepest
+# where the thickness is steepest
+GAUSSIAN = lambda x: np.exp(-((((x) + 0.25) % 1 - 0.5) ** 2) / (2 * 0.08**2))
 
 
 def against_fem(film, mean, waves):

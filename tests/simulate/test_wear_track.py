@@ -15,9 +15,8 @@ pytestmark = [
 STEEL = jc.Elastic(G=80e9, nu=0.3)
 ROLLER, LOAD, RADIUS, LENGTH = jc.Cylinder(5e-3, length=1e-3), 20.0, 5e-3, 1e-3
 LINE = jc.Grid((80, 1), (2e-6, LENGTH), periodic=(False, True))
-HALF_WIDTH = np.sqrt(
-    4 * LOAD / LENGTH * RADIUS * 0.7 / (np.pi * 2 * 80e9)
-)  # Hertz, (1 - nu^2)/E = (1 - nu)/(2 G)
+# Hertz, (1 - nu^2)/E = (1 - nu)/(2 G)
+HALF_WIDTH = np.sqrt(4 * LOAD / LENGTH * RADIUS * 0.7 / (np.pi * 2 * 80e9))
 PEAK = 2 * LOAD / LENGTH / (np.pi * HALF_WIDTH)
 HOMOGENEOUS = jc.LayeredHalfSpace([jc.Layer(STEEL, 1e-8)], STEEL)
 ACROSS = np.linspace(-40e-6, 40e-6, 81)

@@ -107,9 +107,8 @@ class Sealed:
         b = nu / (1 - nu)
         k = np.linspace(0, 7.0, 60001)
         step = k[1]
-        slope = (
-            2 * np.exp(-(k**2)) * (1 / np.sqrt(np.pi) - b * k * erfcx(b * k))
-        )  # of R(k^2) = int_0^(k^2) P dT
+        # of R(k^2) = int_0^(k^2) P dT
+        slope = 2 * np.exp(-(k**2)) * (1 / np.sqrt(np.pi) - b * k * erfcx(b * k))
         R, last = cumulative_trapezoid(slope, k, initial=0)[1:], 1 / (1 + b)
         k, to_come = k[1:], remaining(k[1:] ** 2, nu)
         w = np.full(k.size, step)

@@ -10,9 +10,8 @@ def read_back(path, columns=None):
     pandas = pytest.importorskip("pandas", reason="the extra that reads tables back")
     found = pandas.read_csv(path)
     assert not any(name.startswith("Unnamed") for name in found.columns) and len(found.columns) > 1
-    assert isinstance(
-        found.index, pandas.RangeIndex
-    )  # otherwise the rows have more cells than the line of names
+    # otherwise the rows have more cells than the line of names
+    assert isinstance(found.index, pandas.RangeIndex)
     if columns is not None:
         assert list(found.columns) == columns
     return found
