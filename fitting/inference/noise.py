@@ -64,11 +64,15 @@ def inverse_forms(M: np.ndarray, blocks: np.ndarray) -> np.ndarray:
     same = within(blocks)
     turned = np.swapaxes(M, -1, -2)
     ends = np.append(True, ~same).astype(int) + np.append(~same, True)
-    near = turned[..., 1:][..., same] @ M[..., :-1, :][..., same, :]
+    later, earlier = turned[..., 1:], M[..., :-1, :]
+    if not np.all(same):
+        later, earlier = later[..., same], earlier[..., same, :]
+    near = later @ earlier
+    at = np.flatnonzero(ends)
     rho = RHO[:, None, None]
     inner = (1.0 + rho**2) * (turned @ M)[..., None, :, :]
     inner = inner - rho * (near + np.swapaxes(near, -1, -2))[..., None, :, :]
-    return (inner - rho**2 * ((turned * ends) @ M)[..., None, :, :]) / (1.0 - rho**2)
+    return (inner - rho**2 * ((turned[..., at] * ends[at]) @ M[..., at, :])[..., None, :, :]) / (1.0 - rho**2)
 
 
 def forms(M: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
@@ -549,7 +553,10 @@ def noise_model(
             products = inverse_forms(columns / shapes[:, :, None], blocks)
         factor = np.linalg.cholesky(products + 1e-14 * np.eye(k + 1))
         diagonal = np.diagonal(factor, axis1=-2, axis2=-1)
-        logdet = np.sum(within(blocks)) * np.log1p(-(RHO**2)) + 2.0 * np.sum(np.log(shapes), 1)[:, None]
+        logdet = (
+            np.sum(within(blocks)) * np.log1p(-(RHO**2))
+            + 2.0 * np.array([np.sum(np.log(shape)) for shape in shapes])[:, None]
+        )
         logdet = logdet + 2.0 * np.sum(np.log(diagonal[..., :k]), -1)
         likelihood = -0.5 * (logdet + (n - k) * np.log(diagonal[..., k] ** 2))
         best = likelihood.max(1, keepdims=True)
@@ -572,20 +579,20 @@ def noise_model(
     share = share[tuple(places.T)] / share[tuple(places.T)].sum()
 
     # 3. The covariance of the coefficients of Q: Q^T D V D Q of each noise model that remains, times s^2.
-    spread, square = np.zeros((len(places), Q.shape[1], Q.shape[1])), shapes[places[:, 0]] ** 2
+    spread = np.zeros((len(places), Q.shape[1], Q.shape[1]))
+    square = np.einsum("mn,mn->m", shapes, shapes)[places[:, 0]]
     for j in np.unique(places[:, 1]):
-        here = places[:, 1] == j
-        some, one = shapes[places[here, 0]], float(RHO[j])
+        here, one = places[:, 1] == j, float(RHO[j])
         if n > MANY:
-            spread[here] = [forms(Q * shape[:, None], one, blocks) for shape in some]
+            spread[here] = [forms(Q * shapes[i][:, None], one, blocks) for i in places[here, 0]]
         else:
-            spread[here] = forms(Q * some[:, :, None], one, blocks)
+            spread[here] = forms(Q * shapes[places[here, 0]][:, :, None], one, blocks)
     if len(shapes) == 1 and changes is None:
         # the mean over the directions is accurate in short strongly correlated series too
         each = np.trace(spread, axis1=1, axis2=2) / max(Q.shape[1], 1)
         spread = each[:, None, None] * np.eye(Q.shape[1])
     # s^2 from E[RSS], reduced by the fit
-    scale = rss * (n - Q.shape[1]) / (n - p) / (square.sum(1) - np.trace(spread, axis1=1, axis2=2))
+    scale = rss * (n - Q.shape[1]) / (n - p) / (square - np.trace(spread, axis1=1, axis2=2))
     ratio = math.sqrt(float(share * scale @ ratios[places[:, 0]] ** 2 / max(float(share @ scale), 1e-300)))
     variance = spread * (1.0 if known else scale[:, None, None])
     if changes is not None:
@@ -663,12 +670,12 @@ def variation(
     columns = np.polynomial.legendre.legvander(2.0 * rank - 1.0, DEGREE)
 
     # 2. The polynomial of the log variance, by Fisher scoring with halved steps.
-    found = np.zeros(DEGREE + 1)
+    found, project = np.zeros(DEGREE + 1), np.linalg.solve(columns.T @ columns, columns.T)
     loss = lambda log: float(np.sum(log + square * np.exp(-np.clip(log, -60.0, 60.0))))
     for _ in range(STEPS):
         # Fisher's information of the logarithm of a variance is one half, whatever its value
         pull = square * np.exp(-np.clip(columns @ found, -60.0, 60.0)) - 1.0
-        step = np.clip(np.linalg.lstsq(columns, pull, rcond=None)[0], -REACH, REACH)
+        step = np.clip(project @ pull, -REACH, REACH)
         while loss(columns @ (found + step)) > loss(columns @ found) and np.max(np.abs(step)) > 1e-6:
             step = 0.5 * step
         found = found + step
@@ -699,9 +706,12 @@ def variation(
             chosen = log
     if chosen is None:
         return None
-    # The place of a step is no parameter of a candidate, since the mixture goes over all places.
+    # The place of a step is no parameter of a candidate, since the mixture goes over all places; of many points those near
+    # the step are a small share, and the likeliest change is enough.
     logs, prior, parameters = [smooth], [-float(DEGREE)], [DEGREE]
-    if costs.size:
+    if n > MANY:
+        logs, parameters = [chosen], [DEGREE if chosen is smooth else 1]
+    elif costs.size:
         near = np.flatnonzero(costs <= costs[at] - 2.0 * math.log(NEGLIGIBLE))
         some = near[np.unique(np.linspace(0, near.size - 1, STEPPED).astype(int))]
         for k in some:

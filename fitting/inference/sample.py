@@ -147,8 +147,11 @@ class Sample(NamedTuple):
             high = noise.BEYOND * float(size.max())
             low = max(float(size.min()) / noise.BEYOND, noise.LEAST * high)
             ratios = np.geomspace(low, high, max(math.ceil(math.log(high / low) / noise.STEP), 2) + 1)
-            shapes = np.hypot(ratios[:, None], fitted) * self.weights
-        tried = noise.ErrorModels(shapes[:, order], ratios)
+            shapes = np.hypot(ratios[:, None], fitted)
+            shapes *= self.weights
+        if runs is not None:
+            shapes = shapes[:, order]
+        tried = noise.ErrorModels(shapes, ratios)
         given = residual[order], slopes[order], solved.inside, blocks[order], tried, p
 
         # 3. Their probabilities with those of correlations; the size of the noise is as stated, or that of the residuals.

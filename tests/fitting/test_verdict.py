@@ -51,10 +51,11 @@ def test_readings_before_the_load_do_not_decide(early):
     assert obeyed.values["G1"] > 1e8 and obeyed.verdict == "rejected" and not any(obeyed.identified.values())
 
 
+@pytest.mark.parametrize("n", [400, 20_000])
 @pytest.mark.parametrize(("a", "b"), [(2e-8, 0.01), (1e-7, 0.05), (1e-9, 0.02)])
-def test_the_error_is_estimated_as_it_was_put_in(a, b):
+def test_the_error_is_estimated_as_it_was_put_in(a, b, n):
     """Standard deviation (a^2 + (b J)^2)^(1/2), J over three decades: a/b within a factor of two."""
-    t = np.geomspace(1e-3, 100.0, 400)
+    t = np.geomspace(1e-3, 100.0, n)
     J = 5e-7 * t**0.6
     for seed in range(5):
         noisy = J + np.hypot(a, b * J) * np.random.default_rng(seed).standard_normal(t.size)
