@@ -20,6 +20,7 @@ TAILS = 3.0  # degrees of freedom of Student's t
 SCALES = 20  # iterations for its scale
 FAR = 1e30  # ratio of a standard deviation and the largest value, either way, beyond which no number is meant
 FEW = 8  # number of differences below which nothing is estimated
+MANY = 5000  # number of differences above which no more are used: they give the first weights, which the fit improves
 
 
 def choose_weights(
@@ -66,7 +67,12 @@ def choose_weights(
 def error_ratio(t: np.ndarray, y: np.ndarray) -> float:
     """Return a/b [unit of y], > 0 where values are zero; the largest value where there are too few points."""
     size = float(np.max(np.abs(y)))
-    rough, level = differences(t, y / size)
+    if y.size > MANY:  # groups of neighbours, as far apart as leaves ``MANY`` differences
+        starts = np.linspace(0, y.size - 4, MANY).astype(int)
+        groups = starts[:, None] + np.arange(4)
+        rough, level = of_groups(t[groups], y[groups] / size)
+    else:
+        rough, level = differences(t, y / size)
     if rough.size < FEW or not np.any(rough):
         return size
     ratios = RATIOS[RATIOS > 0] if np.any(np.abs(y) <= 1e-12 * size) else RATIOS
@@ -76,7 +82,11 @@ def error_ratio(t: np.ndarray, y: np.ndarray) -> float:
 def differences(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return third divided differences of unit norm and the mean |y| of their points, both (m,), skipping equal times."""
     windows = np.lib.stride_tricks.sliding_window_view
-    x, values = windows(t, 4), windows(y, 4)
+    return of_groups(windows(t, 4), windows(y, 4))
+
+
+def of_groups(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return these of groups (m, 4) of neighbouring points."""
     apart = np.all(np.diff(x, axis=1) > 0, axis=1)
     x, values = x[apart], values[apart]
     gaps = x[:, :, None] - x[:, None, :] + np.eye(4) * np.ptp(x, axis=1)[:, None, None]

@@ -13,7 +13,8 @@ widths are calibrated (``Calibration``). Where the residuals have heavy tails, t
 variance of its score.
 
 The noise may also change along the curve, as where an instrument settles, and may differ between repeated runs that were
-joined. Both are estimated (``variation`` and ``between_runs``) and enter the covariance in the same way.
+joined. Both are estimated (``variation`` and ``between_runs``) and enter the covariance in the same way. Where the noise
+changes is uncertain too, and the mixture goes over the changes that are likely (``Changes``).
 """
 
 import dataclasses
@@ -63,11 +64,15 @@ def inverse_forms(M: np.ndarray, blocks: np.ndarray) -> np.ndarray:
     same = within(blocks)
     turned = np.swapaxes(M, -1, -2)
     ends = np.append(True, ~same).astype(int) + np.append(~same, True)
-    near = turned[..., 1:][..., same] @ M[..., :-1, :][..., same, :]
+    later, earlier = turned[..., 1:], M[..., :-1, :]
+    if not np.all(same):
+        later, earlier = later[..., same], earlier[..., same, :]
+    near = later @ earlier
+    at = np.flatnonzero(ends)
     rho = RHO[:, None, None]
     inner = (1.0 + rho**2) * (turned @ M)[..., None, :, :]
     inner = inner - rho * (near + np.swapaxes(near, -1, -2))[..., None, :, :]
-    return (inner - rho**2 * ((turned * ends) @ M)[..., None, :, :]) / (1.0 - rho**2)
+    return (inner - rho**2 * ((turned[..., at] * ends[at]) @ M[..., at, :])[..., None, :, :]) / (1.0 - rho**2)
 
 
 def forms(M: np.ndarray, rho: float, blocks: np.ndarray) -> np.ndarray:
@@ -403,6 +408,7 @@ DEGREE = 2  # of the polynomial that describes the logarithm of a variance along
 ENOUGH = 15  # degrees of freedom below which no change of the variance along the curve is sought
 SIDE = 0.1  # smallest share of the points on one side of a step of the variance
 CHANGES = 0.0025  # probability of finding a change of either kind in noise of constant variance
+STEPPED = 40  # places of a step of the variance at most, over which intervals are averaged
 STEPS, REACH = 60, 1.0  # Fisher scoring steps for this polynomial at most, and the longest
 FEW, RAGGED = (
     5,
@@ -422,6 +428,20 @@ class ErrorModels(NamedTuple):
 
     shapes: np.ndarray
     ratios: np.ndarray
+
+
+class Changes(NamedTuple):
+    """Noise that changes along the curve.
+
+    sizes (n,): the likeliest standard deviations relative to those of the error model, of unit quadratic mean; candidates
+    (m, n): these and others that are as likely but for a factor of ``NEGLIGIBLE``, with the logarithms of their prior
+    probabilities up to a constant (m,), and the number of parameters (m,) that were fitted to the residuals.
+    """
+
+    sizes: np.ndarray
+    candidates: np.ndarray
+    prior: np.ndarray
+    parameters: np.ndarray
 
 
 class Noise(NamedTuple):
@@ -503,19 +523,22 @@ class Noise(NamedTuple):
 
 def noise_model(
     residual: np.ndarray, jacobian: np.ndarray, inside: np.ndarray, blocks: np.ndarray, tried: ErrorModels,
-    p: int, known: bool, real: bool = True, sizes: np.ndarray | None = None,
+    p: int, known: bool, real: bool = True, changes: Changes | None = None,
 ) -> Noise:  # fmt: skip
     """Return the noise model of weighted residuals (n,) in blocks (n,), from the Jacobian (n, k) of the free
     coordinates.
 
-    sizes (n,): standard deviations along the curve relative to those that are tried (``variation``).
+    changes: of the noise along the curve, relative to the single error model that is tried (``variation``).
 
     inside (k,): coordinates that are not at a bound; p: number of parameters; known: whether the variance of the noise
     is known; real: whether the residuals exceed rounding.
     """
     # 1. The likelihood of every error model and correlation, (models, RHO), without the directions that the fit takes up.
     shapes, ratios = tried
-    shapes = shapes if sizes is None else shapes * sizes
+    level = residual
+    if changes is not None:
+        level, shapes = residual / (shapes[0] * changes.sizes), shapes * changes.candidates
+        ratios = np.repeat(ratios, len(shapes))
     n, rss, Q = residual.size, float(residual @ residual), basis(jacobian)
     likelihood = np.tile(np.where(RHO > 0.0, -np.inf, 0.0), (len(shapes), 1))  # white
     if real:
@@ -530,11 +553,16 @@ def noise_model(
             products = inverse_forms(columns / shapes[:, :, None], blocks)
         factor = np.linalg.cholesky(products + 1e-14 * np.eye(k + 1))
         diagonal = np.diagonal(factor, axis1=-2, axis2=-1)
-        logdet = np.sum(within(blocks)) * np.log1p(-(RHO**2)) + 2.0 * np.sum(np.log(shapes), 1)[:, None]
+        logdet = (
+            np.sum(within(blocks)) * np.log1p(-(RHO**2))
+            + 2.0 * np.array([np.sum(np.log(shape)) for shape in shapes])[:, None]
+        )
         logdet = logdet + 2.0 * np.sum(np.log(diagonal[..., :k]), -1)
         likelihood = -0.5 * (logdet + (n - k) * np.log(diagonal[..., k] ** 2))
         best = likelihood.max(1, keepdims=True)
-        likelihood = likelihood - best + best / (excess(residual) if len(shapes) > 1 else 1.0)
+        likelihood = likelihood - best + best / (excess(level) if len(shapes) > 1 else 1.0)
+        if changes is not None:
+            likelihood = likelihood + changes.prior[:, None]
 
     # 2. The mixture: shares of the likelihood times the prior, and white noise alone where that is more likely. The grid of
     # RHO is uniform in artanh(rho), so that d rho is proportional to 1 - rho^2.
@@ -551,42 +579,69 @@ def noise_model(
     share = share[tuple(places.T)] / share[tuple(places.T)].sum()
 
     # 3. The covariance of the coefficients of Q: Q^T D V D Q of each noise model that remains, times s^2.
-    spread, square = np.zeros((len(places), Q.shape[1], Q.shape[1])), shapes[places[:, 0]] ** 2
+    spread = np.zeros((len(places), Q.shape[1], Q.shape[1]))
+    square = np.einsum("mn,mn->m", shapes, shapes)[places[:, 0]]
     for j in np.unique(places[:, 1]):
-        here = places[:, 1] == j
-        some, one = shapes[places[here, 0]], float(RHO[j])
+        here, one = places[:, 1] == j, float(RHO[j])
         if n > MANY:
-            spread[here] = [forms(Q * shape[:, None], one, blocks) for shape in some]
+            spread[here] = [forms(Q * shapes[i][:, None], one, blocks) for i in places[here, 0]]
         else:
-            spread[here] = forms(Q * some[:, :, None], one, blocks)
-    if len(shapes) == 1 and sizes is None:
+            spread[here] = forms(Q * shapes[places[here, 0]][:, :, None], one, blocks)
+    if len(shapes) == 1 and changes is None:
         # the mean over the directions is accurate in short strongly correlated series too
         each = np.trace(spread, axis1=1, axis2=2) / max(Q.shape[1], 1)
         spread = each[:, None, None] * np.eye(Q.shape[1])
     # s^2 from E[RSS], reduced by the fit
-    scale = rss * (n - Q.shape[1]) / (n - p) / (square.sum(1) - np.trace(spread, axis1=1, axis2=2))
+    scale = rss * (n - Q.shape[1]) / (n - p) / (square - np.trace(spread, axis1=1, axis2=2))
     ratio = math.sqrt(float(share * scale @ ratios[places[:, 0]] ** 2 / max(float(share @ scale), 1e-300)))
     variance = spread * (1.0 if known else scale[:, None, None])
-    if sizes is not None:
-        # weights and variances that were fitted to the same residuals make both smaller, by two degrees of freedom
-        # for each parameter of the change to leading order
-        variance = variance / max(1.0 - 2.0 * (DEGREE + 1) / max(n - p, 1), 0.5)
+    if changes is not None:
+        variance = about_estimate(residual, Q, shapes, places, blocks, n - p, changes.parameters)
 
     # 4. Correlations of neighbours, before and after the AR(1) noise is subtracted.
-    level, same = residual if sizes is None else residual / shapes[0], within(blocks)
+    same = within(blocks)
     after = lag_one((level[1:] - rho * level[:-1])[same], blocks[1:][same])
     return Noise(
         lag_one(level, blocks), rho, after, white, share, variance, Q.T @ jacobian,
         math.inf if known else float(n - p), ratio,
-        Calibration.of(residual, Q, shapes, ratios, 0.0 if white else rho, blocks, p) if real else None, sizes,
+        Calibration.of(residual, Q, shapes, ratios, 0.0 if white else rho, blocks, p) if real and changes is None else None,
+        None if changes is None else changes.sizes,
     )  # fmt: skip
+
+
+def about_estimate(
+    residual: np.ndarray, Q: np.ndarray, shapes: np.ndarray, places: np.ndarray, blocks: np.ndarray, dof: int,
+    parameters: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """Return the mean square errors (m, k, k) of the coefficients of Q about their estimates, for noise models that were
+    found by the same residuals (n,).
+
+    Of each noise model the residuals determine how far its generalised least-squares estimate, which has the least
+    variance, is from the estimate of the fit. The square of that distance is added to the variance. The variance of the
+    fit's estimate before the residuals are known would be much larger than the square where points have large weights that
+    have large errors in another noise model, since such points are seen to have small ones. places (m, 2): of the model
+    in shapes and of the correlation in ``RHO``; dof: degrees of freedom of the residuals; parameters: of each of the shapes.
+    """
+    k, found = Q.shape[1], np.empty((len(places), Q.shape[1], Q.shape[1]))
+    columns = np.column_stack([Q, residual])
+    for i in np.unique(places[:, 0]):
+        products = inverse_forms(columns / shapes[i][:, None], blocks)
+        for m in np.flatnonzero(places[:, 0] == i):
+            one = products[places[m, 1]]
+            inverse = np.linalg.inv(one[:k, :k])
+            away = inverse @ one[:k, k]
+            found[m] = (one[k, k] - one[k, :k] @ away) / dof * inverse
+            # weights and variances that were fitted to the same residuals make both smaller, by two degrees of freedom
+            # for each parameter of the change to leading order
+            found[m] = found[m] / max(1.0 - 2.0 * parameters[i] / max(dof, 1), 0.5) + np.outer(away, away)
+    return found
 
 
 def variation(
     residual: np.ndarray, Q: np.ndarray, t: np.ndarray, p: int, with_largest: bool = False
-) -> np.ndarray | None:
-    """Return the standard deviations (n,) of noise that changes along the abscissa t (n,), relative to their quadratic
-    mean; None where they do not change significantly.
+) -> Changes | None:
+    """Return the standard deviations of noise that changes along the abscissa t (n,), with those that are nearly as likely;
+    None where they do not change significantly.
 
     The logarithm of the variance is a quadratic polynomial of the rank of t, or has one step, whichever is more likely. Both
     are fitted to the squared residuals over 1 - leverage, which have gamma distributions (generalised linear model with a
@@ -615,12 +670,12 @@ def variation(
     columns = np.polynomial.legendre.legvander(2.0 * rank - 1.0, DEGREE)
 
     # 2. The polynomial of the log variance, by Fisher scoring with halved steps.
-    found = np.zeros(DEGREE + 1)
+    found, project = np.zeros(DEGREE + 1), np.linalg.solve(columns.T @ columns, columns.T)
     loss = lambda log: float(np.sum(log + square * np.exp(-np.clip(log, -60.0, 60.0))))
     for _ in range(STEPS):
         # Fisher's information of the logarithm of a variance is one half, whatever its value
         pull = square * np.exp(-np.clip(columns @ found, -60.0, 60.0)) - 1.0
-        step = np.clip(np.linalg.lstsq(columns, pull, rcond=None)[0], -REACH, REACH)
+        step = np.clip(project @ pull, -REACH, REACH)
         while loss(columns @ (found + step)) > loss(columns @ found) and np.max(np.abs(step)) > 1e-6:
             step = 0.5 * step
         found = found + step
@@ -640,7 +695,8 @@ def variation(
     if costs.size:
         stepped[along] = np.log(np.where(np.arange(n) < before[at], first[at], last[at]) + TINY)
 
-    # 4. The likelier of both that is significant.
+    # 4. The likelier of both that is significant, and what else is likely: a step at any other place, at most ``STEPPED`` of
+    # them, and the polynomial. A place has the prior probability of one of all places, a further parameter a factor of e.
     chosen = None
     for log, dof in ((smooth, DEGREE), (stepped, DEGREE + 1))[: 2 if costs.size else 1]:
         # of the likelihood ratio the part that heavy tails leave
@@ -650,8 +706,22 @@ def variation(
             chosen = log
     if chosen is None:
         return None
-    sizes = np.exp(0.5 * chosen)
-    return sizes / math.sqrt(float(np.mean(sizes**2)))
+    # The place of a step is no parameter of a candidate, since the mixture goes over all places; of many points those near
+    # the step are a small share, and the likeliest change is enough.
+    logs, prior, parameters = [smooth], [-float(DEGREE)], [DEGREE]
+    if n > MANY:
+        logs, parameters = [chosen], [DEGREE if chosen is smooth else 1]
+    elif costs.size:
+        near = np.flatnonzero(costs <= costs[at] - 2.0 * math.log(NEGLIGIBLE))
+        some = near[np.unique(np.linspace(0, near.size - 1, STEPPED).astype(int))]
+        for k in some:
+            logs.append(np.empty(n))
+            logs[-1][along] = np.log(np.where(np.arange(n) < before[k], first[k], last[k]) + TINY)
+        prior += [math.log(near.size / some.size / costs.size) - 1.0] * some.size
+        parameters += [1] * some.size
+    sizes = np.exp(0.5 * np.array([chosen, *logs]))
+    sizes = sizes / np.sqrt(np.mean(sizes**2, 1))[:, None]
+    return Changes(sizes[0], sizes[1:], np.array(prior), np.array(parameters))
 
 
 class Runs(NamedTuple):

@@ -146,8 +146,11 @@ class Sample(NamedTuple):
             high = noise.BEYOND * float(size.max())
             low = max(float(size.min()) / noise.BEYOND, noise.LEAST * high)
             ratios = np.geomspace(low, high, max(math.ceil(math.log(high / low) / noise.STEP), 2) + 1)
-            shapes = np.hypot(ratios[:, None], fitted) * self.weights
-        tried = noise.ErrorModels(shapes[:, order], ratios)
+            shapes = np.hypot(ratios[:, None], fitted)
+            shapes *= self.weights
+        if runs is not None:
+            shapes = shapes[:, order]
+        tried = noise.ErrorModels(shapes, ratios)
         given = residual[order], slopes[order], solved.inside, blocks[order], tried, p
 
         # 3. Their probabilities with those of correlations; the size of the noise is as stated, or that of the residuals.
@@ -171,8 +174,8 @@ class Sample(NamedTuple):
                 shape = np.ones(residual.size) if ratio is None else np.hypot(ratio, fitted) * self.weights
                 shape = shape / math.sqrt(float(np.mean(shape**2)))
                 own = basis(slopes[:, solved.inside] / shape[:, None])
-                sizes = noise.variation(residual / shape, own, self.t, p)
-                spreads = shape if sizes is None else shape * sizes
+                changes = noise.variation(residual / shape, own, self.t, p)
+                spreads = shape if changes is None else shape * changes.sizes
                 # minus twice the log likelihood, up to a constant
                 level = residual / spreads
                 cost = 2.0 * float(np.sum(np.log(spreads))) + residual.size * math.log(float(level @ level))
@@ -185,7 +188,7 @@ class Sample(NamedTuple):
                 # where neighbours are alike, it is the model that changes along the curve, not the noise
                 raw, even = (lag_one((residual / one)[order], blocks[order]) for one in (shape, spreads))
                 if (
-                    sizes is None
+                    changes is None
                     or cost > best
                     or raw > 2.0 * ALIKE / math.sqrt(residual.size)
                     or even > ALIKE / math.sqrt(residual.size)
@@ -194,8 +197,9 @@ class Sample(NamedTuple):
                 rows = shapes if ratio is None else np.hypot(ratio, fitted)[None] * self.weights
                 tried = noise.ErrorModels(rows[:, order], np.array([0.0 if ratio is None else ratio]))
                 one = residual[order], slopes[order], solved.inside, blocks[order], tried, p
-                best, changed = cost, noise.noise_model(*one, False, real, sizes[order])
-                found = changed._replace(sizes=sizes, spreads=spreads)
+                along = changes._replace(sizes=changes.sizes[order], candidates=changes.candidates[:, order])
+                best, changed = cost, noise.noise_model(*one, False, real, along)
+                found = changed._replace(sizes=changes.sizes, spreads=spreads)
 
         # 5. The factors of joined runs as a further random error.
         if runs is not None:

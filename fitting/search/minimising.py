@@ -26,6 +26,7 @@ from jax import Array
 from tqdm import tqdm
 
 from fitting.views import output, sheet
+from jaxcontact._support.pytree import require_real
 
 LOWER, FLATTER = 1e-4, 0.9  # constants of the Wolfe conditions
 TRIALS = 30  # largest number of trials of one line search
@@ -63,6 +64,7 @@ class LeafCoordinates:
     def of(cls, name: str, leaf: Any, bounds: Any, scale: Any) -> LeafCoordinates:
         """Return the coordinates of one leaf after checking its start, bounds and scale; ValueError that names the
         leaf."""
+        require_real(f"start{name}", leaf)
         try:
             start = np.asarray(leaf, float)
         except (TypeError, ValueError):
@@ -73,6 +75,7 @@ class LeafCoordinates:
         if bounds is not None:
             if not isinstance(bounds, tuple | list) or len(bounds) != 2:
                 raise ValueError(f"bounds{name}: expected (low, high), None where open, got {bounds!r}")
+            require_real(f"bounds{name}", bounds)
             low, high = (
                 None if end is None or np.all(np.isinf(end)) else np.asarray(end, float) for end in bounds
             )

@@ -194,6 +194,20 @@ def test_noise_that_changes_along_the_curve_is_estimated(first):
     assert np.all((np.mean(held, 0) >= 0.92) & (np.mean(held, 0) <= 0.98)), np.mean(held, 0)
 
 
+def test_of_many_points_whose_noise_changes_the_intervals_are_those_of_known_weights():
+    """6000 points, standard deviations of 0.15 and then 0.03: about the estimate, which has equal weights, half intervals
+    are those of the weighted least squares and its distance from them, in squares."""
+    t, rng = np.linspace(0.0, 10.0, 6000), np.random.default_rng(4)
+    sd = np.where(np.arange(6000) < 2000, 0.15, 0.03)
+    fit = fit_growth(GrowthData(t, 0.5 + 2.0 * t + sd * rng.standard_normal(6000)))
+    A = np.stack([np.ones(6000), t], -1)
+    best = np.linalg.lstsq(A / sd[:, None], fit.data.thickness / sd, rcond=None)[0]
+    sizes = np.sqrt(np.diag(np.linalg.inv((A / sd[:, None]).T @ (A / sd[:, None]))))
+    apart = np.array(list(fit.values.values())) - best
+    ends = np.array(list(fit.intervals.values()))
+    assert np.diff(ends)[:, 0] / 2.0 == pytest.approx(1.96 * np.hypot(sizes, apart), rel=0.02)
+
+
 @pytest.mark.slow
 def test_noise_of_one_size_is_seldom_found_to_change():
     """A change is found in at most 2 % of 400 series of white noise: each of the two tests has a level of 0.25 %."""

@@ -292,7 +292,8 @@ def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys
     (folder / "notes.txt").write_text("no curve\n")
     command = ["fit", "map", str(folder), "-o", str(out), "--radius", "5e-6", "--processes", "1"]
     assert main(command) == 3  # one curve could not be fitted
-    assert json.loads((out / "options.json").read_text())["radius"] == 5e-6
+    no_number = lambda word: pytest.fail(f"{word} is no JSON")
+    assert json.loads((out / "options.json").read_text(), parse_constant=no_number)["radius"] == 5e-6
     said = capsys.readouterr().out
     assert "2 of 3 curves accepted" in said and "1 of 4 files without rows of numbers" in said
     # the curves end at a fifth of the radius of the ball

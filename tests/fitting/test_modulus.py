@@ -384,6 +384,20 @@ def test_a_search_that_takes_more_than_sixty_steps_ends_at_the_least_squares():
 
 
 @pytest.mark.slow
+def test_a_minimum_that_a_single_start_reached_has_a_note():
+    """A Burgers relaxation of which one of 18 searches reaches the least squares, and an exact one that more reach."""
+    rng, t = np.random.default_rng(12), np.geomspace(0.05, 50.0, 25)
+    true = {"G1": 10 ** rng.uniform(5, 7), "G2": 10 ** rng.uniform(5, 7)}
+    true |= {"eta1": true["G1"] * 10 ** rng.uniform(0, 2), "eta2": true["G2"] * 10 ** rng.uniform(-1, 1)}
+    alone = relaxation(t, **true) * (1.0 + 0.005 * rng.standard_normal(25))
+    fit = lambda G: fitting.fit_relaxation(
+        fitting.RelaxationData(t=t, modulus=G, start=0.0), "Burgers", weights="relative"
+    )
+    assert any("only 1 of 18 starts reached the best minimum" in note for note in fit(alone).notes)
+    assert not any("starts reached" in note for note in fit(relaxation(t, **TRUTH)).notes)
+
+
+@pytest.mark.slow
 def test_a_search_that_does_not_converge_is_not_accepted(monkeypatch):
     monkeypatch.setattr(nonlinear, "ITERATIONS", 4)
     fit = fitting.fit_relaxation(slowly_found(), "Burgers", weights="relative")

@@ -49,6 +49,21 @@ def test_the_stiffness_and_its_derivatives_agree_with_the_galerkin_solution(soft
 
 
 @pytest.mark.slow
+def test_a_parameter_at_the_end_of_its_range_has_a_note():
+    """A film of 1 um of which at most 0.5 um are allowed; at 2 um nothing is said."""
+    _, depth, known = film()
+    fit = lambda high: fitting.fit_stiffness(
+        fitting.StiffnessData(depth=depth, stiffness=noisy(known)), indenter=BALL, nu=NU, thickness="fit", substrate=SILICON,
+        weights="relative", bounds={"thickness": (1e-7, high)},
+    )  # fmt: skip
+    said = [note for note in fit(5e-7).notes if "ends at the bound of the search" in note]
+    assert len(said) == 1 and said[0].startswith(
+        "thickness ends at the bound of the search, 5e-07: larger ones may"
+    )
+    assert not any("bound of the search" in note for note in fit(2e-6).notes)
+
+
+@pytest.mark.slow
 def test_the_modulus_and_thickness_of_a_film_are_recovered():
     _, depth, known = film()
     data = fitting.StiffnessData(depth=depth, stiffness=noisy(known))

@@ -11,7 +11,7 @@ import fitting
 import jaxcontact as jc
 from fitting.data.weights import error_ratio
 from fitting.inference import verdict
-from fitting.inference.noise import RHO, ErrorModels, basis, lag_one, noise_model
+from fitting.inference.noise import RHO, Changes, ErrorModels, basis, lag_one, noise_model
 from tests.benchmarks import coverage
 
 TRUTH = {"G1": 2e5, "G2": 1e5, "eta1": 5e6, "eta2": 4e5}
@@ -51,10 +51,11 @@ def test_readings_before_the_load_do_not_decide(early):
     assert obeyed.values["G1"] > 1e8 and obeyed.verdict == "rejected" and not any(obeyed.identified.values())
 
 
+@pytest.mark.parametrize("n", [400, 20_000])
 @pytest.mark.parametrize(("a", "b"), [(2e-8, 0.01), (1e-7, 0.05), (1e-9, 0.02)])
-def test_the_error_is_estimated_as_it_was_put_in(a, b):
+def test_the_error_is_estimated_as_it_was_put_in(a, b, n):
     """Standard deviation (a^2 + (b J)^2)^(1/2), J over three decades: a/b within a factor of two."""
-    t = np.geomspace(1e-3, 100.0, 400)
+    t = np.geomspace(1e-3, 100.0, n)
     J = 5e-7 * t**0.6
     for seed in range(5):
         noisy = J + np.hypot(a, b * J) * np.random.default_rng(seed).standard_normal(t.size)
@@ -215,6 +216,39 @@ def test_the_noise_is_judged_by_the_restricted_likelihood():
         half = found.rises(np.eye(k)[:, [i]], 0.95)[0] ** 0.5 * np.linalg.norm(P[i])
         inner = stats.t.cdf(half / np.sqrt(variance[kept][:, i]), n - k) * 2 - 1
         assert found.share @ inner == pytest.approx(0.95, abs=1e-6)
+
+
+def test_intervals_allow_for_the_place_at_which_the_noise_changes():
+    """Standard deviations that fall by a factor of five at one of four places, all as likely before the data: the half width
+    about a weighted estimate is the quantile of 400,000 draws from the posterior of a straight line, with flat priors of the
+    coefficients and of the logarithm of the size (of each place: its probability, chi-square numbers for the size, normal
+    ones about the generalised least-squares estimate)."""
+    rng, n, k = np.random.default_rng(2), 40, 2
+    X = np.stack([np.ones(n), np.geomspace(1e-3, 1.0, n)], -1)
+    sizes = np.where(np.arange(n) < np.array([[8], [9], [10], [11]]), 5.0, 1.0)
+    y, weights = X @ [1.0, 2.0] + 0.01 * sizes[2] * rng.standard_normal(n), 1.0 / sizes[1]
+    estimate = np.linalg.lstsq(X * weights[:, None], y * weights, rcond=None)[0]
+    likelihood, draws = np.empty(4), np.empty((4, 100_000, k))
+    for i, size in enumerate(sizes):
+        W, r = X / size[:, None], y / size
+        b, (rss,), *_ = np.linalg.lstsq(W, r, rcond=None)
+        covariance = np.linalg.inv(W.T @ W)
+        likelihood[i] = (
+            -np.log(size).sum() + 0.5 * np.linalg.slogdet(covariance)[1] - 0.5 * (n - k) * np.log(rss)
+        )
+        s = np.sqrt(rss / rng.chisquare(n - k, (100_000, 1)))
+        draws[i] = b + s * rng.multivariate_normal(np.zeros(k), covariance, 100_000)
+    share = np.exp(likelihood - likelihood.max())
+    assert np.sort(share)[-2] > 0.2  # no place is sure
+    changes = Changes(sizes[1], sizes, np.zeros(4), np.zeros(4))
+    tried = ErrorModels(weights[None], np.zeros(1))
+    residual, slopes = weights * (X @ estimate - y), X * weights[:, None]
+    inside, blocks = np.ones(k, dtype=bool), np.zeros(n, dtype=int)
+    found = noise_model(residual, slopes, inside, blocks, tried, k, False, True, changes)
+    half = np.sqrt(found.rises(np.eye(k), 0.95) * np.diag(np.linalg.inv(slopes.T @ slopes)))
+    for i in range(k):
+        within = np.abs(draws[..., i] - estimate[i]) <= half[i]
+        assert share @ within.mean(1) / share.sum() == pytest.approx(0.95, abs=0.005), i
 
 
 def test_blocks_have_no_slip_nor_neighbours_between_them():

@@ -89,6 +89,11 @@ CALLS = {  # of a good array, which the call accepts, and which is refused with 
     "tau of a series": (
         np.array([1.0, 3.0]), lambda tau: fitting.fit_prony(fitting.CreepData(T, J=T, start=0.0), tau, weights="relative"),
     ),
+    "start of minimise": (np.ones(2), lambda x: fitting.minimise(lambda p: p["x"] @ p["x"], {"x": x}, steps=1)),
+    "bounds of minimise": (
+        np.full(2, 2.0),
+        lambda high: fitting.minimise(lambda p: p["x"] @ p["x"], {"x": np.ones(2)}, bounds={"x": (None, high)}, steps=1),
+    ),
     "points to exclude": (np.array([2.0, 3.0]), lambda at: fitting.exclude(moduli(T), at)),
 }  # fmt: skip
 
