@@ -170,6 +170,7 @@ def over_depth(ax: Axes, depths: Any, stress: Any) -> Axes:
 REACH = 2.2  # half-width of the drawing over that of the contact
 MOST_LAYERS = 4  # that are drawn one by one
 DEPTH = 1.1  # height of the body in the drawing over that of the surfaces
+LINE = 0.16  # height of a line of text on the indenter over the span of the drawing
 ARROW = {"arrowstyle": "<->", "color": "black", "lw": 1.0, "shrinkA": 0.0, "shrinkB": 0.0}
 SMALL: dict[str, Any] = {"fontsize": "small", "color": "black"}
 Sizes = tuple[float, float, float, float]  # half-width, lowest and highest point, and their difference [m]
@@ -200,8 +201,12 @@ def contact_section(
     low = float(np.min(surface))
     high = max(float(np.max(outline)), -0.4 * low)
     span = max(high - low, np.finfo(float).tiny)
-    bottom, top = low - DEPTH * span, high + 0.6 * span
     film, on_indenter = _film(result, body), _on_indenter(result)
+    names = _names_of(None if film is not None and on_indenter else indenter)
+    bottom, top = (
+        low - DEPTH * span,
+        high + (0.6 + LINE * len(names)) * span,
+    )  # the load is written below the names
     if film is not None and not on_indenter and body is not None:
         body = LayeredHalfSpace([], body.substrate)
     _draw_indenter(ax, x, outline, (top, span), None if film is not None and on_indenter else indenter)
@@ -279,13 +284,7 @@ def _draw_indenter(
         ax.plot(x, upper, color="black", ls="-", lw=0.6)
         lower = upper
     ax.fill_between(x, lower, top, color=INDENTER, lw=0.0)
-    if indenter is None:
-        return
-    if surface is not None:
-        names = _names(surface)
-    else:
-        names = ["rigid" if indenter.material is None else _material(indenter.material)]
-    ax.text(0.98 * x[-1], top, "\n".join(names[::-1]), ha="right", va="top", **SMALL)
+    ax.text(0.98 * x[-1], top, "\n".join(_names_of(indenter)[::-1]), ha="right", va="top", **SMALL)
 
 
 def _draw_body(
@@ -308,6 +307,16 @@ def _draw_body(
         if not substrate:
             ax.plot(x[[0, -1]], [lower, lower], color="black", ls="-", lw=0.6)
         upper = lower
+
+
+def _names_of(indenter: Any) -> list[str]:
+    """Return a line of text on each layer of an indenter, that at its surface first; none of an unknown one."""
+    if indenter is None:
+        return []
+    surface = indenter.surface()
+    if surface is not None:
+        return _names(surface)
+    return ["rigid" if indenter.material is None else _material(indenter.material)]
 
 
 def _names(body: LayeredHalfSpace | None) -> list[str]:

@@ -157,3 +157,18 @@ def test_a_traction_that_is_zero_is_not_in_the_legend():
     )
     ax = plotting.tractions_on_the_axis(Figure().subplots(), result)
     assert [text.get_text() for text in ax.get_legend().get_texts()] == ["pressure", "traction x"]
+
+
+def test_the_load_is_written_below_the_names_of_the_layers_of_an_indenter():
+    steel = jc.Elastic.from_young(210e9, nu=0.3)
+    ball = jc.Sphere(5e-3, jc.LayeredHalfSpace([jc.Layer(steel, 20e-6)], steel))
+    result = SimpleNamespace(
+        grid=GRID, pressure=np.ones((100, 1)), profile=1e2 * X[:, None] ** 2, displacement=np.zeros((100, 1)), load=1.0,
+        approach=1e-7, contact_radius=20e-6, diagnostics=SimpleNamespace(),
+    )  # fmt: skip
+    ax = Figure((5.2, 3.8)).subplots()  # axes as large as in the picture of a history
+    figures.contact_section(ax, result, None, ball)
+    boxes = {text.get_text(): text.get_window_extent() for text in ax.texts}
+    (load,) = (box for text, box in boxes.items() if text.startswith("load"))
+    (names,) = (box for text, box in boxes.items() if "Elastic" in text)
+    assert load.x1 > names.x0 and names.y0 > load.y1

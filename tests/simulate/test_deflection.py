@@ -45,6 +45,34 @@ def test_a_uniform_disc_on_an_elastic_half_space():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("base", ["none", "bonded", "loose"])
+def test_a_wave_that_moves_over_a_body_that_creeps(base):
+    """On a periodic grid p cos k(X - v t) lowers a half-space, or a layer bonded to a rigid base or loose on it, by
+    Re J*(k v) e^(i k x) times (1 - nu) p/k and a closed form of k h; the mean pressure lowers a layer by p h over its
+    oedometric modulus, (1 - 2 nu)/(2 (1 - nu)) J."""
+    nu, length, n, v, h = 0.4, 1e-3, 16, 2e-3, 2e-4
+    solid = jc.StandardLinearSolid(G1=1e6, G2=5e5, eta2=1e5, nu=nu)
+    k, grid = 2.0 * np.pi / length, jc.Grid((n, 4), (length / n, length / n), periodic=True)
+    compliance = 1.0 / 1e6 + 1.0 / (5e5 + 1e5j * k * v)
+    x, kh, K = np.broadcast_to(grid.coordinates()[0], grid.shape), k * h, 3.0 - 4.0 * nu
+    shape, mean = {
+        "none": (1.0, 0.0),
+        "bonded": (
+            (K * np.sinh(2 * kh) - 2 * kh) / (K * np.cosh(2 * kh) + 2 * kh**2 + (1 + K**2) / 2),
+            h * (1 - 2 * nu) / (2 * (1 - nu)),
+        ),
+        "loose": ((np.cosh(2 * kh) - 1) / (np.sinh(2 * kh) + 2 * kh), h * (1 - 2 * nu) / (2 * (1 - nu))),
+    }[base]
+    layer = jc.Layer(solid, h, bonded=base == "bonded")
+    body = jc.LayeredHalfSpace([], solid) if base == "none" else jc.LayeredHalfSpace([layer], None)
+    found = jc.deflection(body, grid, 1e3 * np.cos(k * x) + 3e2, np.linspace(0.0, 8.0, 5), velocity=v)
+    moving = (1.0 - nu) / k * shape * 1e3 * np.real(np.conj(compliance) * np.exp(1j * k * x))
+    still = mean * 3e2 * (1.0 / 1e6 + 1.0 / 5e5)
+    np.testing.assert_allclose(found.displacement[-1], moving + still, atol=1e-7 * np.max(moving))
+    assert not found.notes and not np.any(found.status)
+
+
+@pytest.mark.slow
 def test_a_disc_that_moves_over_a_maxwell_half_space():
     """u = J0 D(r(T)) + integral of D(r(s))/eta ds at a place beside the path, D of the disc; a load that grows, too."""
     G, eta, nu, a, v = 30e6, 40e6, 0.4, 0.15, 2.0

@@ -383,3 +383,38 @@ def test_hardness_gradients_of_a_track():
     for i, step in enumerate(1e-5 * np.eye(4)):
         slope = (run(at + step) - run(at - step)) / 2e-5
         np.testing.assert_allclose(forward[:, i], slope, rtol=1e-6, atol=1e-6 * np.max(np.abs(slope)))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bonded", [True, False])
+def test_hardness_of_a_periodic_layer_on_a_rigid_base_obeys_its_laws(bonded):
+    """Waves that are pressed into a layer up to nearly the hardness everywhere, and unloaded. With the displacement by an
+    own Fourier series of the closed form for one layer, and its mean by the oedometric modulus, surfaces do not overlap,
+    touch where there is pressure, and the dent grows where the pressure is the hardness."""
+    G, nu, h, H, n, length = 1e6, 0.4, 1e-4, 2e5, 16, 1e-3
+    grid = jc.Grid((n, n), (length / n, length / n), periodic=True)
+    x, y = (2.0 * np.pi / length * np.broadcast_to(v, (n, n)) for v in grid.coordinates())
+    tip = jc.HeightField(5e-6 * (1.0 - np.cos(x) * np.cos(y)))
+    body = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(G, nu), h, bonded=bonded)], None)
+    mean = np.array([0.2, 0.5, 0.9, 0.999, 0.5, 0.1]) * H
+    found = jc.indent(body, tip, jc.Load(mean * length**2), np.arange(6.0), grid=grid, hardness=H)
+    assert not np.any(found.status)
+    wave = 2.0 * np.pi * np.fft.fftfreq(n, length / n)
+    k = np.hypot(wave[:, None], wave)
+    k[0, 0] = 1.0  # of the mean below
+    kh, K = k * h, 3.0 - 4.0 * nu
+    response = (np.cosh(2 * kh) - 1) / (np.sinh(2 * kh) + 2 * kh)
+    if bonded:
+        response = (K * np.sinh(2 * kh) - 2 * kh) / (K * np.cosh(2 * kh) + 2 * kh**2 + (1 + K**2) / 2)
+    response *= (1.0 - nu) / (G * k)
+    response[0, 0] = h * (1.0 - 2.0 * nu) / (2.0 * G * (1.0 - nu))
+    p, dent = np.asarray(found.pressure), np.asarray(found.dent)
+    elastic = np.fft.ifft2(np.fft.fft2(p) * response).real
+    gap = np.asarray(tip.profile(grid)) + elastic + dent - np.asarray(found.approach)[:, None, None]
+    size = np.max(dent)
+    assert np.max(p) <= H * (1.0 + 1e-12) and np.min(p) == 0.0
+    np.testing.assert_allclose(np.mean(p, (1, 2)), mean, rtol=1e-9)
+    assert np.min(gap) > -1e-6 * size and np.max(np.where(p > 0.0, gap, 0.0)) < 1e-6 * size
+    growth = np.diff(dent, axis=0, prepend=0.0)
+    assert np.min(growth) >= 0.0 and np.max(np.where(p < H * (1.0 - 1e-9), growth, 0.0)) == 0.0
+    assert np.all(np.max(growth[1:4], (1, 2)) > 0.0) and np.max(growth[4:]) == 0.0

@@ -132,24 +132,37 @@ def test_the_independent_solution_meets_kalkers_table():
 
 
 @pytest.mark.slow
-def test_an_elliptic_contact_creeps_as_in_contact():
-    """Fx/(mu F) of an example of the program CONTACT: half-axes 6.305 and 12.61 mm, 106.7 kN, mu 0.33, peak 640.7 MPa. On
-    24, 36, 48, 72 and 96 cells the largest difference is 1.3, 0.1, 0.3, 0.7 and 1.0 %, since the force falls by the first
-    order in the cell: 1.8 % less than in the example in the limit at the smallest creepage."""
+@pytest.mark.parametrize(
+    "creepage, older, share, sticking",
+    [
+        (1.2e-3, 0.6495, 0.6482, 782),
+        pytest.param(4e-4, 0.2597, 0.2588, 1182, marks=pytest.mark.long),
+        pytest.param(2e-3, 0.8813, 0.8816, 422, marks=pytest.mark.long),
+        pytest.param(2.8e-3, 0.9841, 0.9832, 132, marks=pytest.mark.long),
+    ],
+)
+def test_an_elliptic_contact_creeps_as_in_contact(creepage, older, share, sticking):
+    """Fx/(mu F) of the creep-force curve of the program CONTACT: half-axes 6.305 and 12.61 mm, 106.7 kN, mu 0.33, peak
+    640.7 MPa. On its own 48 x 44 cells forces are within 4e-4 of those of its reference output (examples/tractcurv.ref_out
+    of github.com/eve70a/CONTACT, revision 2707). As many cells touch, and but for two as many stick. Older printed forces,
+    on other cells, are within 0.32 %. The limit of fine cells is up to 1.2 % below (tests/benchmarks/README.md)."""
     shear, nu, load, friction = 82e9, 0.28, 106.7e3, 0.33
     shape = np.array(radii_for(0.5))
     per_size = np.prod(hertz.ellipse(load, shape, 2.0 * (1.0 - nu) / shear)[:2])
     radii = tuple(shape * (1.5 * load / (np.pi * 640.7e6) / per_size) ** 1.5)  # ab ~ R^(2/3)
     a, b, _ = hertz.ellipse(load, radii, 2.0 * (1.0 - nu) / shear)
     assert (a, b) == pytest.approx((6.305e-3, 12.61e-3), rel=1e-3)
-    solid, grid = jc.Elastic(shear, nu), jc.Grid((36, 36), (2.2 * a / 36, 2.2 * b / 36))
-    for creepage, share in ((4e-4, 0.2597), (1.2e-3, 0.6495), (2e-3, 0.8813), (2.8e-3, 0.9841)):
-        found = jc.roll_steady(
-            jc.LayeredHalfSpace([], solid), jc.Ellipsoid(radii, solid), jc.Load(load), velocity=1.0,
-            creepage=(creepage, 0.0), friction=friction, grid=grid, coupled=False,
-        )  # fmt: skip
-        assert float(np.max(found.pressure)) == pytest.approx(640.7e6, rel=1e-3)
-        assert float(found.tangential_load[0]) / (friction * load) == pytest.approx(share, rel=5e-3)
+    solid, grid = jc.Elastic(shear, nu), jc.Grid((48, 44), (2.2 * a / 48, 2.2 * b / 44))
+    found = jc.roll_steady(
+        jc.LayeredHalfSpace([], solid), jc.Ellipsoid(radii, solid), jc.Load(load), velocity=1.0,
+        creepage=(creepage, 0.0), friction=friction, grid=grid, coupled=False,
+    )  # fmt: skip
+    force, touching = float(found.tangential_load[0]) / (friction * load), np.asarray(found.pressure) > 0.0
+    assert float(np.max(found.pressure)) == pytest.approx(640.7e6, rel=1e-3)
+    assert force == pytest.approx(older, rel=5e-3)
+    assert force == pytest.approx(share, rel=6e-4)
+    assert int(np.sum(touching)) == 1384
+    assert int(np.sum(touching & np.asarray(found.stick))) == pytest.approx(sticking, abs=2)
 
 
 @pytest.mark.slow
