@@ -297,7 +297,10 @@ class RollingContact:
     def rolled(self) -> Rolled:
         """The steady state, with its derivatives: what sticks, slips and touches is held."""
         found = jax.lax.stop_gradient(jax.lax.stop_gradient(self)._rolled())
-        held = _Held(self, found.sheared.stick, found.pressed)
+        pressed = found.pressed
+        if not self.coupled:  # its derivatives, which do not depend on those of the traction
+            pressed = known_contact(self.pressed(found.sheared.traction), pressed)
+        held = _Held(self, found.sheared.stick, pressed)
         traction, shift = implied(_law, held, (found.sheared.traction, found.sheared.shift))
         pressed = held.pressed(traction)
         slip = held.slip(traction, shift, pressed.pressure)
@@ -371,7 +374,8 @@ class RollingContact:
 
 @pytree
 class _Held:
-    """Data of a steady state: the contact, the cells that stick, (nx, ny) bool, and the normal contact found."""
+    """Data of a steady state: the contact, the cells that stick, (nx, ny) bool, and the normal contact found,
+    with its derivatives where it does not depend on the traction."""
 
     contact: RollingContact
     stick: Array
@@ -379,6 +383,8 @@ class _Held:
 
     def pressed(self, traction: Array) -> Solution:
         """The normal contact found, with its derivatives by the traction under which it was found."""
+        if not self.contact.coupled:
+            return self.found
         return known_contact(self.contact.pressed(traction), self.found)
 
     def slip(self, traction: Array, shift: Array, pressure: Array) -> Array:
@@ -430,7 +436,8 @@ def roll_steady(
         slip/distance = -v/|v| . grad u - creepage - spin (-y, x)
         |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
 
-    Here slip is that of the body's surface over the indenter, v the velocity, and u the sum of the tangential displacements
+    With adhesion the bound mu p is replaced by mu p_c + tau where the surfaces touch, with the pressure p_c that contact
+    carries and the shear strength tau. Here slip is that of the body's surface over the indenter, v the velocity, and u the sum of the tangential displacements
     of both surfaces, which on a viscoelastic body includes the effect of all earlier tractions (``simulate.roll_steady``).
     Material enters the contact without traction at the leading edge. The gradient is the difference between neighbouring
     cells along the track, interpolated for oblique directions, so that the error is of first order in the cell size. The
@@ -451,10 +458,15 @@ def roll_steady(
         spin: rotation of the indenter over the body from x to y about its axis, both taken as rigid, over the distance
             rolled [1/m]; a wheel whose axle is inclined by an angle g to the surface has sin(g)/radius. 0 in plane strain.
         friction, coupled, tolerance, max_iterations: as in ``shear``; the limit applies to each step of the transient.
+        adhesion: as in ``indent``; the control may then be negative. p_c is the net pressure plus the attraction
+            (``contact_pressure`` of the result). The surfaces approach from a distance, as in ``slide_steady``, and the same
+            bodies converge. With ``coupled`` the traction changes the pressure, and with it the cells that touch.
+        shear_strength: tau, with adhesion alone: as in ``shear``, but with every value of ``coupled``.
 
     Returns:
         A ``SteadyRolling``. Failures are reported in its status, as in ``shear``. It is 6 if the tractions still change
-        after rolling over 20 lengths of the grid, or if ``slide_steady`` has no steady state.
+        after rolling over 20 lengths of the grid, or if ``slide_steady`` has no steady state. With adhesion it has
+        ``contact_pressure`` and others.
 
     Raises:
         ValueError: invalid or unsupported input, or a case without steady state, as in ``slide_steady``.
@@ -538,7 +550,10 @@ def _run(
     """Solve the rolling contact, compiled once for equal shapes and options, and observe it."""
     grid, scale, spacing = experiment.grid, kernels.normal.scale, jnp.stack(experiment.grid.spacing)
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
-    speed, step = jnp.sqrt(jnp.sum(vector**2)), spacing[0] if velocity.ndim == 0 else jnp.min(spacing)
+    speed = jnp.sqrt(jnp.sum(vector**2))
+    # along x without the rounding of a quotient, of which a derivative by the speed would be made
+    direction = vector / speed if velocity.ndim else jnp.stack([jnp.sign(velocity), jnp.zeros(())])
+    step = spacing[0] if velocity.ndim == 0 else jnp.min(spacing)
 
     # the surface, elastic or with the wake of the tractions, and what it shows of a pressure: of the body, and of an
     # indenter that creeps or is coated, which moves through the contact with the same velocity
@@ -583,7 +598,7 @@ def _run(
         profile=profile,
         coefficient=jnp.broadcast_to(friction, profile.shape),
         strength=strength,
-        way=step / spacing * vector / speed,
+        way=step / spacing * direction,
         turn=way * spin * jnp.stack([-y, x]),
         target=experiment.target(scale),
         tangential_target=force if forced else way * value,
@@ -648,7 +663,7 @@ def _run(
     raised = jnp.zeros(())
     if coupled:
         flat = Observer.of(jnp.zeros_like(profile), spacing[1] / spacing[0])
-        raised = -flat.hysteresis(pressed.pressure, by_traction, vector / speed)
+        raised = -flat.hysteresis(pressed.pressure, by_traction, direction)
     in_si = scale.to_si(**numbers, profile=profile, lateral_force=raised)
     raised = in_si.pop("lateral_force")
     q_x, q_y = in_si["traction"]
