@@ -258,7 +258,7 @@ def known_contact(problem: Problem, solution: Solution) -> Solution:
 
 @known_contact.defjvp
 def _known_contact_jvp(primals, tangents):
-    problem, found, change = *primals, tangents[0]
+    (problem, found), (change, _) = primals, tangents
     if found.contact_pressure is None:
         return _moved_contact(problem, found, change)
     moved = _moved_in_turn if _needs_turns(problem) else _moved_solution

@@ -23,6 +23,7 @@ from jaxcontact.contact.law import UNILATERAL, Hardness
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.time_loop import Lapse, Outcome, StepError, Stepper, Steps, after_step, present
+from jaxcontact.operators.operator import Operator
 
 LEAST_ACROSS = 3  # cells across a contact, below which it is too coarse
 LEAST_CELLS = 0.25 * math.pi * LEAST_ACROSS**2  # cells of a circle with that diameter

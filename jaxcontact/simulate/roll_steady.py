@@ -437,12 +437,13 @@ def roll_steady(
         |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
 
     With adhesion the bound mu p is replaced by mu p_c + tau where the surfaces touch, with the pressure p_c that contact
-    carries and the shear strength tau. Here slip is that of the body's surface over the indenter, v the velocity, and u the sum of the tangential displacements
-    of both surfaces, which on a viscoelastic body includes the effect of all earlier tractions (``simulate.roll_steady``).
-    Material enters the contact without traction at the leading edge. The gradient is the difference between neighbouring
-    cells along the track, interpolated for oblique directions, so that the error is of first order in the cell size. The
-    steady state is the limit of transient rolling (``simulate.roll_steady``). Derivatives in both modes are those
-    of the steady state at constant areas of contact, stick and slip.
+    carries and the shear strength tau. Here slip is that of the body's surface over the indenter, v the velocity, and u
+    the sum of the tangential displacements of both surfaces, which on a viscoelastic body includes the effect of all
+    earlier tractions (``simulate.roll_steady``). Material enters the contact without traction at the leading edge. The
+    gradient is the difference between neighbouring cells along the track, interpolated for oblique directions, so that the
+    error is of first order in the cell size. The steady state is the limit of transient rolling
+    (``simulate.roll_steady``). Derivatives in both modes are those of the steady state at constant areas of contact, stick
+    and slip.
 
     In plane strain a cylinder rolls along x; a creepage along y causes antiplane shear.
 
@@ -459,8 +460,8 @@ def roll_steady(
             rolled [1/m]; a wheel whose axle is inclined by an angle g to the surface has sin(g)/radius. 0 in plane strain.
         friction, coupled, tolerance, max_iterations: as in ``shear``; the limit applies to each step of the transient.
         adhesion: as in ``indent``; the control may then be negative. p_c is the net pressure plus the attraction
-            (``contact_pressure`` of the result). The surfaces approach from a distance, as in ``slide_steady``, and the same
-            bodies converge. With ``coupled`` the traction changes the pressure, and with it the cells that touch.
+            (``contact_pressure`` of the result). The surfaces approach from a distance, as in ``slide_steady``, which states
+            on what bodies the search converges. With ``coupled`` the traction changes the pressure, and what touches.
         shear_strength: tau, with adhesion alone: as in ``shear``, but with every value of ``coupled``.
 
     Returns:

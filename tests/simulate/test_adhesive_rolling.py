@@ -52,7 +52,9 @@ def test_pressed_it_is_a_contact_at_rest_and_slipping_it_carries_friction_on_wha
     for name in ("load", "cohesive_cells", "tabor_number"):
         np.testing.assert_allclose(getattr(slid, name), getattr(pressed, name)[0], rtol=1e-6)
     jkr = brentq(lambda a: float(maugis.jkr(a)[1]) - 1.0, 0.9, 5.0)
-    assert float(slid.contact_radius) / UNITS.radius == pytest.approx(jkr, rel=0.05)  # at a Tabor number of 3.3
+    assert float(slid.contact_radius) / UNITS.radius == pytest.approx(
+        jkr, rel=0.05
+    )  # at a Tabor number of 3.3
 
     matrix, weights = averages(GRID.shape[0])
     gap = np.maximum(slid.gap, 0.0)
@@ -88,7 +90,7 @@ def test_without_attraction_it_is_the_contact_without_adhesion():
     for creepage in (1e-4, 0.1):
         weak = rolled(SPONGY, BALL, load, (creepage, 0.0), 0.3, 0.0, law=faint, grid=SMALL, tolerance=1e-10)
         none = rolled(SPONGY, BALL, load, (creepage, 0.0), 0.3, None, law=None, grid=SMALL, tolerance=1e-10)
-        assert int(weak.status) == int(none.status) == 0 and 0.0 < float(none.sticking_share)
+        assert int(weak.status) == int(none.status) == 0 and float(none.sticking_share) > 0.0
         assert none.contact_pressure is None and none.shear_strength is None
         for name in ("pressure", "traction", "slip_ratio", "tangential_load", "friction_power"):
             expected = np.asarray(getattr(none, name))
@@ -153,16 +155,18 @@ def test_derivatives_are_those_of_central_differences(creeps, coupled, forced):
             solid = jc.StandardLinearSolid(3.0 * G * q[0], 1.5 * G, 1.5 * G, nu=0.3)
         law = jc.ExponentialAdhesion(WORK * q[1], 0.8 * REACH * q[2])
         control = jc.Approach(0.6 * UNITS.approach * q[5])
-        creepage = jnp.array([0.08, 0.03]) * q[6]
+        creepage = jnp.array([0.04, 0.02]) * q[6]
         if forced:
             control = jc.Load(-0.4 * UNITS.load * q[5])
             creepage = jc.TangentialLoad(jnp.array([0.8, 0.2]) * q[6] * UNITS.load)
         found = jc.roll_steady(
             jc.LayeredHalfSpace([], solid), jc.Sphere(RADIUS * q[7]), control, velocity=0.7 * UNITS.radius * q[8],
-            creepage=creepage, spin=0.02 / UNITS.radius * q[9], friction=0.2 * q[3], shear_strength=0.04 * G * q[4],
+            creepage=creepage, spin=0.01 / UNITS.radius * q[9], friction=0.25 * q[3], shear_strength=0.05 * G * q[4],
             adhesion=law, grid=grid, coupled=coupled, tolerance=1e-11,
         )  # fmt: skip
-        forces = jnp.append(found.tangential_load, jnp.stack([found.load, found.hysteresis_force])) / UNITS.load
+        forces = (
+            jnp.append(found.tangential_load, jnp.stack([found.load, found.hysteresis_force])) / UNITS.load
+        )
         moment = found.moment / (UNITS.load * UNITS.radius)
         power = found.friction_power / (UNITS.load * UNITS.radius)
         numbers = jnp.stack([found.approach / UNITS.approach, moment, power])
@@ -170,8 +174,9 @@ def test_derivatives_are_those_of_central_differences(creeps, coupled, forced):
         return jnp.concatenate([forces, found.creepage, numbers]), share
 
     at, step = jnp.ones(10), 1e-5
-    run = jax.jit(lambda q: ends(q)[0])
-    assert 0.2 < float(jax.jit(ends)(at)[1]) < 0.9
+    both = jax.jit(ends)
+    run = lambda q: both(q)[0]
+    assert 0.2 < float(both(at)[1]) < 0.9
     forward = jax.jit(jax.jacfwd(run))(at)
     sides = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(10)]
     np.testing.assert_allclose(forward, jnp.stack(sides, 1), atol=1e-6 * np.abs(forward).max())
