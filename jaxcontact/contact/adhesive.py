@@ -49,6 +49,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact.contact import normal
+from jaxcontact.contact.friction import largest_traction
 from jaxcontact.contact.krylov import conjugate_gradients
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution, masked_mean
@@ -629,7 +630,7 @@ class Drag:
 
     def traction(self, carried: Array) -> Array:
         """Return the traction under a contact pressure, (nx, ny)."""
-        return self.coefficient * carried + jnp.where(carried > 0.0, self.strength, 0.0)
+        return largest_traction(self.coefficient, carried, self.strength)
 
     def __call__(self, carried: Array) -> Array:
         """Return the normal displacement under a contact pressure, (nx, ny)."""

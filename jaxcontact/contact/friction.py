@@ -141,6 +141,12 @@ def length(v: Array) -> Array:
     return jnp.where(some, jnp.sqrt(jnp.where(some, squares, 1.0)), 0.0)
 
 
+def largest_traction(coefficient: Array, carried: Array, strength: Array) -> Array:
+    """Return the bound mu p_c + tau of the traction of a contact with adhesion, (nx, ny): of the pressure that it carries
+    and, where the surfaces touch, of a shear strength."""
+    return coefficient * carried + jnp.where(carried > 0.0, strength, 0.0)
+
+
 def clipped(q: Array, bound: Array) -> Array:
     """Return tractions shortened to their discs |q| <= bound, none of them turned."""
     size = length(q)

@@ -251,13 +251,18 @@ def solve_contact(problem: Problem, start: Array, tolerance: Array, max_iteratio
 
 @jax.custom_jvp
 def known_contact(problem: Problem, solution: Solution) -> Solution:
-    """Return a solution that ``solve_contact`` has found for this problem, with its derivatives."""
+    """Return a solution that ``solve_contact``, or with adhesion ``solve_attracted``, has found for this problem, with its
+    derivatives."""
     return solution
 
 
 @known_contact.defjvp
 def _known_contact_jvp(primals, tangents):
-    return _moved_contact(primals[0], primals[1], tangents[0])
+    (problem, found), (change, _) = primals, tangents
+    if found.contact_pressure is None:
+        return _moved_contact(problem, found, change)
+    moved = _moved_in_turn if _needs_turns(problem) else _moved_solution
+    return found, moved(problem, found, change)
 
 
 @solve_contact.defjvp
@@ -316,6 +321,18 @@ def solve_partial_slip(
 ) -> Round:
     """``contact.friction.solve_partial_slip``, differentiable in everything in ``problem``."""
     return friction.solve_partial_slip(problem, pressure, traction, tolerance, max_iterations)
+
+
+def solve_attracted(problem: Problem, start: Start, tolerance: Array, max_iterations: Array) -> Solution:
+    """Solve a contact with adhesion; differentiable in everything in ``problem``. With an operator that is not one even
+    kernel, or with friction, a sequence of contacts is solved."""
+    method = solve_adhesive_in_turn if _needs_turns(problem) else solve_adhesive
+    return method(problem, start, tolerance, max_iterations)
+
+
+def _needs_turns(problem: Problem) -> bool:
+    operator = problem.operator
+    return not operator.symmetric or operator.weights is not None or problem.drag is not None
 
 
 @jax.custom_jvp
@@ -381,6 +398,11 @@ def _solve_adhesive_in_turn_jvp(primals, tangents):
     problem, change = primals[0], tangents[0]
     found = solve_adhesive_in_turn(*primals)
     found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
+    return found, _moved_in_turn(problem, found, change)
+
+
+def _moved_in_turn(problem: Problem, found: Solution, change: Problem) -> Solution:
+    """``_moved_solution`` of a contact that is the fixed point of a sequence."""
     p, carried = found.pressure, found.carried
     # the uniform operator is held: the fixed point does not depend on it
     held = adhesive.with_given(problem, p, carried)
@@ -405,7 +427,7 @@ def _solve_adhesive_in_turn_jvp(primals, tangents):
     right = forcing + given(response(alone, change.gap + nothing))
     dv = linear_solution(left, right, gmres_solution)
     result = response(alone, change.gap + dv)
-    return found, replace(result, displacement=forcing + lifted(result))
+    return replace(result, displacement=forcing + lifted(result))
 
 
 @solve_partial_slip.defjvp

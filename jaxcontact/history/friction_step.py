@@ -24,7 +24,7 @@ from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
 from jaxcontact._support.status import Status, most_serious
-from jaxcontact.contact.friction import Round, SlipProblem, TangentialProblem, length
+from jaxcontact.contact.friction import Round, SlipProblem, TangentialProblem, largest_traction, length
 from jaxcontact.contact.implicit import solve_partial_slip, solve_tangential
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.history.memory import Memory
@@ -131,7 +131,7 @@ class ShearStepper(Stepper):
             # then the traction, within b = mu p_c + tau where the surfaces touch
             assert carry.bound is not None and isinstance(operator, TractionOperator)
             carried, start = pressed.carried, carry.traction[:2]
-            bound = self.coefficient * carried + jnp.where(carried > 0.0, self.strength, 0.0)
+            bound = largest_traction(self.coefficient, carried, self.strength)
             bounds = carry.bound, bound
             tangential = TangentialProblem(
                 operator, bound, problem.drift, problem.tangential_target, self.tangential_load_controlled

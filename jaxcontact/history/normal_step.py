@@ -18,11 +18,12 @@ from jaxcontact._support.reductions import largest, total, totals
 from jaxcontact._support.status import Status, most_serious
 from jaxcontact.contact.adhesive import Attraction, Start, with_given
 from jaxcontact.contact.edge import contact_cells, memory_factor
-from jaxcontact.contact.implicit import solve_adhesive, solve_adhesive_in_turn, solve_contact
+from jaxcontact.contact.implicit import solve_attracted, solve_contact
 from jaxcontact.contact.law import UNILATERAL, Hardness
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Memory
 from jaxcontact.history.time_loop import Lapse, Outcome, StepError, Stepper, Steps, after_step, present
+from jaxcontact.operators.operator import Operator
 
 LEAST_ACROSS = 3  # cells across a contact, below which it is too coarse
 LEAST_CELLS = 0.25 * math.pi * LEAST_ACROSS**2  # cells of a circle with that diameter
@@ -302,18 +303,13 @@ def solve_step(
         return solve_contact(problem, guess, tolerance, max_iterations), None, {}
 
     # 1. The contact, with the law as the cells can resolve it. The search starts from the extrapolated pressure, or from the
-    # previous one if there was no contact or the extrapolation changes the pressure by more than its largest value. With an
-    # operator that is not one even kernel, or with friction, a sequence of contacts is solved.
-    even = problem.operator.even()
-    law = replace(problem.law, law=problem.law.law.resolved(even.cell_compliance(problem.gap.shape)))
-    problem = replace(problem, law=law)
+    # previous one if there was no contact or the extrapolation changes the pressure by more than its largest value.
+    problem = replace(problem, law=resolved(problem.law, problem.operator, problem.gap.shape))
     apart = ~jnp.any(before.contact)
     far = largest(jnp.abs(guess - before.pressure)) > largest(jnp.abs(before.pressure))
     guess = jnp.where(apart | far, before.pressure, guess)
     start = Start(guess, before.contact, before.none)
-    one_kernel = problem.operator.symmetric and problem.operator.weights is None and problem.drag is None
-    method = solve_adhesive if one_kernel else solve_adhesive_in_turn
-    found = method(problem, start, tolerance, max_iterations)
+    found = solve_attracted(problem, start, tolerance, max_iterations)
     held, last = jax.lax.stop_gradient((problem, found))
     if not problem.operator.symmetric or problem.drag is not None:
         # only the even part of the operator has an energy; the displacement by the rest is put into its gap
@@ -361,11 +357,29 @@ def solve_step(
         before.work + 0.5 * jnp.sum((p + q) * way),
     )
 
-    # 5. The resolution of the attraction, ``cohesive_cells``: the smaller of the cells along the cohesive zone at the edge
-    # of the contact, and the cells along which the gap grows by the range of the attraction, from its curvature. The latter
-    # is smaller for a long range on a stiff body. The gap is taken as linear between the centres of cells
-    # (``contact.adhesive``), so that where it has second differences d from cell to cell, it is on average sum(d)/12 too
-    # wide.
+    numbers = {
+        "jumps": after.jumps,
+        "jump_energy": after.energy,
+        "cohesive_cells": cohesive_cells(problem, found),
+    }
+    return found, after, numbers
+
+
+def resolved(law: Attraction, operator: Operator, shape: tuple[int, int]) -> Attraction:
+    """Return a law of attraction as the cells of a grid can resolve it."""
+    return replace(law, law=law.law.resolved(operator.even().cell_compliance(shape)))
+
+
+def cohesive_cells(problem: Problem, solution: Solution) -> Array:
+    """Return the resolution of the attraction in a contact whose law is ``resolved``, ().
+
+    It is the smaller of the cells along the cohesive zone at the edge of the contact, and the cells along which the gap
+    grows by the range of the attraction, from its curvature. The latter is smaller for a long range on a stiff body. The gap
+    is taken as linear between the centres of cells (``contact.adhesive``), so that where it has second differences d from
+    cell to cell, it is on average sum(d)/12 too wide.
+    """
+    held, last = jax.lax.stop_gradient((problem, solution))
+    gap = jnp.maximum(held.gap + last.displacement - last.approach, 0.0)
     attraction = jnp.where(last.carried > 0.0, 0.0, held.law.law.traction(gap))
     second = lambda axis: jnp.pad(
         jnp.diff(gap, 2, axis), [(1, 1) if k == axis and n > 2 else (0, 0) for k, n in enumerate(gap.shape)]
@@ -376,6 +390,5 @@ def solve_step(
     some = (sum_ > 0.0) & (wider > 0.0)
     reach = held.law.law.characteristic_range / (CURVED * jnp.where(some, wider, 1.0))
     over_range = jnp.where(some, jnp.sqrt(jnp.where(some, reach, 1.0)), jnp.inf)
-    modulus = CONFINED[guess.shape[1] == 1] / even.confined_compliance(guess.shape)
-    zone = jnp.minimum(law.law.zone_length(modulus), over_range)
-    return found, after, {"jumps": after.jumps, "jump_energy": after.energy, "cohesive_cells": zone}
+    modulus = CONFINED[plane_strain(gap)] / problem.operator.even().confined_compliance(gap.shape)
+    return jnp.minimum(problem.law.law.zone_length(modulus), over_range)

@@ -411,9 +411,17 @@ class SteadyRolling(SteadyContact):
 
     indenter_displacement (nx, ny) [m] (normal) and indenter_film_strain: of the surface of an indenter that creeps or is
     coated, otherwise None; hysteresis_power is then that of both surfaces.
+
+    contact_pressure (nx, ny) [Pa]: with adhesion the pressure that contact carries, ``pressure`` plus the attraction in the
+    cells whose gap is zero; shear_strength (nx, ny) [Pa]; cohesive_cells and tabor_number: as in ``AdhesiveHistory``. None
+    without adhesion.
     """
 
     view: ClassVar[str] = "rolling"
+    contact_pressure: Array | None = field(kw_only=True, default=None)
+    shear_strength: Array | None = field(kw_only=True, default=None)
+    cohesive_cells: Array | None = field(kw_only=True, default=None)
+    tabor_number: Array | None = field(kw_only=True, default=None)
     indenter_displacement: Array | None = field(kw_only=True, default=None)
     indenter_film_strain: Array | None = field(kw_only=True, default=None)
     grid: Grid

@@ -322,6 +322,7 @@ KINDS: dict[str, Kind] = {
             "spin": Key(
                 NUMBER, "rotation on the body from x to y over the distance rolled [1/m]", default=0.0
             ),
+            "shear_strength": SHEAR_STRENGTH,
             "coupled": COUPLED,
         },
         {"load": STEADY_LOAD, "approach": STEADY_APPROACH} | CREEPAGE,
@@ -329,6 +330,7 @@ KINDS: dict[str, Kind] = {
         example="rolling_wheel",
         memory=2500.0,
         tangential=("creepage", ("creepage", "tangential_load")),
+        adhesive=SteadyRolling,
     ),
 }
 

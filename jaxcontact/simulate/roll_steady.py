@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -31,19 +31,22 @@ from jaxcontact.bodies.controls import (
     check_tangential,
 )
 from jaxcontact.bodies.grid import Grid, check_free_along_x
+from jaxcontact.bodies.laws import Adhesion, check_adhesion, check_shear_strength
 from jaxcontact.contact import friction, nonsymmetric
-from jaxcontact.contact.friction import TangentialProblem, TangentialSolution
-from jaxcontact.contact.implicit import implied, known_contact, solve_contact
+from jaxcontact.contact.adhesive import Attraction, Start
+from jaxcontact.contact.friction import TangentialProblem, TangentialSolution, largest_traction
+from jaxcontact.contact.implicit import implied, known_contact, solve_attracted, solve_contact
+from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Observer, RecursiveMemory
 from jaxcontact.history.motion import check_along_x
-from jaxcontact.history.normal_step import contact_outcome, solved, status_of
+from jaxcontact.history.normal_step import cohesive_cells, contact_outcome, resolved, solved, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.coupled import Tangential, TractionOperator
 from jaxcontact.operators.kernels import Errors, TractionKernels, build_traction, scaled_coefficients
 from jaxcontact.operators.operator import Operator
 from jaxcontact.results.contact import SteadyRolling
-from jaxcontact.simulate.run import Experiment, reported
+from jaxcontact.simulate.run import Experiment, reported, tabor_numbers
 from jaxcontact.simulate.slide_steady import (
     Wake,
     check_steady,
@@ -216,7 +219,8 @@ def _square(x: Array, y: Array) -> Array:
 # over the real part of its complex modulus is less than its compliance after a long time. The way to the limit has no
 # meaning there.
 #
-# The pressure under the traction is found before each step.
+# The pressure under the traction is found before each step, with adhesion from that before. The bound is then
+# mu p_c + tau in the cells that touch, of the pressure p_c that contact carries (``history.friction_step``).
 
 
 STEADY = 1e-7  # relative change of the tractions from step to step at which the state counts as steady,
@@ -243,14 +247,15 @@ class Rolled(NamedTuple):
 class RollingContact:
     """Inputs of a rolling contact that are constant from step to step, all of order one.
 
-    surface; profile and coefficient of friction (nx, ny); way of a step, along each axis in its cells, (2,); turn
-    (2, nx, ny): displacement of the indenter in a step due to its spin; target and tangential_target of
-    ``contact.friction``.
+    surface; profile and coefficient of friction (nx, ny); strength: shear strength of a contact with adhesion, () or
+    (nx, ny), zero without; way of a step, along each axis in its cells, (2,); turn (2, nx, ny): displacement of the indenter
+    in a step due to its spin; target and tangential_target of ``contact.friction``; law: an ``Attraction`` with adhesion.
     """
 
     surface: RolledSurface
     profile: Array
     coefficient: Array
+    strength: Array
     way: Array
     turn: Array
     target: Array
@@ -260,18 +265,28 @@ class RollingContact:
     load_controlled: bool = static()
     tangential_load_controlled: bool = static()
     coupled: bool = static()
+    law: Any = UNILATERAL
+
+    @property
+    def adheres(self) -> bool:
+        return isinstance(self.law, Attraction)
 
     def pressed(self, traction: Array) -> Problem:
         """The normal problem under a traction."""
         gap = self.profile + self.surface.normal_from_tangential(traction)
-        return Problem(self.surface.normal, gap, self.target, jnp.min(self.profile), self.load_controlled)
+        lowest = jnp.min(self.profile)
+        return Problem(self.surface.normal, gap, self.target, lowest, self.load_controlled, self.law)
 
-    def sheared(self, traction: Array, pressure: Array) -> tuple[TangentialProblem, Array]:
+    def bound(self, pressed: Solution) -> Array:
+        """The largest traction under a normal contact, (nx, ny)."""
+        return largest_traction(self.coefficient, pressed.carried, self.strength)
+
+    def sheared(self, traction: Array, pressed: Solution) -> tuple[TangentialProblem, Array]:
         """Return the tangential problem of the next step, after a traction, and the relaxed displacement under that."""
-        moved, relaxed = self.surface.moved(traction, pressure), self.surface.relaxed
+        moved, relaxed = self.surface.moved(traction, pressed.pressure), self.surface.relaxed
         displacement = relaxed.tangential_from_tangential(traction)
         drift = moved - ahead(moved, self.way) - displacement - self.turn
-        bound, target = self.coefficient * pressure, self.tangential_target
+        bound, target = self.bound(pressed), self.tangential_target
         problem = TangentialProblem(relaxed, bound, drift, target, self.tangential_load_controlled)
         return problem, displacement
 
@@ -282,12 +297,15 @@ class RollingContact:
     def rolled(self) -> Rolled:
         """The steady state, with its derivatives: what sticks, slips and touches is held."""
         found = jax.lax.stop_gradient(jax.lax.stop_gradient(self)._rolled())
-        held = _Held(self, found.sheared.stick, found.pressed)
+        pressed = found.pressed
+        if not self.coupled:  # its derivatives, which do not depend on those of the traction
+            pressed = known_contact(self.pressed(found.sheared.traction), pressed)
+        held = _Held(self, found.sheared.stick, pressed)
         traction, shift = implied(_law, held, (found.sheared.traction, found.sheared.shift))
         pressed = held.pressed(traction)
         slip = held.slip(traction, shift, pressed.pressure)
         slip = (
-            jnp.where(found.pressed.pressure > 0.0, slip - jax.lax.stop_gradient(slip), 0.0)
+            jnp.where(found.pressed.carried > 0.0, slip - jax.lax.stop_gradient(slip), 0.0)
             + found.sheared.slip
         )
         return found._replace(
@@ -305,12 +323,15 @@ class RollingContact:
             jnp.zeros_like(self.profile),
             jnp.zeros((), int),
         )
-        guess, steps = zero, COLD
-        if not self.surface.normal.symmetric:
+        guess, steps, no = zero, COLD, jnp.zeros((), bool)
+        if self.adheres:  # from a distance
+            steps = 0
+        elif not self.surface.normal.symmetric:
             guess, steps = nonsymmetric.cold_start(self.pressed(nothing)), 0
-        pressed = Solution(guess, zero, jnp.zeros(()), jnp.ones(()), none)
+        attracted = (zero, no, no) if self.adheres else ()
+        pressed = Solution(guess, zero, jnp.zeros(()), jnp.ones(()), none, *attracted)
         sheared = TangentialSolution(nothing, nothing, nothing, zero > 0.0, jnp.zeros(2), jnp.ones(()), none)
-        before = Rolled(pressed, sheared, jnp.ones(()), none + steps, jnp.zeros((), bool))
+        before = Rolled(pressed, sheared, jnp.ones(()), none + steps, no)
         return jax.lax.while_loop(lambda state: ~state.ended, self._further, before)
 
     def _further(self, state: Rolled) -> Rolled:
@@ -326,7 +347,11 @@ class RollingContact:
         tolerance = jnp.where(cold, nonsymmetric.COLD_TOLERANCE, tolerance)
         limit = jnp.where(cold, nonsymmetric.COLD_ITERATIONS, self.max_iterations)
         problem = self.pressed(state.sheared.traction)
-        press = lambda: solve_contact(problem, state.pressed.pressure, tolerance, limit)
+        if self.adheres:
+            start = Start(state.pressed.pressure, state.pressed.carried > 0.0, first)
+            press = lambda: solve_attracted(problem, start, tolerance, limit)
+        else:
+            press = lambda: solve_contact(problem, state.pressed.pressure, tolerance, limit)
         pressed = press() if self.coupled else jax.lax.cond(state.steps <= 0, press, lambda: state.pressed)
         iterations = jnp.where(ends, state.pressed.iterations, pressed.iterations)
         state = state._replace(pressed=replace(pressed, iterations=iterations), ended=ends)
@@ -339,7 +364,7 @@ class RollingContact:
     def _sheared(self, state: Rolled) -> Rolled:
         """Roll on by a step under the pressure."""
         traction = state.sheared.traction
-        problem, displacement = self.sheared(traction, state.pressed.pressure)
+        problem, displacement = self.sheared(traction, state.pressed)
         sheared = friction.solve(problem, traction, displacement, FINER * self.tolerance, self.max_iterations)
         size = jnp.maximum(jnp.sum(jnp.abs(sheared.traction)), SMALL * jnp.sum(problem.bound))
         change = jnp.sum(jnp.abs(sheared.traction - traction)) / jnp.where(size > 0.0, size, jnp.inf)
@@ -349,7 +374,8 @@ class RollingContact:
 
 @pytree
 class _Held:
-    """Data of a steady state: the contact, the cells that stick, (nx, ny) bool, and the normal contact found."""
+    """Data of a steady state: the contact, the cells that stick, (nx, ny) bool, and the normal contact found,
+    with its derivatives where it does not depend on the traction."""
 
     contact: RollingContact
     stick: Array
@@ -357,6 +383,8 @@ class _Held:
 
     def pressed(self, traction: Array) -> Solution:
         """The normal contact found, with its derivatives by the traction under which it was found."""
+        if not self.contact.coupled:
+            return self.found
         return known_contact(self.contact.pressed(traction), self.found)
 
     def slip(self, traction: Array, shift: Array, pressure: Array) -> Array:
@@ -366,12 +394,12 @@ class _Held:
 
 
 def _law(held: _Held, state: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return the residual of the steady state: slip where cells stick, elsewhere q + mu p slip/|slip|."""
+    """Return the residual of the steady state: slip where cells stick, elsewhere q + b slip/|slip| with the bound b."""
     traction, shift = state
-    contact, pressure = held.contact, held.pressed(traction).pressure
-    slip = held.slip(traction, shift, pressure)
+    contact, pressed = held.contact, held.pressed(traction)
+    slip = held.slip(traction, shift, pressed.pressure)
     size = jnp.sqrt(jnp.sum(slip**2, 0))
-    sliding = traction + contact.coefficient * pressure * slip / jnp.where(size > 0.0, size, 1.0)
+    sliding = traction + contact.bound(pressed) * slip / jnp.where(size > 0.0, size, 1.0)
     asked = jnp.sum(traction, (1, 2)) if contact.tangential_load_controlled else shift
     return jnp.where(held.stick, slip, sliding), asked - contact.tangential_target
 
@@ -400,18 +428,22 @@ def roll_steady(
     coupled: bool = True,
     tolerance: Array | float = 1e-8,
     max_iterations: Array | int = 2000,
+    adhesion: Adhesion | None = None,
+    shear_strength: Array | float | None = None,
 ) -> SteadyRolling:
     """Compute the steady state of an indenter that rolls over a body, with creepage or a tangential force, and spin.
 
         slip/distance = -v/|v| . grad u - creepage - spin (-y, x)
         |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
 
-    Here slip is that of the body's surface over the indenter, v the velocity, and u the sum of the tangential displacements
-    of both surfaces, which on a viscoelastic body includes the effect of all earlier tractions (``simulate.roll_steady``).
-    Material enters the contact without traction at the leading edge. The gradient is the difference between neighbouring
-    cells along the track, interpolated for oblique directions, so that the error is of first order in the cell size. The
-    steady state is the limit of transient rolling (``simulate.roll_steady``). Derivatives in both modes are those
-    of the steady state at constant areas of contact, stick and slip.
+    With adhesion the bound mu p is replaced by mu p_c + tau where the surfaces touch, with the pressure p_c that contact
+    carries and the shear strength tau. Here slip is that of the body's surface over the indenter, v the velocity, and u
+    the sum of the tangential displacements of both surfaces, which on a viscoelastic body includes the effect of all
+    earlier tractions (``simulate.roll_steady``). Material enters the contact without traction at the leading edge. The
+    gradient is the difference between neighbouring cells along the track, interpolated for oblique directions, so that the
+    error is of first order in the cell size. The steady state is the limit of transient rolling
+    (``simulate.roll_steady``). Derivatives in both modes are those of the steady state at constant areas of contact, stick
+    and slip.
 
     In plane strain a cylinder rolls along x; a creepage along y causes antiplane shear.
 
@@ -427,10 +459,15 @@ def roll_steady(
         spin: rotation of the indenter over the body from x to y about its axis, both taken as rigid, over the distance
             rolled [1/m]; a wheel whose axle is inclined by an angle g to the surface has sin(g)/radius. 0 in plane strain.
         friction, coupled, tolerance, max_iterations: as in ``shear``; the limit applies to each step of the transient.
+        adhesion: as in ``indent``; the control may then be negative. p_c is the net pressure plus the attraction
+            (``contact_pressure`` of the result). The surfaces approach from a distance, as in ``slide_steady``, which states
+            on what bodies the search converges. With ``coupled`` the traction changes the pressure, and what touches.
+        shear_strength: tau, with adhesion alone: as in ``shear``, but with every value of ``coupled``.
 
     Returns:
         A ``SteadyRolling``. Failures are reported in its status, as in ``shear``. It is 6 if the tractions still change
-        after rolling over 20 lengths of the grid, or if ``slide_steady`` has no steady state.
+        after rolling over 20 lengths of the grid, or if ``slide_steady`` has no steady state. With adhesion it has
+        ``contact_pressure`` and others.
 
     Raises:
         ValueError: invalid or unsupported input, or a case without steady state, as in ``slide_steady``.
@@ -445,7 +482,11 @@ def roll_steady(
         True
     """
     solver = {"tolerance": tolerance, "max_iterations": max_iterations}
-    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, **solver)
+    adhesive = adhesion is not None
+    adheres = check_adhesion(adhesion)
+    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, adhesive=adhesive, **solver)
+    adheres = adheres & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
+    experiment = experiment.also(adheres)
     check_free_along_x(grid, "roll_steady")
     for each in experiment.surfaces:
         check_bonded(each, "roll_steady")
@@ -484,7 +525,8 @@ def roll_steady(
     speed, value, friction, spin = (jnp.asarray(as_float64(a)) for a in (velocity, value, friction, spin))
     kernels = build_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
     options = {"forced": forced, "coupled": bool(coupled)}
-    result, errors = _run(experiment, kernels, speed, value, friction, spin, **options)
+    given = (speed, value, friction, spin, *as_float64((adhesion, shear_strength)))
+    result, errors = _run(experiment, kernels, *given, **options)
     return reported(result, errors, experiment)
 
 
@@ -500,6 +542,8 @@ def _run(
     value: Array,
     friction: Array,
     spin: Array,
+    adhesion: Adhesion | None,
+    shear_strength: Array | None,
     *,
     forced: bool,
     coupled: bool,
@@ -507,7 +551,10 @@ def _run(
     """Solve the rolling contact, compiled once for equal shapes and options, and observe it."""
     grid, scale, spacing = experiment.grid, kernels.normal.scale, jnp.stack(experiment.grid.spacing)
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
-    speed, step = jnp.sqrt(jnp.sum(vector**2)), spacing[0] if velocity.ndim == 0 else jnp.min(spacing)
+    speed = jnp.sqrt(jnp.sum(vector**2))
+    # along x without the rounding of a quotient, of which a derivative by the speed would be made
+    direction = vector / speed if velocity.ndim else jnp.stack([jnp.sign(velocity), jnp.zeros(())])
+    step = spacing[0] if velocity.ndim == 0 else jnp.min(spacing)
 
     # the surface, elastic or with the wake of the tractions, and what it shows of a pressure: of the body, and of an
     # indenter that creeps or is coated, which moves through the contact with the same velocity
@@ -535,6 +582,13 @@ def _run(
         of_indenter, seen_of_indenter = rolled_over(own, kernels.indenter)
         surface = surface.plus(of_indenter)
 
+    # with adhesion a law of attraction in the place of hard contact, and the shear strength
+    attraction: dict[str, Any] = {}
+    strength = jnp.zeros(()) if shear_strength is None else scale.from_si("pressure", shear_strength)
+    if adhesion is not None:
+        law = Attraction(adhesion.scaled(scale.length, scale.compliance), grid.periodic)
+        attraction["law"] = resolved(law, surface.normal, grid.shape)
+
     # the contact, in steps of a cell along x, or in other directions of the shorter side of a cell
     profile = experiment.indenter.profile(grid) / scale.length
     force = scale.from_si("tangential_load", value).reshape(2) if forced else value
@@ -544,7 +598,8 @@ def _run(
         surface=surface,
         profile=profile,
         coefficient=jnp.broadcast_to(friction, profile.shape),
-        way=step / spacing * vector / speed,
+        strength=strength,
+        way=step / spacing * direction,
         turn=way * spin * jnp.stack([-y, x]),
         target=experiment.target(scale),
         tangential_target=force if forced else way * value,
@@ -553,6 +608,7 @@ def _run(
         load_controlled=experiment.load_controlled,
         tangential_load_controlled=forced,
         coupled=coupled,
+        **attraction,
     )
     rolled = contact.rolled()
     pressed, sheared = rolled.pressed, rolled.sheared
@@ -578,12 +634,20 @@ def _run(
         (found & ~contact.steady(rolled), Status.NOT_STEADY), (~met, Status.NOT_CONVERGED), status=status
     )
     if forced:
-        asked, room = contact.tangential_target, jnp.sum(contact.coefficient * pressed.pressure)
+        asked, room = contact.tangential_target, jnp.sum(contact.bound(pressed))
         held = jnp.sum(asked**2) < room**2
         status = most_serious((~held & jnp.any(asked != 0.0), Status.GROSS_SLIP), status=status)
     for each in experiment.surfaces:
         status = with_no_steady_state(status, experiment, each, vector)
     numbers["status"] = status
+
+    if adhesion is not None:
+        numbers |= {
+            "contact_pressure": pressed.carried,
+            "shear_strength": jnp.broadcast_to(strength, profile.shape),
+            "cohesive_cells": cohesive_cells(problem, pressed),
+            "tabor_number": tabor_numbers(adhesion, experiment)[0],
+        }
 
     # what each surface shows of the pressure; both lose power
     numbers |= observed(pressed.pressure)
@@ -600,7 +664,7 @@ def _run(
     raised = jnp.zeros(())
     if coupled:
         flat = Observer.of(jnp.zeros_like(profile), spacing[1] / spacing[0])
-        raised = -flat.hysteresis(pressed.pressure, by_traction, vector / speed)
+        raised = -flat.hysteresis(pressed.pressure, by_traction, direction)
     in_si = scale.to_si(**numbers, profile=profile, lateral_force=raised)
     raised = in_si.pop("lateral_force")
     q_x, q_y = in_si["traction"]

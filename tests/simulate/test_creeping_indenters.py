@@ -488,14 +488,42 @@ def rolled(body, ball, **given):
     ],
 )
 def test_rolling_of_two_equal_rollers_is_that_on_twice_the_compliance(material, coupled):
-    """The couplings of two equal solids cancel: with them, too, the contact is that of one body without coupling."""
-    expected = rolled(as_body(material(0.5)), jc.Sphere(R), coupled=False)
-    found = rolled(as_body(material()), jc.Sphere(R, material()), coupled=coupled)
-    for name in ("pressure", "displacement", "traction", "slip_ratio", "approach", "hysteresis_power"):
-        a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
-        np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-6 * np.max(np.abs(b)), err_msg=name)
-    np.testing.assert_allclose(found.indenter_film_strain, found.film_strain, rtol=1e-9, atol=1e-15)
-    assert found.hysteresis_force > 1e-4 * found.load
+    """The couplings of two equal solids cancel: with them, too, the contact is that of one body without coupling. With and
+    without spin."""
+    names = "pressure", "displacement", "traction", "slip_ratio", "approach", "hysteresis_power", "moment"
+    moments = []
+    for spin in (0.0, 4.0):
+        expected = rolled(as_body(material(0.5)), jc.Sphere(R), coupled=False, spin=spin)
+        found = rolled(as_body(material()), jc.Sphere(R, material()), coupled=coupled, spin=spin)
+        for name in names:
+            a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
+            np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-6 * np.max(np.abs(b)), err_msg=name)
+        np.testing.assert_allclose(found.indenter_film_strain, found.film_strain, rtol=1e-9, atol=1e-15)
+        assert found.hysteresis_force > 1e-4 * found.load
+        moments.append(float(found.moment))
+    assert abs(moments[1] - moments[0]) > 0.1 * abs(moments[1])  # of spin
+
+
+@pytest.mark.long
+def test_derivatives_by_spin_where_both_surfaces_creep():
+    """Of force and moment, in both modes, against central differences."""
+    grid = jc.Grid.square(n=12, width=2.2e-3)
+
+    @jax.jit
+    def numbers(x):
+        found = rolled(
+            as_body(solid(1.5)), jc.Sphere(R, coated()), grid=grid, tolerance=1e-11, coupled=False,
+            creepage=jnp.stack([2e-3 * x[0], 1e-3]), spin=4.0 * x[1],
+        )  # fmt: skip
+        return jnp.append(found.tangential_load, found.moment / 3e-4) / 0.05
+
+    one, step = np.ones(2), 1e-4
+    forward, reverse = (np.asarray(jax.jit(mode(numbers))(one)) for mode in (jax.jacfwd, jax.jacrev))
+    differences = [(numbers(one + e) - numbers(one - e)) / (2.0 * step) for e in step * np.eye(2)]
+    expected = np.stack(differences, 1)
+    assert np.max(np.abs(expected[:, 1])) > 1e-3
+    for found in (forward, reverse):
+        assert np.all(np.abs(found - expected) < 1e-6 * np.max(np.abs(expected)))
 
 
 @pytest.mark.slow
