@@ -8,8 +8,6 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-import scipy.interpolate
-import scipy.optimize
 from jax import Array
 
 import jaxcontact as jc
@@ -25,7 +23,6 @@ from fitting.data.contact import (
     by_sensitivity,
     calibration_in_words,
     directions,
-    sample_noise,
     smooth,
     without_drag,
 )
@@ -33,6 +30,7 @@ from fitting.data.indentation import IndentationData, depth_notes, probe_of, too
 from fitting.data.weights import choose_weights
 from fitting.fits.adhesion import AdhesiveFit
 from fitting.fits.contact_model import ContactModel, choose_contact_model
+from fitting.fits.depth_table import modulus_over_depth
 from fitting.fits.force_history import CHANGE, HALF, TREND, ViscoelasticForceFit, fit_history
 from fitting.inference import noise, verdict
 from fitting.inference.conclusion import FitProblem, conclude, least_squares, widened
@@ -237,9 +235,6 @@ class ForceModel(NamedTuple):
 # shallower half of the indentation (``inference/verdict.py``).
 
 
-ROWS = 5  # of the table of the modulus over the depth
-BEND = 0.5  # standard deviation of the second differences of its logarithm
-SHIFTS = -0.5, -0.2, 0.0, 0.2, 0.5  # starts of its contact point, over the largest depth
 LOST = (
     0.1  # part of the work of the approach that a retraction does not give back, above which a note says so
 )
@@ -387,49 +382,20 @@ class ForceFit(Fit):
         the fit is rejected for a trend; none for another fit, or on an elastic base or for an elastic tip.
 
         Its logarithm is a cubic spline through the rows, and the contact point and baseline are fitted again with it, since
-        those of the rejected fit are biased. An early contact with a modulus that begins near zero would often describe the
-        noise as well: the second differences of the logarithm between the rows are taken as zero within ``BEND``. The
-        intervals are linearised, with the correlation of the residuals.
+        those of the rejected fit are biased (``fitting/fits/depth_table.py``). An interval is that of the modulus at the
+        depth below the contact point of the table, whose error it includes.
         """
         if not self.trended or self.substrate is not None or self.indenter.material is not None:
             return ()
-        probe, deepest, top = probe_of(self.indenter), float(self.depth.max()), float(np.ptp(self.force))
-        unit = probe.size / (2.0 * (1.0 + self.nu) * (1.0 - self.nu)) / top
-        base, layer = Base(bonded=not self.unbonded), None
+        probe, layer = probe_of(self.indenter), None
+        size = probe.size / (2.0 * (1.0 + self.nu) * (1.0 - self.nu))
         if self.thickness is not None:
-            layer = ThinLayer.of(self.indenter, self.thickness, self.nu, base)
-        nodes, along = np.linspace(0.0, 1.0, ROWS + 1), np.linspace(0.0, 1.0, self.depth.size)
-        bend = sample_noise(self.force) / top / BEND
+            layer = ThinLayer.of(self.indenter, self.thickness, self.nu, Base(bonded=not self.unbonded))
 
-        def residual(x: np.ndarray) -> np.ndarray:
-            """Return the residuals (n,) over the largest force, and after them those of the second differences, of the
-            size of the noise; x: log E at the nodes, contact point, baseline and tilt."""
-            d = np.maximum(self.depth / deepest - x[-3], 0.0)
-            factor = 1.0 if layer is None else np.asarray(layer.factor(d * deepest))
-            spline = scipy.interpolate.CubicSpline(nodes, x[:-3])
-            law = unit * (d * deepest) ** probe.power * factor * np.exp(spline(d / d.max()))
-            measured = law + x[-2] + x[-1] * along - self.force / top
-            return np.append(measured, bend * np.diff(x[:-3], 2))
+        def law(d: np.ndarray) -> np.ndarray:
+            return size * d**probe.power * (1.0 if layer is None else np.asarray(layer.factor(d)))
 
-        start = np.full(nodes.size, math.log(self.youngs_modulus[0]))
-        tried = []
-        for point in SHIFTS:
-            try:
-                tried.append(scipy.optimize.least_squares(residual, np.append(start, [point, 0.0, 0.0])))
-            except ValueError:  # not finite, as with a layer too thin
-                continue
-        if not tried:
-            return ()
-        best = min(tried, key=lambda one: one.cost)
-        left = best.fun[: self.depth.size]
-        rho = min(max(noise.lag_one(left, np.zeros(left.size)), 0.0), noise.RHO[-1])
-        variance = float(left @ left) / max(left.size - best.x.size, 1) * (1.0 + rho) / (1.0 - rho)
-        half = noise.two_sided(self.level) * np.sqrt(np.diag(nonlinear.inverse(best.jac)) * variance)
-        place, below = nodes * (1.0 - best.x[-3]) * deepest, np.minimum(half[: nodes.size], 50.0)
-        return tuple(
-            (float(d), math.exp(x), math.exp(x - w), math.exp(x + w))
-            for d, x, w in zip(place[1:], best.x[1 : nodes.size], below[1:], strict=True)
-        )
+        return modulus_over_depth(self.depth, self.force, law, self.youngs_modulus[0], self.level)
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of force over depth with the contact point, and of the residuals; saved where a path is given."""

@@ -1,0 +1,141 @@
+"""Table of the apparent modulus over the depth of a force curve, with a contact point and a baseline of its own."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import scipy.interpolate
+import scipy.optimize
+from scipy.special import ndtr
+
+from fitting.data.contact import sample_noise
+from fitting.inference import noise
+
+# The apparent modulus E(d) at a depth d is that of the law of the fit at the force there,
+#
+#     force = E(d) law(d) + baseline + tilt,     log E a cubic spline through nodes from the contact to the largest depth.
+#
+# Many pairs of a contact point and an E near the contact describe a noisy curve: the earlier the contact, the closer to
+# zero E begins. Differences of log E between nodes are therefore normal variables of mean 0 in advance, the first ones with
+# the standard deviation ``SLOPE`` and the second ones with ``BEND``, and the distribution of the contact point, which is
+# skewed, is summed over trial points. With the others known, log E is taken as normal (Laplace's method).
+
+ROWS = 5  # of the table
+BEND, SLOPE = 0.5, 1.0
+CONTACTS = np.linspace(-1.5, 0.6, 43)  # trial contact points over the largest depth
+STEP = 1e-4  # first one between the summed contact points
+CUT = 6.0  # excess of -log of the density at which the sum ends
+LAST = 80  # summed contact points at most on each side
+WEIGHINGS = 2  # fits from whose residuals the noise is estimated
+LARGEST = 100.0  # of log E, in Pa
+
+
+class Conditional(NamedTuple):
+    """The optimum at a given contact point: -log of the density, coordinates (log E at the nodes, baseline, tilt), their
+    Fisher matrix, and the force without baseline (n,)."""
+
+    contact: float
+    cost: float
+    x: np.ndarray
+    fisher: np.ndarray
+    force: np.ndarray
+
+
+def modulus_over_depth(
+    depth: np.ndarray, force: np.ndarray, law: Callable[[np.ndarray], np.ndarray], start: float, level: float
+) -> tuple[tuple[float, float, float, float], ...]:
+    """Return rows (depth [m], E, low, high [Pa]); none where the law is not finite at any trial contact point.
+
+    depth, force (n,) about a first contact point [m, N]; law: force [N] over E [Pa] at depths from contact on; start: E.
+    """
+    deepest, top, n = float(depth.max()), float(np.ptp(force)), depth.size
+    z, measured, along = depth / deepest, force / top, np.linspace(0.0, 1.0, n)
+    nodes, each = np.linspace(0.0, 1.0, ROWS + 1), np.eye(ROWS + 1)
+    in_advance = np.vstack([np.diff(each, 2, axis=0) / BEND, np.diff(each, axis=0) / SLOPE])
+    in_advance = np.pad(in_advance, ((0, 0), (0, 2)))
+
+    def at(contact: float, x: np.ndarray, sd: np.ndarray) -> Conditional:
+        """Return the optimum at a contact point, from coordinates x; sd (n,) of the noise over the largest force."""
+        d = np.maximum(z - contact, 0.0)
+        spline, unit = scipy.interpolate.CubicSpline(nodes, each)(d / d.max()), law(d * deepest) / top
+        pushed = lambda x: unit * np.exp(np.minimum(spline @ x[:-2], LARGEST))
+
+        def residual(x: np.ndarray) -> np.ndarray:
+            return np.append((pushed(x) + x[-2] + x[-1] * along - measured) / sd, in_advance @ x)
+
+        def jacobian(x: np.ndarray) -> np.ndarray:
+            slopes = np.column_stack([pushed(x)[:, None] * spline, np.ones(n), along])
+            return np.vstack([slopes / sd[:, None], in_advance])
+
+        found = scipy.optimize.least_squares(residual, x, jacobian, method="lm")
+        return Conditional(contact, float(found.cost), found.x, found.jac.T @ found.jac, pushed(found.x))
+
+    # 1. Trial contact points at which the law is finite (a layer has a largest depth).
+    within = (z.min() < CONTACTS) & np.isfinite(law((1.0 - CONTACTS) * deepest))
+    trials = CONTACTS[within]
+    if not trials.size:
+        return ()
+
+    # 2. The optimum, with noise of the variance a^2 + b^2 force^2 and its correlation, both from the residuals before.
+    x = np.append(np.full(nodes.size, math.log(start)), [0.0, 0.0])
+    sd = np.full(n, sample_noise(force) / top)
+    for turn in range(WEIGHINGS + 1):
+        least = min((at(trial, x, sd) for trial in trials), key=lambda one: one.cost)
+        ends = np.clip(least.contact + np.array([-1.0, 1.0]) * np.diff(CONTACTS)[0], trials[0], trials[-1])
+        near = scipy.optimize.minimize_scalar(
+            lambda contact, x=least.x, sd=sd: at(contact, x, sd).cost, bounds=ends, method="bounded",
+            options={"xatol": STEP},
+        )  # fmt: skip
+        best = at(float(near.x), least.x, sd)
+        x = best.x
+        if turn == WEIGHINGS:
+            break
+        left = best.force + x[-2] + x[-1] * along - measured
+        parts = np.stack([np.ones(n), best.force**2], -1)
+        variance = parts @ scipy.optimize.nnls(parts / sd[:, None] ** 2, left**2 / sd**2)[0]
+        sd = np.sqrt(np.maximum(variance, 1e-4 * np.mean(left**2)))
+        scaled = left / sd
+        rho = min(max(noise.lag_one(scaled, np.zeros(n)), 0.0), noise.RHO[-1])
+        sd = sd * math.sqrt(scaled @ scaled / max(n - x.size - 1, 1) * (1.0 + rho) / (1.0 - rho))
+
+    # 3. Contact points to both sides until their density is negligible, in steps that follow its change.
+    summed = [best]
+    for side in (-1.0, 1.0):
+        one, step = best, STEP
+        for _ in range(LAST):
+            contact = one.contact + side * step
+            if not trials[0] <= contact <= trials[-1]:
+                break
+            before, one = one, at(contact, one.x, sd)
+            summed.append(one)
+            if one.cost > best.cost + CUT:
+                break
+            change = abs(one.cost - before.cost)
+            step *= 2.0 if change < 0.1 else 0.5 if change > 1.0 else 1.0
+    summed.sort(key=lambda one: one.contact)
+
+    # 4. Normal distributions of log E at the rows' depths below the best contact point, which lie elsewhere between the
+    # nodes of another contact point, and the quantiles of their sum.
+    weights, means, sds = np.ones(1), [], []
+    if len(summed) > 1:
+        volume = np.array([0.5 * np.linalg.slogdet(one.fisher)[1] for one in summed])
+        exponent = -np.array([one.cost for one in summed]) - volume
+        weights = np.gradient([one.contact for one in summed]) * np.exp(exponent - exponent.max())
+    for one in summed:
+        place = nodes[1:] * (1.0 - best.contact) / (1.0 - one.contact)
+        turned = scipy.interpolate.CubicSpline(nodes, each)(place)
+        covariance = np.linalg.inv(one.fisher)[: nodes.size, : nodes.size]
+        means.append(turned @ one.x[:-2])
+        sds.append(np.sqrt(np.einsum("ij,jk,ik->i", turned, covariance, turned)))
+    share, rows = weights / weights.sum(), []
+    for i, (mean, spread) in enumerate(zip(np.transpose(means), np.transpose(sds), strict=True)):
+        beyond = lambda y, p, mean=mean, spread=spread: float(share @ ndtr((y - mean) / spread)) - p
+        outer = float((mean - 9.0 * spread).min()), float((mean + 9.0 * spread).max())
+        low, high = (
+            scipy.optimize.brentq(beyond, *outer, args=(p,)) for p in (0.5 - 0.5 * level, 0.5 + 0.5 * level)
+        )
+        value = float(x[i + 1])
+        ends = (math.exp(min(low, value)), math.exp(max(high, value)))
+        rows.append((float(nodes[i + 1] * (1.0 - best.contact) * deepest), math.exp(value), *ends))
+    return tuple(rows)
