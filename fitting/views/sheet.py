@@ -36,6 +36,7 @@ def multiple(unit: str, largest: float) -> tuple[float, str]:
 EARLY = 0.1  # fraction of the duration with half of the samples, below which the time axis is logarithmic
 DECADES = 20.0  # ratio of the ends of an axis of J or G above which it is logarithmic, and of its values
 STEEP = 3.0
+HELD = 0.95  # fraction of the largest load above which it is held
 STYLE = "jaxcontact.style"  # that of the figures of results
 # its colours; names such as C0 would be those of the style in which a figure is saved
 VIOLET, BLUE, GREEN = "#440154", "#31688e", "#23a06b"
@@ -119,6 +120,8 @@ def draw_material(fit: Any, path: Any) -> Any:
         bottom.plot(t, deviations(fit), ".", markersize=_dots(t), color="0.4")
         bottom.set(xlabel="{} [{}]".format(*fit.abscissa), ylabel=RESIDUAL)
         scale_axes(top, t, measured, direct)
+        if _is_hold(fit):  # the time alone, since the values of an indentation begin at zero
+            scale_axes(top, t, np.zeros(1), True)
         if direct:
             _band(top, fit, line)
 
@@ -203,6 +206,16 @@ def parameters(axes: Any, fit: Any) -> None:
 def _scale(t: np.ndarray) -> str:
     """Return "log" where most samples are early, otherwise "linear"."""
     return "log" if np.median(t) - t[0] < EARLY * (t[-1] - t[0]) else "linear"
+
+
+def _is_hold(fit: Any) -> bool:
+    """Return whether the load of an indentation, or the depth where the load is fitted, is held for most of the time."""
+    control = getattr(fit.data, {"depth": "load", "load": "depth"}.get(fit.curve[0], ""), None)
+    t = fit.curve[2]
+    if control is None or np.shape(control) != t.shape:
+        return False
+    held = np.asarray(control) > HELD * np.max(control)
+    return bool(np.sum(np.diff(t)[held[1:]]) > 0.5 * (t[-1] - t[0]))
 
 
 def _dots(samples: Any) -> float:

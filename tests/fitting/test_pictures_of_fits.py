@@ -41,6 +41,19 @@ def test_a_point_at_zero_stays_in_view():
     assert top.get_xscale() == "symlog" and top.get_xlim()[0] <= 0.0
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("ramp", "scale"), [(5.0, "log"), (300.0, "linear")])
+def test_the_creep_of_an_indentation_hold_is_drawn_over_logarithmic_time(ramp, scale):
+    """A load that rises all the time is no hold, and is drawn over linear time."""
+    t = np.linspace(0.5, 300.0, 60)
+    load = 1e-3 * np.minimum(t / ramp, 1.0)
+    depth = (3.0 * 0.7 / 8.0 / np.sqrt(1e-4) * np.asarray(SOLID.creep(t)) * load) ** (2.0 / 3.0)
+    data = fitting.IndentationData(t=t, load=load, depth=depth)
+    fit = fitting.fit_indentation(data, "Maxwell", indenter=jc.Sphere(1e-4), nu=0.3)
+    top = fit.plot().axes[0]
+    assert (top.get_xscale(), top.get_yscale()) == (scale, "linear")
+
+
 @pytest.mark.parametrize(("noise", "words"), [(1e-5, "95 % band, within the line"), (0.2, "95 % band")])
 def test_the_legend_says_where_a_band_is_hidden_by_its_line(noise, words):
     """The line is drawn at even distances of log t, without a straight part between the first samples."""
