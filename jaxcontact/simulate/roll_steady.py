@@ -552,8 +552,13 @@ def _run(
     grid, scale, spacing = experiment.grid, kernels.normal.scale, jnp.stack(experiment.grid.spacing)
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     speed = jnp.sqrt(jnp.sum(vector**2))
-    # along x without the rounding of a quotient, of which a derivative by the speed would be made
-    direction = vector / speed if velocity.ndim else jnp.stack([jnp.sign(velocity), jnp.zeros(())])
+    # the direction from the ratio of the components: along an axis its derivative by the speed is then exactly zero, and
+    # not the rounding of v/|v|, for which no linear system of derivatives can be solved
+    along_y = jnp.abs(vector[1]) > jnp.abs(vector[0])
+    large, small = jnp.where(along_y, vector[::-1], vector)
+    ratio = small / jnp.where(large == 0.0, 1.0, large)
+    direction = jnp.sign(large) / jnp.sqrt(1.0 + ratio**2) * jnp.stack([jnp.ones(()), ratio])
+    direction = jnp.where(along_y, direction[::-1], direction)
     step = spacing[0] if velocity.ndim == 0 else jnp.min(spacing)
 
     # the surface, elastic or with the wake of the tractions, and what it shows of a pressure: of the body, and of an

@@ -81,3 +81,22 @@ def test_a_strict_tolerance_holds_for_the_steady_state():
     one, step = np.ones(4), 1e-4
     differences = [(force(one + step * each) - force(one - step * each)) / (2 * step) for each in np.eye(4)]
     np.testing.assert_allclose(jax.grad(force)(one), differences, rtol=2e-7)
+
+
+@pytest.mark.parametrize("velocity", [(0.7, 0.0), (0.0, -0.7)])
+def test_the_speed_has_no_effect_on_elastic_bodies(velocity):
+    """Only the direction of rolling matters: the derivative along the velocity is zero, that across it is not."""
+    body, ball = jc.LayeredHalfSpace([], STEEL), jc.Sphere(9.5e-3, STEEL)
+    grid = jc.Grid.square(n=16, width=300e-6)
+
+    def force(velocity):
+        rolled = jc.roll_steady(
+            body, ball, jc.Load(20.0), velocity=velocity, creepage=(1e-3, 2e-4), friction=0.3, grid=grid,
+            coupled=False,
+        )  # fmt: skip
+        return rolled.tangential_load
+
+    along = np.array(velocity)
+    slopes = jax.jacfwd(force)(along)
+    np.testing.assert_array_equal(slopes @ np.abs(np.sign(along)), 0.0)
+    assert np.all(np.isfinite(slopes)) and np.any(slopes @ np.abs(np.sign(along[::-1])) != 0.0)
