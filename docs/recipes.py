@@ -86,26 +86,33 @@ def write_pages(page: str, folder: Path) -> str:
     by ``linked``.
     """
     head, *subjects = re.split(r"^## ", page, flags=re.MULTILINE)
+    title, _, rest = head.partition("\n")
+    lines, _, which = rest.partition("\nWhich function:\n")
+    shared = re.search(r"```python\n.*?\n```", lines, re.DOTALL)
+    assert shared is not None
+    setup = (
+        "Each recipe follows the lines that all share:\n\n"
+        f"<details><summary>show these lines</summary>\n\n{shared[0]}\n\n</details>\n"
+    )
     lists, names = [], []
     for subject in subjects:
-        title, _, rest = subject.partition("\n")
-        name, headings = page_of(title), re.findall(r"^### (.*)$", rest, re.MULTILINE)
-        text = re.sub(r"^### ", "## ", rest, flags=re.MULTILINE)
+        heading, _, recipes = subject.partition("\n")
+        name, headings = (
+            page_of(heading),
+            re.findall(r"^### (.*)$", recipes, re.MULTILINE),
+        )
+        text = re.sub(r"^### ", "## ", recipes, flags=re.MULTILINE)
         text = re.sub(r"\]\((?=[\w/]+\.(?:md|rst|ipynb))", "](../", text)
         text = linked(text.replace("](#", "](../how_do_i.md#"), page)
-        setup = "Each recipe follows the [lines that all share](../how_do_i.md)."
         (folder / f"{name}.md").write_text(
-            f"# {title}\n\n{setup}\n{text}", encoding="utf-8"
+            f"# {heading}\n\n{setup}\n{text}", encoding="utf-8"
         )
         names.append(f"{folder.name}/{name}")
         entries = "\n".join(
-            f"- [{heading}]({folder.name}/{name}.md#{anchor_of(heading)})"
-            for heading in headings
+            f"- [{each}]({folder.name}/{name}.md#{anchor_of(each)})" for each in headings
         )
-        lists.append(f"## {title}\n\n{entries}\n")
+        lists.append(f"## {heading}\n\n{entries}\n")
     toc = "```{toctree}\n:hidden:\n\n" + "\n".join(names) + "\n```\n"
-    title, _, rest = head.partition("\n")
-    lines, _, which = rest.partition("\nWhich function:\n")
     parts = [
         title,
         "\n".join(lists),
