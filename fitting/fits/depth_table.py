@@ -12,7 +12,8 @@ from scipy.special import ndtr
 from fitting.data.contact import sample_noise
 from fitting.inference import noise
 
-# The apparent modulus E(d) at a depth d is that of the law of the fit at the force there,
+# The apparent modulus at a depth d is E(d) = (force - baseline - tilt)/law(d), with law(d) the force of the fitted model for
+# E = 1 Pa,
 #
 #     force = E(d) law(d) + baseline + tilt,     log E a cubic spline through nodes from the contact to the largest depth.
 #
@@ -24,11 +25,13 @@ from fitting.inference import noise
 ROWS = 5  # of the table
 BEND, SLOPE = 0.5, 1.0
 CONTACTS = np.linspace(-1.5, 0.6, 43)  # trial contact points over the largest depth
-STEP = 1e-4  # first one between the summed contact points
+STEP = (
+    1e-4  # first one between the summed contact points, and accuracy of the best one, over the largest depth
+)
 CUT = 6.0  # excess of -log of the density at which the sum ends
 LAST = 80  # summed contact points at most on each side
 WEIGHINGS = 2  # fits from whose residuals the noise is estimated
-LARGEST = 100.0  # of log E, in Pa
+LARGEST = 100.0  # log E [Pa] above this is cut, so that nothing overflows
 
 
 class Conditional(NamedTuple):
@@ -71,7 +74,7 @@ def modulus_over_depth(
         found = scipy.optimize.least_squares(residual, x, jacobian, method="lm")
         return Conditional(contact, float(found.cost), found.x, found.jac.T @ found.jac, pushed(found.x))
 
-    # 1. Trial contact points at which the law is finite (a layer has a largest depth).
+    # 1. Trial contact points at which the law is finite (a layer has a largest depth), with points before the contact.
     within = (z.min() < CONTACTS) & np.isfinite(law((1.0 - CONTACTS) * deepest))
     trials = CONTACTS[within]
     if not trials.size:
@@ -115,8 +118,9 @@ def modulus_over_depth(
             step *= 2.0 if change < 0.1 else 0.5 if change > 1.0 else 1.0
     summed.sort(key=lambda one: one.contact)
 
-    # 4. Normal distributions of log E at the rows' depths below the best contact point, which lie elsewhere between the
-    # nodes of another contact point, and the quantiles of their sum.
+    # 4. Normal distributions of log E at the depths of the rows, below each contact point's own, and the quantiles of their
+    # sum. A depth d lies at d/(1 - contact) between the nodes, for a later contact beyond the last one, where the spline is
+    # extrapolated. The weights are trapezoidal widths times the density.
     weights, means, sds = np.ones(1), [], []
     if len(summed) > 1:
         volume = np.array([0.5 * np.linalg.slogdet(one.fisher)[1] for one in summed])

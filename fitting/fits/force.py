@@ -235,9 +235,8 @@ class ForceModel(NamedTuple):
 # shallower half of the indentation (``inference/verdict.py``).
 
 
-LOST = (
-    0.1  # part of the work of the approach that a retraction does not give back, above which a note says so
-)
+# part of the work of the approach that a retraction does not give back, above which a note says so
+LOST = 0.1
 
 
 def trend_words(trend: float, softer: float, rejected: bool, unit: float, thin: bool) -> str:
@@ -245,7 +244,7 @@ def trend_words(trend: float, softer: float, rejected: bool, unit: float, thin: 
 
     trend: over the largest force ``unit`` [N]; softer: change from half the depth to the whole; thin: of a thin sample.
     """
-    way, percent = "falls" if softer > 0 else "rises", 100 * math.expm1(abs(softer))
+    way, percent = "falls" if softer > 0 else "rises", 100 * abs(math.expm1(-softer))
     if softer > 0:
         meaning = (
             "the sample seems to soften with depth: adhesion or repulsion near the contact, a tip blunter than assumed,"
@@ -506,9 +505,10 @@ def fit_force(
     trend, by the change of the modulus from half the depth to the whole; (2) with ``errors``, by the standard deviation of
     the calibration; (3) with a drag, by that of the drag, (2) and (3) as errors of ln G that are independent of the noise.
 
-    A fit is rejected where the modulus changes by more than 49 % from half the depth to the whole, or the trend of the
-    residuals exceeds 5 % of the largest force; ``modulus_over_depth`` is then a table of the modulus over the depth. It is
-    also rejected without a baseline or an indentation, with isolated spikes, a jump, or a flat end (``unusable``).
+    A fit whose residuals have a trend is rejected where the modulus rises by more than 49 % or falls by more than 33 % from
+    half the depth to the whole, or the trend exceeds 5 % of the largest force; ``modulus_over_depth`` is then a table of the
+    modulus over the depth. It is also rejected without a baseline or an indentation, with isolated spikes, a jump, or a flat
+    end (``unusable``).
 
     With a ``model`` the force follows from the whole history of the depth, in approach, dwell and retraction, with a
     contact that shrinks (T. C. T. Ting, J. Appl. Mech. 33 (1966) 845; derived in ``fitting/fits/force_history.py``):

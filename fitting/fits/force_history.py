@@ -557,7 +557,9 @@ def _space(sought: Sought, units: ForceUnits, gap: float, back: bool) -> tuple[S
 
 # 5. Judgement: systematic deviations by their size, as of the elastic fit. The model is fitted again to the shallower half.
 
-CHANGE = 0.4  # of ln G between half the depth and the whole, beyond which a fit is rejected: exp(0.4) - 1 = 49 % of G
+CHANGE = (
+    0.4  # of ln G between half the depth and the whole, beyond which a fit is rejected: +49 or -33 % of G
+)
 TREND = 0.05  # likewise, trend of the residuals over the largest force
 HALF = 0.5  # of the largest depth
 

@@ -182,7 +182,7 @@ def deviation(
             meaning = f"a blunt tip (calibrate the area), a hard surface layer, or a soft layer below{base}"
         else:
             way, meaning = "lower", f"roughness or a soft surface layer, a contact found too early{base}"
-        said = f"the modulus is {100 * math.expm1(abs(change)):.1f} % {way} with the shallow points"
+        said = f"the modulus is {100 * abs(math.expm1(change)):.1f} % {way} with the shallow points"
         size = f"the residuals have a trend of {100 * trend:.1f} % of the stiffness"
         said = f"{size}, and {said}" if rejected else f"{size}; {said}, which the intervals include"
         return f"{said}: {meaning}; leave out shallow depths"

@@ -294,6 +294,8 @@ def minimise_some(objective: Objective, start: np.ndarray, some: np.ndarray, flo
     """
     theta, own = np.clip(start, objective.lower, objective.upper), np.isin(objective.free, some)
     residual, damping = objective.at(theta), 0.0
+    if not np.all(np.isfinite(residual)):  # no step can be found from here
+        return Best(theta, residual, np.zeros((residual.size, own.size)), math.inf)
     jacobian = objective.slope(theta)
     converged, left = some.size == 0, 0.0
     small = _reduced(jacobian[:, own], residual)

@@ -3,9 +3,9 @@
 The profile of a coordinate is traced outwards: at each trial value the other coordinates are fitted again, starting on
 the tangent of the profile, and the square root of the rise in RSS, which is nearly linear in the coordinate, is
 followed to the level (D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1). Its slope is known at
-each trial value, so that two of them mostly suffice. The smallest RSS at a value may belong to another branch of minima
-than the one that was followed; so where one branch ends, the other known minima are tried, unless the root rose nearly
-linearly, as it does on a single branch.
+each trial value, and two trial values on each side mostly suffice. The smallest RSS at a value may belong to another
+branch of minima than the one that was followed. So at the end of a branch the other known minima are tried: those below
+the level and, unless the root rose nearly linearly, as it does on a single branch, all of them.
 """
 
 import dataclasses
@@ -33,16 +33,16 @@ def profile(
     objective: Objective, best: Best, levels: np.ndarray, traced: np.ndarray | None = None
 ) -> tuple[np.ndarray, int]:
     """Return the interval ends (m, 2), the values at which the profile of each free coordinate reaches its level of
-    RSS, and the number of fits along the profiles that did not converge.
+    RSS, and the number of fits along the profiles, and of ends, that were not found.
 
     levels (k,): one for each free coordinate. An end is the bound where the level is not reached. Fixed coordinates
     keep their value. traced (m,) bool: coordinates whose profiles are followed, by default all; the ends of the others
     are those of the linearised model.
     """
     ends, unfinished = np.stack([best.theta, best.theta], -1), 0
-    heights = [float(np.sum(objective.at(theta) ** 2)) for theta in best.others]
+    levels_of_others = [float(np.sum(objective.at(theta) ** 2)) for theta in best.others]
     for i, level in zip(objective.free, levels.tolist(), strict=True):
-        rivals = [theta for theta, rss in zip(best.others, heights, strict=True) if rss < level]
+        rivals = [theta for theta, rss in zip(best.others, levels_of_others, strict=True) if rss < level]
         sides = [_Side(objective, best, rivals, level, int(i), sign) for sign in (-1.0, 1.0)]
         ends[i] = [side.end() if traced is None or traced[i] else side.straight_end() for side in sides]
         unfinished += sum(side.unfinished for side in sides)
@@ -65,7 +65,7 @@ class Point(NamedTuple):
 @dataclasses.dataclass
 class _Side:
     """One side of the profile of coordinate i, below (sign -1) or above (1) its best value; rivals: other minima below
-    the level; unfinished: fits on this side that did not converge."""
+    the level; unfinished: fits on this side that did not converge, and ends that were not found."""
 
     objective: Objective
     best: Best
@@ -128,9 +128,10 @@ class _Side:
             return Point(value, 3.0, math.nan, fit)
         height = math.sqrt(max(rise, 0.0) / allowed)
 
-        # d RSS/d value = 2 r . w with w the part of the coordinate's column that the others do not follow (envelope theorem)
-        steeper = self.sign * float(fit.residual @ self._along(fit)[1])
-        return Point(value, height, steeper / (allowed * height) if height > 0.0 else math.nan, fit)
+        # h' = r . w/(allowed h), since d RSS/d value = 2 r . w (envelope theorem), with w the part of the coordinate's
+        # column that the others cannot take up
+        half = self.sign * float(fit.residual @ self._along(fit)[1])
+        return Point(value, height, half / (allowed * height) if height > 0.0 else math.nan, fit)
 
     def _walk(self, inner: Point) -> float:
         """Return the value at which the branch reaches the level, going outwards from a point on it."""
@@ -138,7 +139,7 @@ class _Side:
         along = self._along(inner.fit)[0]
         for _ in range(STEPS):
             value = self.sign * min(self.sign * value, self.sign * self.bound)
-            if self.sign * (value - self.first) <= 0.0:
+            if self.sign * (value - self.first) <= 0.0:  # the best value is at its bound
                 return self.bound
             found = self._at(value, inner.fit.theta + along * (value - inner.value))
             if found.height < 1.0 and value == self.bound:
@@ -151,16 +152,16 @@ class _Side:
             else:
                 outer = found
             value = self._next(inner, outer)
+        self.unfinished += 1
         return value
 
     def _along(self, fit: Best) -> tuple[np.ndarray, np.ndarray]:
-        """Return the derivative (m,) of the coordinates along the profile, and that of the residuals (n,)."""
+        """Return the derivative (m,) of the coordinates along the profile, 0 of its own, and that of the residuals (n,)."""
         free, change = self.objective.free, np.zeros(fit.theta.size)
         inside = (fit.theta > self.objective.lower) & (fit.theta < self.objective.upper)
         others, own = inside[free] & (free != self.i), fit.jacobian[:, free == self.i][:, 0]
         J = fit.jacobian[:, others]
         change[free[others]] = -np.linalg.lstsq(J, own, rcond=1e-12)[0]
-        change[self.i] = 0.0
         return change, own + J @ change[free[others]]
 
     def _next(self, inner: Point, outer: Point | None) -> float:

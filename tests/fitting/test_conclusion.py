@@ -129,6 +129,35 @@ def test_the_profiles_of_a_saturating_rate_are_those_of_repeated_fits_by_scipy()
         assert ends[place] == pytest.approx(exact, abs=1e-4 * width)
 
 
+def test_a_profile_is_found_where_the_model_ends_behind_it():
+    """v = b exp(a x) defined down to 1.05 times the way to the end of the interval of a alone: the first trial value, on the
+    straight line, is beyond. The end is that of repeated linear fits of b."""
+    x, rng = np.linspace(0.0, 3.0, 20), np.random.default_rng(2)
+    v = np.exp(x) + 2.0 * rng.standard_normal(20)
+
+    def excess(a, level):
+        column = np.exp(a * x)
+        b = column @ v / (column @ column)
+        return float(np.sum((b * column - v) ** 2)) - level
+
+    def residual(theta, last=-np.inf):
+        return theta[1] * np.exp(theta[0] * x) - v if theta[0] > last else np.full(20, np.nan)
+
+    def columns(theta, free):
+        return (np.exp(theta[0] * x) * np.stack([theta[1] * x, np.ones(20)])).T[:, free]
+
+    bounds = np.zeros(2), np.array([9.0, 99.0])
+    best = nonlinear.minimise(Objective(residual, columns, *bounds), np.array([1.0, 1.0]))
+    level = 2.0 * best.rss
+    exact = scipy.optimize.brentq(excess, best.theta[0], 0.0, args=(level,))
+    last = best.theta[0] + 1.05 * (exact - best.theta[0])
+    ended = Objective(lambda theta: residual(theta, last), columns, *bounds)
+    line = best.theta[0] - np.sqrt(best.rss * nonlinear.inverse(best.jacobian)[0, 0])
+    assert line < last
+    ends, unfinished = profiles.profile(ended, best, np.full(2, level), np.array([True, False]))
+    assert unfinished == 0 and ends[0, 0] == pytest.approx(exact, abs=1e-3 * (best.theta[0] - exact))
+
+
 def textbook_quantile(sigma, level):
     share = 0.5 + 0.5 * level
     return scipy.stats.t.ppf(share, T.size - 2) if sigma is None else scipy.stats.norm.ppf(share)

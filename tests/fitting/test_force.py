@@ -10,6 +10,7 @@ from scipy.interpolate import CubicSpline
 import fitting
 import jaxcontact as jc
 from fitting.data.indentation import paraboloid_note
+from fitting.fits.force import trend_words
 from jaxcontact.__main__ import main
 from jaxcontact.reference import abel
 from tests.support.layouts import optics11
@@ -114,6 +115,13 @@ def test_a_slight_trend_widens_the_interval_and_a_strong_one_is_rejected_in_a_us
         strong.verdict == "rejected" and "stiffen" in strong.refused[0] and "--thickness" in strong.refused[0]
     )
     assert not strong.identified["G"]
+
+
+@pytest.mark.parametrize(
+    ("softer", "words"), [(np.log(2.0), "falls by 50.0 %"), (-np.log(2.0), "rises by 100.0 %")]
+)
+def test_a_modulus_that_is_halved_falls_by_half(softer, words):
+    assert words in trend_words(0.01, softer, False, 1e-9, thin=False)
 
 
 def test_curves_without_contact_or_baseline_say_so():

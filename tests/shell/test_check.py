@@ -33,7 +33,7 @@ BEYOND = {"tribofilm_creep", "tribofilm_relaxation"}
 )
 def test_a_ready_made_case_is_checked_without_running(path, capfd, monkeypatch):
     """Without a warning, but that the paper's films are shortened by several times their thickness."""
-    monkeypatch.setattr("jaxcontact.shell.run.ready", None)
+    monkeypatch.setattr("jaxcontact.shell.run.plan_of", None)
     assert main(["check", str(path)]) == 0
     out, err = capfd.readouterr()
     assert "can run" in out
