@@ -142,8 +142,8 @@ def length(v: Array) -> Array:
 
 
 def largest_traction(coefficient: Array, carried: Array, strength: Array) -> Array:
-    """Return the bound mu p_c + tau of the traction of a contact with adhesion, (nx, ny): of the pressure that it carries
-    and, where the surfaces touch, of a shear strength."""
+    """Return the bound of the traction, (nx, ny): mu p_c of the pressure that contact carries and, where the surfaces
+    touch, a shear strength (zero without adhesion)."""
     return coefficient * carried + jnp.where(carried > 0.0, strength, 0.0)
 
 

@@ -202,8 +202,8 @@ def _square(x: Array, y: Array) -> Array:
 
 # Pressure and traction of a contact in steady rolling, found as the limit of rolling cell by cell.
 #
-# With u the tangential displacement under tractions that are steady (``simulate.roll_steady``), S the shift by the way
-# of a step, to the material that is one step behind, the slip in a step is
+# With u the tangential displacement under tractions that are steady, and (S u)(x) = u(x + d), d the distance rolled in a
+# step, the displacement of the same material one step earlier, the slip in a step is
 #
 #     s = (1 - S) u(q, p) - turn - shift,      |q| <= mu p,      s = -k q, k >= 0, where |q| = mu p,
 #
@@ -219,8 +219,8 @@ def _square(x: Array, y: Array) -> Array:
 # over the real part of its complex modulus is less than its compliance after a long time. The way to the limit has no
 # meaning there.
 #
-# The pressure under the traction is found before each step, with adhesion from that before. The bound is then
-# mu p_c + tau in the cells that touch, of the pressure p_c that contact carries (``history.friction_step``).
+# With coupling the pressure under the traction is found before each step, with adhesion from that before; otherwise once.
+# With adhesion mu p is replaced by mu p_c + tau in cells that touch, and by zero elsewhere (``friction.largest_traction``).
 
 
 STEADY = 1e-7  # relative change of the tractions from step to step at which the state counts as steady,
@@ -233,8 +233,11 @@ FARTHEST = 20  # largest distance that is rolled, in lengths of the grid
 
 
 class Rolled(NamedTuple):
-    """After some steps, (): the last contact; the change of the tractions in it, in parts of them; whether the pressure
-    under them is found as well."""
+    """The state after some steps.
+
+    pressed, sheared: the last normal and tangential solution; change: of the tractions in the last step, over their sum;
+    steps: number of steps made; ended: whether the pressure under the last tractions is found too. () each.
+    """
 
     pressed: Solution
     sheared: TangentialSolution
@@ -303,6 +306,7 @@ class RollingContact:
         held = _Held(self, found.sheared.stick, pressed)
         traction, shift = implied(_law, held, (found.sheared.traction, found.sheared.shift))
         pressed = held.pressed(traction)
+        # the slip that was found, with the derivatives of its formula in contact
         slip = held.slip(traction, shift, pressed.pressure)
         slip = (
             jnp.where(found.pressed.carried > 0.0, slip - jax.lax.stop_gradient(slip), 0.0)
@@ -328,8 +332,9 @@ class RollingContact:
             steps = 0
         elif not self.surface.normal.symmetric:
             guess, steps = nonsymmetric.cold_start(self.pressed(nothing)), 0
-        attracted = (zero, no, no) if self.adheres else ()
-        pressed = Solution(guess, zero, jnp.zeros(()), jnp.ones(()), none, *attracted)
+        pressed = Solution(guess, zero, jnp.zeros(()), jnp.ones(()), none)
+        if self.adheres:
+            pressed = replace(pressed, contact_pressure=zero, separated=no, unstable=no)
         sheared = TangentialSolution(nothing, nothing, nothing, zero > 0.0, jnp.zeros(2), jnp.ones(()), none)
         before = Rolled(pressed, sheared, jnp.ones(()), none + steps, no)
         return jax.lax.while_loop(lambda state: ~state.ended, self._further, before)
@@ -340,7 +345,7 @@ class RollingContact:
         Without coupling the first pressure stays.
         """
         cold, first = state.steps == COLD, state.steps == 0
-        # the cells that a step passes along an axis may be a part of one
+        # the distance rolled in cells; an oblique step may be less than a cell along each axis
         rolled = state.steps * jnp.max(jnp.abs(jax.lax.stop_gradient(self.way)))
         ends = self.steady(state) | (rolled >= FARTHEST * max(self.profile.shape))
         tolerance = jnp.where(first | ends, 1.0, FINER) * self.tolerance
@@ -353,6 +358,7 @@ class RollingContact:
         else:
             press = lambda: solve_contact(problem, state.pressed.pressure, tolerance, limit)
         pressed = press() if self.coupled else jax.lax.cond(state.steps <= 0, press, lambda: state.pressed)
+        # the last search only renews the pressure: its iterations are not those of a step
         iterations = jnp.where(ends, state.pressed.iterations, pressed.iterations)
         state = state._replace(pressed=replace(pressed, iterations=iterations), ended=ends)
         return jax.lax.cond(
@@ -436,14 +442,13 @@ def roll_steady(
         slip/distance = -v/|v| . grad u - creepage - spin (-y, x)
         |q| <= mu p,      slip = -k q, k >= 0, where |q| = mu p
 
-    With adhesion the bound mu p is replaced by mu p_c + tau where the surfaces touch, with the pressure p_c that contact
-    carries and the shear strength tau. Here slip is that of the body's surface over the indenter, v the velocity, and u
-    the sum of the tangential displacements of both surfaces, which on a viscoelastic body includes the effect of all
-    earlier tractions (``simulate.roll_steady``). Material enters the contact without traction at the leading edge. The
-    gradient is the difference between neighbouring cells along the track, interpolated for oblique directions, so that the
-    error is of first order in the cell size. The steady state is the limit of transient rolling
-    (``simulate.roll_steady``). Derivatives in both modes are those of the steady state at constant areas of contact, stick
-    and slip.
+    With adhesion the bound mu p is replaced by mu p_c + tau where the surfaces touch, and by zero elsewhere, with the
+    pressure p_c that contact carries and the shear strength tau. Here slip is that of the body's surface over the indenter,
+    v the velocity, and u the sum of the tangential displacements of both surfaces, which on a viscoelastic body includes the
+    effect of all earlier tractions. Material enters the contact without traction at the leading edge. The gradient is the
+    difference between neighbouring cells along the track, interpolated for oblique directions, so that the error is of first
+    order in the cell size. The steady state is the limit of transient rolling, and derivatives in both modes are those of
+    the steady state at constant areas of contact, stick and slip.
 
     In plane strain a cylinder rolls along x; a creepage along y causes antiplane shear.
 
@@ -482,11 +487,9 @@ def roll_steady(
         True
     """
     solver = {"tolerance": tolerance, "max_iterations": max_iterations}
-    adhesive = adhesion is not None
-    adheres = check_adhesion(adhesion)
+    adhesive, valid = adhesion is not None, check_adhesion(adhesion)
     experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, adhesive=adhesive, **solver)
-    adheres = adheres & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
-    experiment = experiment.also(adheres)
+    experiment = experiment.also(valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive))
     check_free_along_x(grid, "roll_steady")
     for each in experiment.surfaces:
         check_bonded(each, "roll_steady")
@@ -588,16 +591,16 @@ def _run(
         surface = surface.plus(of_indenter)
 
     # with adhesion a law of attraction in the place of hard contact, and the shear strength
-    attraction: dict[str, Any] = {}
+    law: Any = UNILATERAL
     strength = jnp.zeros(()) if shear_strength is None else scale.from_si("pressure", shear_strength)
     if adhesion is not None:
         law = Attraction(adhesion.scaled(scale.length, scale.compliance), grid.periodic)
-        attraction["law"] = resolved(law, surface.normal, grid.shape)
+        law = resolved(law, surface.normal, grid.shape)
 
     # the contact, in steps of a cell along x, or in other directions of the shorter side of a cell
     profile = experiment.indenter.profile(grid) / scale.length
     force = scale.from_si("tangential_load", value).reshape(2) if forced else value
-    way = step / spacing[0]
+    distance = step / spacing[0]  # rolled in a step, in sides of a cell along x
     x, y = (jnp.broadcast_to(each, grid.shape) for each in grid.coordinates())
     contact = RollingContact(
         surface=surface,
@@ -605,15 +608,15 @@ def _run(
         coefficient=jnp.broadcast_to(friction, profile.shape),
         strength=strength,
         way=step / spacing * direction,
-        turn=way * spin * jnp.stack([-y, x]),
+        turn=distance * spin * jnp.stack([-y, x]),
         target=experiment.target(scale),
-        tangential_target=force if forced else way * value,
+        tangential_target=force if forced else distance * value,
         tolerance=experiment.tolerance,
         max_iterations=experiment.max_iterations,
         load_controlled=experiment.load_controlled,
         tangential_load_controlled=forced,
         coupled=coupled,
-        **attraction,
+        law=law,
     )
     rolled = contact.rolled()
     pressed, sheared = rolled.pressed, rolled.sheared
@@ -622,10 +625,10 @@ def _run(
     numbers = contact_outcome(problem, pressed) | {
         "displacement": pressed.displacement + by_traction,
         "traction": sheared.traction,
-        "slip_ratio": sheared.slip / way,
+        "slip_ratio": sheared.slip / distance,
         "stick": sheared.stick,
         "tangential_load": jnp.sum(sheared.traction, (1, 2)),
-        "creepage": sheared.shift / way,
+        "creepage": sheared.shift / distance,
         "error": jnp.maximum(pressed.error, sheared.error),
         "iterations": pressed.iterations + sheared.iterations,
     }
