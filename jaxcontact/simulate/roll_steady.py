@@ -404,7 +404,7 @@ def _law(held: _Held, state: tuple[Array, Array]) -> tuple[Array, Array]:
     traction, shift = state
     contact, pressed = held.contact, held.pressed(traction)
     slip = held.slip(traction, shift, pressed.pressure)
-    size = jnp.sqrt(jnp.sum(slip**2, 0))
+    size = friction.length(slip)
     sliding = traction + contact.bound(pressed) * slip / jnp.where(size > 0.0, size, 1.0)
     asked = jnp.sum(traction, (1, 2)) if contact.tangential_load_controlled else shift
     return jnp.where(held.stick, slip, sliding), asked - contact.tangential_target

@@ -100,3 +100,20 @@ def test_the_speed_has_no_effect_on_elastic_bodies(velocity):
     slopes = jax.jacfwd(force)(along)
     np.testing.assert_array_equal(slopes @ np.abs(np.sign(along)), 0.0)
     assert np.all(np.isfinite(slopes)) and np.any(slopes @ np.abs(np.sign(along[::-1])) != 0.0)
+
+
+def test_the_slope_of_free_rolling_is_that_of_both_modes():
+    """At a creepage of zero, where no cell slips, and all lengths of slip and traction are zero."""
+    body, ball = jc.LayeredHalfSpace([], STEEL), jc.Sphere(9.5e-3, STEEL)
+    grid = jc.Grid.square(n=16, width=300e-6)
+
+    def force(creepage):
+        rolled = jc.roll_steady(
+            body, ball, jc.Load(20.0), velocity=1.0, creepage=jnp.stack([creepage, 0.0]), friction=0.3, grid=grid,
+            coupled=False,
+        )  # fmt: skip
+        return rolled.tangential_load[0]
+
+    slope = jax.grad(force)(0.0)
+    np.testing.assert_allclose(slope, jax.jacfwd(force)(0.0), rtol=1e-8)
+    np.testing.assert_allclose(slope, force(1e-7) / 1e-7, rtol=1e-5)
