@@ -357,7 +357,8 @@ class ShearHistory(ContactHistory):
     """A ``ContactHistory`` with friction, SI units; fields over the grid are those of the last time unless save="all".
 
     traction (nt, 2, nx, ny) [Pa] on the body; slip (nt, 2, nx, ny) [m]: displacement of the body relative to the indenter
-    since the previous time, opposite to the traction, zero outside contact; stick (nt, nx, ny) bool: cells in contact
+    since the previous time, opposite to the traction, zero where that has a bound of zero: outside contact, and without
+    friction; stick (nt, nx, ny) bool: cells in contact
     without slip at the end of the step; tangential_load (nt, 2) [N] and tangential_displacement (nt, 2) [m] of the
     indenter; dissipated (nt,) [J]: work dissipated by friction since times[0]; friction_work (nx, ny) [J/m^2]: the same
     work per unit area up to the last time, whatever ``save`` keeps, so that its sum over cells times ``grid.cell_area``
@@ -399,7 +400,7 @@ class SteadyRolling(SteadyContact):
 
     velocity (2,) [m/s]; profile and (normal) displacement [m] and pressure [Pa]: (nx, ny); traction (2, nx, ny) [Pa] on
     the body; slip_ratio (2, nx, ny): slip velocity of the body relative to the indenter over |v|, opposite to the
-    traction, zero outside contact; stick (nx, ny) bool; tangential_load (2,) [N]; creepage (2,): rigid-body slip velocity
+    traction, zero where that has a bound of zero: outside contact, and without friction; stick (nx, ny) bool; tangential_load (2,) [N]; creepage (2,): rigid-body slip velocity
     of the indenter relative to the body over |v|, prescribed or computed; spin [1/m]: the same of its rotation from x to y;
     moment [N m] of the tractions from x to y about the indenter's axis; hysteresis_power [W]: dissipated in the
     dashpots of a viscoelastic body under the pressure; friction_power [W]: dissipated by the tractions, |v| times
