@@ -400,8 +400,9 @@ class SteadyRolling(SteadyContact):
 
     velocity (2,) [m/s]; profile and (normal) displacement [m] and pressure [Pa]: (nx, ny); traction (2, nx, ny) [Pa] on
     the body; slip_ratio (2, nx, ny): slip velocity of the body relative to the indenter over |v|, opposite to the
-    traction, zero where that has a bound of zero: outside contact, and without friction; stick (nx, ny) bool; tangential_load (2,) [N]; creepage (2,): rigid-body slip velocity
-    of the indenter relative to the body over |v|, prescribed or computed; spin [1/m]: the same of its rotation from x to y;
+    traction, zero where that has a bound of zero: outside contact, and without friction; stick (nx, ny) bool;
+    tangential_load (2,) [N]; creepage (2,): rigid-body slip velocity of the indenter relative to the body over |v|,
+    prescribed or computed; spin [1/m]: the same of its rotation from x to y;
     moment [N m] of the tractions from x to y about the indenter's axis; hysteresis_power [W]: dissipated in the
     dashpots of a viscoelastic body under the pressure; friction_power [W]: dissipated by the tractions, |v| times
     (tangential_load times creepage + moment times spin) and, between unlike solids, where free rolling costs work too, the
