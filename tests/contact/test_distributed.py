@@ -65,10 +65,18 @@ print(run.approach[-1], run.pressure.max())
 )
 
 
+LONGEST = 600.0  # of a process [s]; they take less than a minute
+
+
 def start(script: str, *arguments: str, devices: int) -> subprocess.Popen:
     """A process with a number of virtual devices."""
     flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={devices}"
-    environment = os.environ | {"XLA_FLAGS": flags, "JAX_PLATFORMS": "cpu"}
+    # hosts that read their programs from a folder of compiled ones wait for each other for ever
+    environment = os.environ | {
+        "XLA_FLAGS": flags,
+        "JAX_PLATFORMS": "cpu",
+        "JAX_ENABLE_COMPILATION_CACHE": "false",
+    }
     command = [sys.executable, "-c", script, *arguments]
     return subprocess.Popen(
         command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
@@ -76,7 +84,10 @@ def start(script: str, *arguments: str, devices: int) -> subprocess.Popen:
 
 
 def output(process: subprocess.Popen) -> str:
-    printed, errors = process.communicate()
+    try:
+        printed, errors = process.communicate(timeout=LONGEST)
+    finally:
+        process.kill()
     assert process.returncode == 0, errors[-2000:]
     return printed
 
