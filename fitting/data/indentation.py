@@ -458,10 +458,7 @@ FLAT = 0.05
 MEDIAN = 1.25  # standard error of a median over that of a mean
 FEWEST = 6  # points that determine it
 # points of the running median of the load, and points without tension after the contact
-MEDIAN_WIDTH, IN_A_ROW = (
-    5,
-    3,
-)
+MEDIAN_WIDTH, IN_A_ROW = 5, 3
 
 
 class PullOff(NamedTuple):

@@ -25,9 +25,8 @@ from fitting.inference import noise
 ROWS = 5  # of the table
 BEND, SLOPE = 0.5, 1.0
 CONTACTS = np.linspace(-1.5, 0.6, 43)  # trial contact points over the largest depth
-STEP = (
-    1e-4  # first one between the summed contact points, and accuracy of the best one, over the largest depth
-)
+# first step between the summed contact points, and accuracy of the best one, over the largest depth
+STEP = 1e-4
 CUT = 6.0  # excess of -log of the density at which the sum ends
 LAST = 80  # summed contact points at most on each side
 WEIGHINGS = 2  # fits from whose residuals the noise is estimated

@@ -377,8 +377,8 @@ class ForceFit(Fit):
 
     @functools.cached_property
     def modulus_over_depth(self) -> tuple[tuple[float, float, float, float], ...]:
-        """Rows (depth [m], E, low, high [Pa]) of the apparent modulus, that of the law of the fit at the force there, where
-        the fit is rejected for a trend; none for another fit, or on an elastic base or for an elastic tip.
+        """Rows (depth [m], E, low, high [Pa]) of the apparent modulus, the measured force over that of the fitted model for
+        E = 1 Pa, where the fit is rejected for a trend; none for another fit, or on an elastic base or for an elastic tip.
 
         Its logarithm is a cubic spline through the rows, and the contact point and baseline are fitted again with it, since
         those of the rejected fit are biased (``fitting/fits/depth_table.py``). An interval is that of the modulus at the

@@ -143,10 +143,7 @@ REACH = math.log(1e4)  # of log G and of log thickness about their starting valu
 REACHES = (-REACH, REACH), (-math.log(0.5 * WIDEST), REACH)
 THIN = (1.0, 0.3, 3.0, 10.0)  # starting thicknesses over the largest contact radius
 # of log G from the deeper half to all points, and of the stiffness: beyond them, rejection
-CHANGE, TREND = (
-    0.2,
-    0.1,
-)
+CHANGE, TREND = 0.2, 0.1
 SPREAD = math.log(100.0)  # of the moduli of single points about that of all
 TRIALS = 13  # moduli at which the stiffness is computed for these
 

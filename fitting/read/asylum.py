@@ -39,10 +39,7 @@ HEIGHTS = ("ZSnsr", "ZSensor", "LVDT", "Raw", "Height")  # the sensor before the
 DEFLECTIONS = ("Defl", "Deflection")
 TOWARDS, BACK = ("ext", "1"), ("ret", "-1")  # names of segments in maps begin so; directions in waves
 # relative differences of speeds and dwells, and of rates, above which a note has what is stated
-AGREE, SAME = (
-    0.1,
-    0.02,
-)
+AGREE, SAME = 0.1, 0.02
 FEWEST = 5  # samples of a ramp
 
 

@@ -29,10 +29,7 @@ from fitting.read.table import SHEETS, is_data, read_lines, split
 
 
 # first lines of force curves, and of images without any
-FORCE, IMAGE = (
-    b"\\*Force file list",
-    b"\\*File list",
-)
+FORCE, IMAGE = b"\\*Force file list", b"\\*File list"
 LONGEST = 1 << 20  # bytes in which a header must end
 PARAMETER = re.compile(r"\\@?(?:\d+:)?(?P<label>[^:]+):(?P<value>.*)")
 NUMBER = r"[-+]?\d+\.?\d*(?:[eE][-+]?\d+)?"

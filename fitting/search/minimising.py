@@ -35,10 +35,7 @@ WINDOW = 10  # steps over which progress is judged
 SAME = 1e-9  # relative tolerance of a loss that is evaluated again
 STUCK = "no step, however short, lowers the loss or has a status of 0"
 # distance of the points beside a start with a gradient of zero, and number of their directions
-AWAY, BESIDE = (
-    1e-2,
-    8,
-)
+AWAY, BESIDE = 1e-2, 8
 MEMORY = 10  # number of pairs of changes kept by L-BFGS
 
 

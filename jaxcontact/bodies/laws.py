@@ -281,10 +281,7 @@ RAMP = 1.2
 
 
 # gaps at which a law of one's own is checked, and relative differences allowed
-OWN_GAPS, OWN_ROUNDING = (
-    13,
-    1e-6,
-)
+OWN_GAPS, OWN_ROUNDING = 13, 1e-6
 
 
 class Adhesion(Base, abc.ABC):

@@ -470,10 +470,8 @@ def check_material(where: str, material: Material) -> Verdict:
         f"{where}: expected a material (Elastic, Burgers, Maxwell, ...), got {type(material).__name__}{remedy}",
     )
     kind = type(material).__name__
-    nu, K = (
-        getattr(material, "nu", None),
-        material.bulk_modulus,
-    )  # a class with its own ``__init__`` may have no nu
+    # a class with its own ``__init__`` may have no nu
+    nu, K = getattr(material, "nu", None), material.bulk_modulus
     checks.require(
         (nu is None) != (K is None),
         f"{where} {kind}: expected one of nu and bulk_modulus, got {'neither' if nu is None else 'both'}",

@@ -63,15 +63,9 @@ ROUNDING = 1e-14  # a change of E below this part of the work of friction is rou
 MET = 1e-12  # an excess below this part of the bound, or of the sum of all bounds, is rounding
 SMALL = 1e-6  # share of what friction holds below which tractions need not be accurate relative to themselves
 # most evaluations for a level; error of the sum relative to the sum of all bounds
-LEVELS, LEVELLED = (
-    60,
-    1e-14,
-)
+LEVELS, LEVELLED = 60, 1e-14
 # a step that leaves more than this part of the slope is shortened by the factor
-OVERSHOOT, SHORTER_STEP = (
-    0.5,
-    0.3,
-)
+OVERSHOOT, SHORTER_STEP = 0.5, 0.3
 
 
 @pytree

@@ -205,10 +205,7 @@ def _check_goes_on(moves: np.ndarray, half: float, name: str) -> None:
 
 
 # tolerance of the first contact of a step over that of the second; its largest value
-PREDICTED, LOOSEST = (
-    100.0,
-    1e-2,
-)
+PREDICTED, LOOSEST = 100.0, 1e-2
 
 
 NEVER_BARE = np.array([np.inf, 0.0])

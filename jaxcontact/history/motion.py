@@ -160,9 +160,20 @@ def carried_past(field: Array, shift: Shift, ratio: Array, periodic: tuple[bool,
 
 def directions(velocity: Array, times: Array, substeps: int) -> Array:
     """Return unit vectors of the velocity at the end of each inner step, zero at rest, (nt, substeps, 2)."""
-    _, end = at_fine_times(over_times(velocity, times), substeps)
-    speed = jnp.sum(end**2, -1, keepdims=True)
-    return end / jnp.sqrt(jnp.where(speed > 0.0, speed, 1.0))
+    return unit_vectors(at_fine_times(over_times(velocity, times), substeps)[1])
+
+
+def unit_vectors(v: Array) -> Array:
+    """Return vectors (..., 2) over their lengths, zero where they are zero.
+
+    They follow from the ratio of the components: along an axis the derivative by the length is then exactly zero, and not
+    the rounding of v/|v|, for which no linear system of derivatives can be solved.
+    """
+    steep = jnp.abs(v[..., 1:]) > jnp.abs(v[..., :1])
+    large, small = jnp.split(jnp.where(steep, v[..., ::-1], v), 2, -1)
+    ratio = small / jnp.where(large == 0.0, 1.0, large)
+    unit = jnp.sign(large) / jnp.sqrt(1.0 + ratio**2) * jnp.concatenate([jnp.ones_like(ratio), ratio], -1)
+    return jnp.where(steep, unit[..., ::-1], unit)
 
 
 def check_sliding_friction(friction: Any, grid: Grid, body: LayeredHalfSpace, indenter: Indenter) -> Verdict:

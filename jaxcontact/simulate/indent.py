@@ -46,10 +46,7 @@ from jaxcontact.simulate.run import (
 )
 
 # factor on the width of a grid that the contact outgrows, and how often it is applied
-WIDER, MOST_WIDENINGS = (
-    1.5,
-    4,
-)
+WIDER, MOST_WIDENINGS = 1.5, 4
 
 
 def indent(

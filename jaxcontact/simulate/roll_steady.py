@@ -39,7 +39,7 @@ from jaxcontact.contact.implicit import implied, known_contact, solve_attracted,
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Observer, RecursiveMemory
-from jaxcontact.history.motion import check_along_x
+from jaxcontact.history.motion import check_along_x, unit_vectors
 from jaxcontact.history.normal_step import cohesive_cells, contact_outcome, resolved, solved, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.coupled import Tangential, TractionOperator
@@ -555,14 +555,7 @@ def _run(
     grid, scale, spacing = experiment.grid, kernels.normal.scale, jnp.stack(experiment.grid.spacing)
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     speed = jnp.sqrt(jnp.sum(vector**2))
-    # the direction from the ratio of the components: along an axis its derivative by the speed is then exactly zero, and
-    # not the rounding of v/|v|, for which no linear system of derivatives can be solved
-    along_y = jnp.abs(vector[1]) > jnp.abs(vector[0])
-    large, small = jnp.where(along_y, vector[::-1], vector)
-    ratio = small / jnp.where(large == 0.0, 1.0, large)
-    direction = jnp.sign(large) / jnp.sqrt(1.0 + ratio**2) * jnp.stack([jnp.ones(()), ratio])
-    direction = jnp.where(along_y, direction[::-1], direction)
-    step = spacing[0] if velocity.ndim == 0 else jnp.min(spacing)
+    direction, step = unit_vectors(vector), spacing[0] if velocity.ndim == 0 else jnp.min(spacing)
 
     # the surface, elastic or with the wake of the tractions, and what it shows of a pressure: of the body, and of an
     # indenter that creeps or is coated, which moves through the contact with the same velocity

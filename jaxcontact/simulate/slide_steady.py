@@ -30,7 +30,7 @@ from jaxcontact.contact.adhesive import Attraction, Drag
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
 from jaxcontact.history.memory import Observer, RecursiveMemory, Shift, phase_and_loss
-from jaxcontact.history.motion import as_array, check_along_x, check_sliding_friction
+from jaxcontact.history.motion import as_array, check_along_x, check_sliding_friction, unit_vectors
 from jaxcontact.history.normal_step import contact_outcome, initial_adhesion, solve_step, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
@@ -129,8 +129,7 @@ class Wake:
     @property
     def direction(self) -> Array:
         """Unit vector of the velocity, zero at rest, (2,)."""
-        square = jnp.sum(self.velocity**2)
-        return self.velocity / jnp.sqrt(jnp.where(square > 0.0, square, 1.0))
+        return unit_vectors(self.velocity)
 
     def shift(self, time: Array | float) -> Shift:
         """Return the shift of the indenter in a time [s]."""

@@ -52,10 +52,7 @@ from jaxcontact.simulate.run import fine_values
 
 STEP = 0.25  # cells by which a load moves in an inner step, unless their number is given
 # largest number of inner steps, and of cells along a grid that contains the track
-MOST_STEPS, WIDEST = (
-    20000,
-    4096,
-)
+MOST_STEPS, WIDEST = 20000, 4096
 
 Margins = tuple[tuple[int, int], tuple[int, int]]  # cells beside a grid, before and behind it, along x and y
 NO_MARGINS: Margins = ((0, 0), (0, 0))

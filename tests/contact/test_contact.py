@@ -85,7 +85,7 @@ def test_cone():
     r = np.hypot(x, y)
     away = (r > 0.2 * a) & (r < 0.9 * a)
     exact = E / (2 * np.tan(angle)) * np.arccosh(a / r[away])
-    # a cell in a fifth of a
+    # the pressure is infinite at the tip; a fifth of a away from it, at seven cells, the error is below 2 %
     np.testing.assert_allclose(np.asarray(result.pressure[0])[away], exact, rtol=2e-2)
 
 

@@ -234,6 +234,7 @@ def test_of_many_points_whose_noise_changes_the_intervals_are_those_of_known_wei
     sizes = np.sqrt(np.diag(np.linalg.inv((A / sd[:, None]).T @ (A / sd[:, None]))))
     apart = np.array(list(fit.values.values())) - best
     ends = np.array(list(fit.intervals.values()))
+    # 1 % is the scatter of a standard deviation that is estimated from 6000 points
     assert np.diff(ends)[:, 0] / 2.0 == pytest.approx(1.96 * np.hypot(sizes, apart), rel=0.02)
 
 

@@ -52,9 +52,8 @@ def test_pressed_it_is_a_contact_at_rest_and_slipping_it_carries_friction_on_wha
     for name in ("load", "cohesive_cells", "tabor_number"):
         np.testing.assert_allclose(getattr(slid, name), getattr(pressed, name)[0], rtol=1e-6)
     jkr = brentq(lambda a: float(maugis.jkr(a)[1]) - 1.0, 0.9, 5.0)
-    assert float(slid.contact_radius) / UNITS.radius == pytest.approx(
-        jkr, rel=0.05
-    )  # at a Tabor number of 3.3
+    # JKR is the limit of large Tabor numbers, here 3.3, as in ``test_adhesive_shear``
+    assert float(slid.contact_radius) / UNITS.radius == pytest.approx(jkr, rel=0.05)
 
     matrix, weights = averages(GRID.shape[0])
     gap = np.maximum(slid.gap, 0.0)
@@ -77,6 +76,7 @@ def test_a_small_creepage_takes_kalkers_force_whatever_the_friction():
         assert int(found.status) == 0 and float(found.sticking_share) == 1.0
         slopes.append(float(found.tangential_load[0]) / 1e-6)
     np.testing.assert_allclose(slopes, slopes[0], rtol=1e-6)
+    # rolling is of first order in the size of a cell
     kalker = 5.20 * 2.0 * G * float(found.contact_radius) ** 2
     assert slopes[0] == pytest.approx(kalker, rel=0.05)
 

@@ -308,3 +308,23 @@ def test_derivatives_of_a_slide_with_friction_are_those_of_central_differences()
     moved = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(6)]
     np.testing.assert_allclose(forward, jnp.stack(moved, 1), atol=1e-6 * np.abs(forward).max())
     np.testing.assert_allclose(jax.jit(jax.jacrev(of))(at), forward, atol=1e-6 * np.abs(forward).max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("velocity", [0.7, -0.7])
+def test_the_speed_of_a_steady_slide_has_no_effect_on_an_elastic_body(velocity):
+    """The derivative by the speed is zero in forward mode too, in which the contact with friction is a linear system whose
+    right side is zero."""
+    body, grid = jc.LayeredHalfSpace([], jc.Elastic(G, NU / 2.0)), jc.Grid.square(16, WIDTH * UNITS.radius)
+
+    def load(velocity):
+        steady = jc.slide_steady(
+            body, BALL, jc.Approach(UNITS.approach), velocity=velocity, friction=0.3, grid=grid, adhesion=LAW
+        )
+        return steady.load
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        assert float(jax.jacfwd(load)(velocity)) == 0.0
+        slopes = np.asarray(jax.jacfwd(load)(np.array([velocity, 0.0])))
+    assert slopes[0] == 0.0 and np.isfinite(slopes[1])

@@ -498,6 +498,7 @@ def test_rolling_of_two_equal_rollers_is_that_on_twice_the_compliance(material, 
         for name in names:
             a, b = (np.asarray(getattr(each, name)) for each in (found, expected))
             np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-6 * np.max(np.abs(b)), err_msg=name)
+        # equal surfaces, to rounding; without a film both strains are zero
         np.testing.assert_allclose(found.indenter_film_strain, found.film_strain, rtol=1e-9, atol=1e-15)
         assert found.hysteresis_force > 1e-4 * found.load
         moments.append(float(found.moment))
@@ -506,7 +507,7 @@ def test_rolling_of_two_equal_rollers_is_that_on_twice_the_compliance(material, 
 
 @pytest.mark.long
 def test_derivatives_by_spin_where_both_surfaces_creep():
-    """Of force and moment, in both modes, against central differences."""
+    """The derivatives of force and moment by creepage and spin, in both modes, are those of central differences."""
     grid = jc.Grid.square(n=12, width=2.2e-3)
 
     @jax.jit

@@ -30,10 +30,8 @@ LOCAL = {
     "cone": ("cone", lambda s: 1.0 + 6.0 * s),
     "punch": ("punch", lambda s: 1.0 + 3.0 * np.exp(-3.0 * s)),
 }
-FILMS = {
-    "film on a stiff base": 30.0,
-    "film on a soft base": 1.0 / 30.0,
-}  # modulus of the base over that of the film
+# modulus of the base over that of the film
+FILMS = {"film on a stiff base": 30.0, "film on a soft base": 1.0 / 30.0}
 CHI = 1.5  # largest contact radius over the thickness of a film, about
 SHAPES = (*LOCAL, *FILMS)
 
