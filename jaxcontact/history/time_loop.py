@@ -203,19 +203,18 @@ def begun(stepper: Stepper, carry: Carry, steps: Any) -> March:
 # shorter steps, without solving a contact, and compares the two pressures at its end.
 #
 # 1. The equation of a cell. With the shares s_k = <p, lambda_k C_k p>/<p, C_0 p> of the delayed compliances under the
-# present
-#    pressure, the displacement is u = C_0 * q with
+#    present pressure, the displacement is u = C_0 * q with
 #
 #        q = p + sum_k s_k eta_k,      eta_k' = p - lambda_k eta_k.
 #
-# q is the pressure of the same contact on an elastic body. It depends on the shape of the indenter and on the control alone,
-# whereas the change of p within a step depends on the body too (relaxation). q is known before and after the step, and the
-#    short steps need it in between. All cells have equal rates and shares, so that a short step is the product with one
-#    matrix of (K + 1) x (K + 1).
+#    q is the pressure of the same contact on an elastic body. It depends on the shape of the indenter and on the control
+#    alone, whereas the change of p within a step depends on the body too (relaxation). q is known before and after the step,
+#    and the short steps need it in between. All cells have equal rates and shares, so that a short step is the product with
+#    one matrix of (K + 1) x (K + 1).
 #
 # 2. The path of q within the step, as a function of a pace from 0 to 1 (``_path``).
-# - Pace. A given approach is linear in time, and the pace is time. Under a given load the sum of p is linear in time, from
-#      which the sum Q of q follows; the pace is such that the sum of q along the path is Q.
+#    - Pace. A given approach is linear in time, and the pace is time. Under a given load the sum of p is linear in time,
+#      from which the sum Q of q follows; the pace is such that the sum of q along the path is Q.
 #    - A contact that grows or shrinks as that of a ball does: q^2 is linear inside the contact, as (a^2 - r^2) is with a^2
 #      linear in the approach. In a cell that enters contact the change of q^2 is the one with which the first of these cells
 #      enters at the start of the step.
@@ -226,14 +225,14 @@ def begun(stepper: Stepper, carry: Carry, steps: Any) -> March:
 #    - Tangential tractions, and the tractions of an attraction, are linear.
 #
 # 3. Errors of earlier steps. The differences x_k of the eta_k and y of the pressure at the end of a step are the initial
-# values
-# of the next one, so that an error decays as the memory of the body does. A cell that has left contact keeps its x_k, which
-#    decay. Under a given load the sum of y is made zero: the difference is distributed over the cells in contact.
+#    values of the next one, so that an error decays as the memory of the body does. A cell that has left contact keeps its
+#    x_k, which decay. Under a given load the sum of y is made zero: the difference is distributed over the cells in contact.
 #
 # 4. Motion. Where the contact moves over the body by d of its radii in a step, lambda_k dt is increased by d, since what it
-# leaves behind has no further effect. Where the velocity changes, the march takes its mean; the difference between what the
-#    pressure leaves on the true way (``Bent``) and on the straight one is added to the eta_k. Where the length of a step in
-# reduced time follows from the result (temperature), the march has extrapolated it, and the short steps have the true one.
+#    leaves behind has no further effect. Where the velocity changes, the march takes its mean; the difference between what
+#    the pressure leaves on the true way (``Bent``) and on the straight one is added to the eta_k. Where the length of a step
+#    in reduced time follows from the result (temperature), the march has extrapolated it, and the short steps have the true
+#    one.
 #
 # 5. The estimate is the largest |y| over the largest p + y, or the relative error of the sums if that is larger. It is exact
 #    where q is constant, as in a relaxation at a constant approach. Elsewhere the path of q is approximate, and a part
