@@ -64,7 +64,9 @@ from jaxcontact.operators.operator import Linear, Operator
 # conservative on the grid as well.
 
 
-WEAK = 0.01  # of the largest traction: what is below does not matter where the grid ends
+# Where the grid ends an attraction matters above the first part of its largest traction if, over all cells of the grid, it
+# would be more than the second part of the load that the contact carries.
+WEAK, NEGLIGIBLE = 0.01, 1e-3
 POINTS = 0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5
 
 
@@ -111,9 +113,10 @@ class Attraction:
         return contact_pressure > 0.0
 
     def acting(self, contact_pressure: Array, gap: Array) -> Array:
-        """Return the cells that touch or attract each other by more than ``WEAK`` of the largest traction, (nx, ny) bool."""
-        attracted = self.traction(jnp.maximum(gap, 0.0)) > WEAK * self.law.largest_traction
-        return self.touching(contact_pressure) | attracted
+        """Return the cells that touch, or attract each other by more than ``WEAK`` and ``NEGLIGIBLE``, (nx, ny) bool."""
+        attraction = self.traction(jnp.maximum(gap, 0.0))
+        matters = attraction * attraction.size > NEGLIGIBLE * jnp.sum(contact_pressure)
+        return self.touching(contact_pressure) | (attraction > WEAK * self.law.largest_traction) & matters
 
     def energy(self, gap: Array) -> Array:
         """Return the sum over cells of int_g^infinity s dg, ()."""
@@ -263,6 +266,7 @@ class Model:
 
 CLOSE = 1e-3  # a cell under pressure touches up to this part of the gap that the largest traction closes
 FAINT = 1e-6  # least displacement that counts, relative to that of a cell under the largest attraction
+VANISHING = 1e-10  # largest traction over the pressure, below which ``CLOSE`` is relative to the pressure
 # accuracy of gaps at the usual tolerance, relative to the approach, since they are differences
 RESOLVED = 1e-8
 
@@ -333,7 +337,8 @@ def seen_on_grid(problem: Problem, tools: SearchTools, s: SearchState) -> StateO
     gap = s.displacement[:nx, :ny] + problem.gap - s.approach
     attraction = law.traction(jnp.maximum(gap, 0.0))
     pressure = s.pressure
-    strength = law.law.largest_traction
+    # gaps are differences of displacements: the rounding of these is more than what a vanishing attraction closes
+    strength = jnp.maximum(law.law.largest_traction, VANISHING * jnp.max(jnp.abs(pressure)))
     close = lambda excess: gap <= cell * jnp.minimum(excess / 2.0, CLOSE * strength)
     touches = lambda excess: (excess > 0.0) & close(excess)
     if all(problem.operator.periodic) and not problem.load_controlled:  # up to a mean pressure
@@ -583,7 +588,10 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     # the error by which the operator on the padded grid differs from that of the problem, if it is not small
     padding = tools.operator(seen.pressure.at[:nx, :ny].set(0.0))[:nx, :ny]
     differing = problem.operator(pressure) + padding - displacement
-    beside = jnp.max(jnp.abs(differing)) / (tools.cell * problem.law.law.largest_traction)
+    off = jnp.max(jnp.abs(differing))
+    beside = off / (tools.cell * problem.law.law.largest_traction)
+    # of a faint attraction the gap that it closes is less than the rounding of displacements
+    beside = jnp.minimum(beside, off / moved_by(problem, tools.cell, pressure, s.displacement[:nx, :ny]))
     error = jnp.maximum(stopping_error(problem, tools, s, seen), jnp.where(beside > BESIDE, beside, 0.0))
     separated = apart | (problem.target <= 0.0) & (s.lost >= LOST) if load else jnp.asarray(False)
     carried = jnp.where(seen.contact, seen.excess, 0.0)

@@ -178,6 +178,39 @@ def test_slow_retraction_pulls_off_at_that_of_the_relaxed_modulus():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    "control", [jc.Approach(9.0 * UNITS.approach), jc.Load(20.0 * UNITS.load)], ids=["approach", "load"]
+)
+def test_a_vanishing_work_of_adhesion_leaves_the_contact_without_it(control):
+    """The search without adhesion is another method. The range reaches beyond the grid, where so weak an attraction does not
+    matter. The derivative by the work is that of a contact under a given small traction: the same for every small work."""
+    grid = jc.Grid.square(n=24, width=9.0 * UNITS.radius)
+    gap = 2.0 * UNITS.approach
+
+    def contact(work):
+        law = None if work is None else jc.ExponentialAdhesion(work, gap)
+        return quietly(GEL, BALL, control, [0.0], grid=grid, adhesion=law)
+
+    without = contact(None)
+    assert int(without.status[0]) == 0
+    force = lambda work: contact(work).load[0] + contact(work).approach[0] * UNITS.load / UNITS.approach
+    slopes = []
+    for part in (1e-6, 1e-10, 1e-16):
+        found = contact(part * WORK)
+        assert int(found.status[0]) == 0
+        largest = float(np.max(without.pressure))
+        # a millionth of the work changes the pressure by less than a hundred thousandth, beside the tolerance of 1e-8
+        np.testing.assert_allclose(
+            found.pressure, without.pressure, atol=1e-5 * max(part * 1e6, 1e-2) * largest
+        )
+        slopes.append(float(jax.grad(force)(part * WORK)))
+    assert slopes[0] == pytest.approx(slopes[1], rel=1e-4)
+    assert slopes[1] == pytest.approx(slopes[2], rel=1e-6)
+    # an attraction that matters at the edge of the grid is reported there
+    assert int(contact(0.1 * WORK).status[0]) == 2
+
+
+@pytest.mark.slow
 def test_a_load_below_the_lowest_pulls_off_and_the_result_says_so():
     loads = np.array([0.5, 0.0, -1.0, -1.4, -1.9, -1.9, 0.0, 0.5])
     grid = jc.Grid.square(n=32, width=9.0 * UNITS.radius)
