@@ -51,6 +51,11 @@ def non_negative(name: str, value: Any) -> Verdict:
     return _every(name, value, lambda a: (a >= 0) & (a < jnp.inf), ">= 0")
 
 
+def since_loading(name: str, value: Any) -> Verdict:
+    """Check that each time is a number and, counted from the loading, not negative."""
+    return _every(name, value, lambda a: a >= 0, "times >= 0 s after the loading")
+
+
 def somewhere_positive(name: str, value: Any) -> Verdict:
     """Check that some entry is above zero."""
     return _every(name, value, lambda a: (a > 0).any(), "> 0 at some time")

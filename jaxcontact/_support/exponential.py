@@ -87,10 +87,10 @@ def mittag_leffler(x: Array | float, alpha: Array | float) -> tuple[Array, Array
     """
     x, alpha = jnp.broadcast_arrays(jnp.asarray(x, float), jnp.asarray(alpha, float))
     below = 1.0 - alpha
-    inside, small = below > NEAR_ONE, x < LEAST
+    inside, small, endless = below > NEAR_ONE, x < LEAST, x == jnp.inf
     a = jnp.where(inside, alpha, 0.5)[..., None]
     rest = 1.0 - a
-    log_x = jnp.log(jnp.where(small, 1.0, x))[..., None]
+    log_x = jnp.log(jnp.where(small | endless, 1.0, x))[..., None]
 
     # 1. The place w of the rate 1/u, in closed form; nothing depends on it beyond rounding.
     y = jnp.exp(-log_x)
@@ -120,9 +120,11 @@ def mittag_leffler(x: Array | float, alpha: Array | float) -> tuple[Array, Array
     early = rise < decay
     decay, rise = jnp.where(early, 1.0 - rise, decay), jnp.where(early, rise, 1.0 - decay)
 
-    first = x / jnp.exp(gammaln(1.0 + alpha))
+    # 4. The limits of a small, and of an infinite argument.
+    first = jnp.where(endless, 1.0, x) / jnp.exp(gammaln(1.0 + alpha))
     decay = jnp.where(small, 1.0 - first, jnp.where(inside, decay, jnp.exp(-x)))
-    return decay, jnp.where(small, first, jnp.where(inside, rise, -jnp.expm1(-x)))
+    rise = jnp.where(small, first, jnp.where(inside, rise, -jnp.expm1(-x)))
+    return jnp.where(endless, 0.0, decay), jnp.where(endless, 1.0, rise)
 
 
 def _tail(v: Array, step: Array) -> Array:

@@ -310,8 +310,15 @@ class Material(Base, abc.ABC):
         stiff = 3.0 * self.bulk_modulus * compliance
         return (stiff - 2.0) / (2.0 * stiff + 2.0)
 
+    def _check_evaluated(self, t: Array | float = 0.0) -> None:
+        """Check the parameters and the times of an evaluation, where their values are known."""
+        if is_concrete(self, t):
+            check_material("material", self)
+            checks.since_loading("t", t)
+
     def creep(self, t: Array | float) -> Array:
-        """Return the shear creep compliance J(t) [1/Pa], t >= 0 [s] of any shape."""
+        """Return the shear creep compliance J(t) [1/Pa], t >= 0 [s] of any shape; ValueError for a negative t."""
+        self._check_evaluated(t)
         return self.spectrum().creep(t)
 
     def scaled(self, factor: Array | float) -> Self:
@@ -320,6 +327,7 @@ class Material(Base, abc.ABC):
 
         The bulk modulus of an elastic volume response is multiplied as well.
         """
+        checks.positive("factor", factor)
         compliances, unchanged = ("J0", "J", "fluidity"), ("nu", "tau")
         change = {}
         for name, value in vars(self).items():
@@ -340,6 +348,7 @@ class Material(Base, abc.ABC):
             >>> f"{cold.creep(50.0) / melt.creep(5.0):.2f}"
             '1.00'
         """
+        checks.positive("factor", factor)
         change = {}
         for name, value in vars(self).items():
             if name == "tau" or name.startswith("eta"):
@@ -349,7 +358,8 @@ class Material(Base, abc.ABC):
         return replace(self, **change)
 
     def relaxation(self, t: Array | float) -> Array:
-        """Return the shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape."""
+        """Return the shear relaxation modulus G(t) [Pa], t >= 0 [s] of any shape; ValueError for a negative t."""
+        self._check_evaluated(t)
         spectrum = self.spectrum()
         rho, weights = relaxation_modes(spectrum)
         decay = jnp.exp(-jnp.asarray(as_float64(t))[..., None] * rho) @ weights
@@ -362,6 +372,7 @@ class Material(Base, abc.ABC):
         """Return the complex modulus G*(omega) = i omega G(i omega) [Pa], omega [rad/s] of any shape; omega > 0 for a
         fluid.
         """
+        self._check_evaluated()
         s = 1j * jnp.asarray(as_float64(omega))
         spectrum = self.spectrum()
         if spectrum.fluidity is not None:
@@ -371,6 +382,7 @@ class Material(Base, abc.ABC):
 
     def laplace_compliance(self, s: Array | complex) -> Array:
         """Return the Laplace transform of J(t): J(s) = h(s)/s^2 [s/Pa], s [1/s] real or complex, Re s > 0."""
+        self._check_evaluated()
         return self.spectrum().transform(s) / jnp.asarray(s) ** 2
 
     def _prony_table(self, long_term: float) -> finite_elements.Table:
@@ -517,6 +529,7 @@ class Elastic(Material):
     @classmethod
     def from_young(cls, E: Array | float, nu: Array | float = 0.3) -> "Elastic":
         """Return the solid with Young's modulus E [Pa]: G = E/(2(1 + nu))."""
+        checks.poisson_ratio("nu", nu)
         return cls(G=E / (2.0 * (1.0 + nu)), nu=nu)
 
     def spectrum(self) -> Spectrum:
@@ -593,6 +606,7 @@ class KelvinVoigt(Material):
 
     def relaxation(self, t: Array | float) -> Array:
         """Return G(t) = G for t > 0 [Pa]; the impulse eta delta(t) is omitted."""
+        self._check_evaluated(t)
         return jnp.asarray(self.G, dtype=float) + jnp.zeros_like(as_float64(t))
 
 
@@ -761,10 +775,12 @@ class Fractional(abc.ABC):
 
     def complex_modulus(self, omega: Array | float) -> Array:
         """Return the complex modulus G*(omega) = i omega G(i omega) [Pa], omega > 0 [rad/s] of any shape."""
+        self._check_evaluated()
         return self._operational_modulus(1j * jnp.asarray(as_float64(omega)))
 
     def laplace_compliance(self, s: Array | complex) -> Array:
         """Return the Laplace transform of J(t) [s/Pa], s [1/s] real or complex, Re s > 0: J(s) = 1/(s^2 G(s))."""
+        self._check_evaluated()
         s = jnp.asarray(s)
         return 1.0 / (s * self._operational_modulus(s))
 
@@ -777,6 +793,7 @@ class Fractional(abc.ABC):
 
         The quasi-property V becomes V factor^alpha; the modulus does not change.
         """
+        checks.positive("factor", factor)
         return replace(self, V=self.V * jnp.asarray(factor, float) ** self.alpha)
 
     _largest_order: ClassVar[float] = LARGEST_ORDER  # largest alpha of a series
@@ -921,10 +938,17 @@ class Fractional(abc.ABC):
             f"longest: expected more than shortest = {shortest:g} s, got {longest:g}",
         )
         checks.between("tolerance", tolerance, 0.999e-8, 0.1)
-        for name in ("G", "G1", "G2", "V"):
-            if hasattr(self, name):
-                checks.positive(name, getattr(self, name))
+        self._check_evaluated()
         checks.between("alpha", self.alpha, 0.0, self._largest_order)
+
+    def _check_evaluated(self, t: Array | float = 0.0) -> None:
+        """Check the parameters and the times of an evaluation, where their values are known."""
+        if is_concrete(self, t):
+            for name in ("G", "G1", "G2", "V"):
+                if hasattr(self, name):
+                    checks.positive(name, getattr(self, name))
+            checks.between("alpha", self.alpha, 0.0, 1.0)
+            checks.since_loading("t", t)
 
 
 class PowerLaw(Fractional):
@@ -968,10 +992,12 @@ class Springpot(PowerLaw):
 
     def creep(self, t: Array | float) -> Array:
         """Return J(t) [1/Pa], t >= 0 [s] of any shape."""
+        self._check_evaluated(t)
         return power(t, self.alpha) / self.V
 
     def relaxation(self, t: Array | float) -> Array:
         """Return G(t) = V t^-alpha/Gamma(1 - alpha) [Pa], infinite at t = 0, t >= 0 [s] of any shape."""
+        self._check_evaluated(t)
         return self.V * inverse_power(t, self.alpha)
 
     def _operational_modulus(self, s: Array) -> Array:
@@ -1003,10 +1029,12 @@ class FractionalMaxwell(PowerLaw):
 
     def creep(self, t: Array | float) -> Array:
         """Return J(t) [1/Pa], t >= 0 [s] of any shape."""
+        self._check_evaluated(t)
         return 1.0 / self.G + power(t, self.alpha) / self.V
 
     def relaxation(self, t: Array | float) -> Array:
         """Return G(t) = G E_alpha(-(G/V) t^alpha) [Pa], t >= 0 [s] of any shape."""
+        self._check_evaluated(t)
         return self.G * mittag_leffler(_argument(t, self.alpha, self.G / self.V), self.alpha)[0]
 
     def _operational_modulus(self, s: Array) -> Array:
@@ -1031,6 +1059,7 @@ class Retarded(Fractional):
 
     def creep(self, t: Array | float) -> Array:
         """Return J(t) [1/Pa], t >= 0 [s] of any shape."""
+        self._check_evaluated(t)
         x = _argument(t, self.alpha, self._delayed / self.V)
         return self._spring + mittag_leffler(x, self.alpha)[1] / self._delayed
 
@@ -1099,6 +1128,7 @@ class FractionalKelvinVoigt(Retarded):
 
     def relaxation(self, t: Array | float) -> Array:
         """Return G(t) = G + V t^-alpha/Gamma(1 - alpha) [Pa], infinite at t = 0, t >= 0 [s] of any shape."""
+        self._check_evaluated(t)
         return self.G + self.V * inverse_power(t, self.alpha)
 
     def _operational_modulus(self, s: Array) -> Array:
@@ -1145,6 +1175,7 @@ class FractionalZener(Retarded):
 
     def relaxation(self, t: Array | float) -> Array:
         """Return G(t) [Pa], t >= 0 [s] of any shape."""
+        self._check_evaluated(t)
         whole = self.G1 + self.G2
         x = _argument(t, self.alpha, whole / self.V)
         return self.G1 / whole * (self.G2 + self.G1 * mittag_leffler(x, self.alpha)[0])

@@ -209,3 +209,60 @@ def test_relaxation_of_many_branches_is_that_of_few(monkeypatch):
     monkeypatch.setattr("jaxcontact.bodies.materials.MANY", 5)
     jax.clear_caches()
     np.testing.assert_allclose(body.relaxation(times), few, rtol=1e-12)
+
+
+NOT_A_LAW = {
+    "a negative modulus": (jc.Burgers(-2.0, 0.5, 30.0, 1.5), "material Burgers G1: expected > 0, got -2"),
+    "a negative part": (jc.Prony(0.5, [-2.0], [1.0]), "material Prony J: expected >= 0, got -2"),
+    "more parts than times": (
+        jc.Prony(0.5, [2.0, 1.0], [1.0]),
+        r"expected J and tau of one shape, got \(2,\) and \(1,\)",
+    ),
+    "Poisson's ratio": (jc.Elastic(2.0, nu=0.7), "material nu: expected -1 < nu <= 0.5, got 0.7"),
+    "an order above one": (jc.Springpot(2.0, 1.2), "alpha: expected > 0 and <= 1, got 1.2"),
+    "a spring without stiffness": (jc.FractionalZener(2.0, 0.0, 1.0, 0.3), "G2: expected > 0, got 0"),
+}
+
+
+@pytest.mark.parametrize("name", NOT_A_LAW)
+@pytest.mark.parametrize("method", ["creep", "relaxation", "complex_modulus", "laplace_compliance"])
+def test_a_material_out_of_range_has_no_value(name, method):
+    material, message = NOT_A_LAW[name]
+    with pytest.raises(ValueError, match=message):
+        getattr(material, method)(1.0)
+
+
+FRACTIONAL = {
+    "springpot": jc.Springpot(2.0, 0.3),
+    "fractional Maxwell": jc.FractionalMaxwell(2.0, 3.0, 0.3),
+    "fractional Kelvin-Voigt": jc.FractionalKelvinVoigt(2.0, 3.0, 0.3),
+    "fractional Zener": jc.FractionalZener(2.0, 0.5, 3.0, 0.3),
+    "Kelvin-Voigt": jc.KelvinVoigt(2.0, 3.0),
+}
+
+
+@pytest.mark.parametrize("name", MATERIALS | FRACTIONAL)
+@pytest.mark.parametrize("method", ["creep", "relaxation"])
+def test_before_the_loading_a_material_has_no_value(name, method):
+    """A creep compliance at t < 0 would be a number of the wrong size (of Kelvin and Voigt's solid a negative one)."""
+    evaluate = getattr((MATERIALS | FRACTIONAL)[name], method)
+    for times in (-1.0, [0.0, -0.5, 2.0], np.nan):
+        with pytest.raises(ValueError, match="t: expected times >= 0 s after the loading, got"):
+            evaluate(times)
+
+
+def test_factors_of_moduli_and_times_are_positive():
+    for change in (jc.Maxwell(2.0, 3.0).scaled, jc.Maxwell(2.0, 3.0).shifted, jc.Springpot(2.0, 0.3).shifted):
+        with pytest.raises(ValueError, match="factor: expected > 0, got -1"):
+            change(-1.0)
+    with pytest.raises(ValueError, match=r"nu: expected -1 < nu <= 0\.5, got -1"):
+        jc.Elastic.from_young(2.0, nu=-1.0)
+
+
+def test_after_infinite_time_the_springs_remain():
+    """Of two springs 2 and 0.5 in series the relaxed modulus is 1/(1/2 + 1/0.5) = 0.4, of any order of what relaxes."""
+    for solid in (MATERIALS["standard"], FRACTIONAL["fractional Zener"]):
+        assert float(solid.creep(np.inf)) == pytest.approx(2.5, rel=1e-14)
+        assert float(solid.relaxation(np.inf)) == pytest.approx(0.4, rel=1e-14)
+    assert float(FRACTIONAL["fractional Kelvin-Voigt"].creep(np.inf)) == pytest.approx(0.5, rel=1e-14)
+    assert float(FRACTIONAL["fractional Maxwell"].relaxation(np.inf)) == 0.0
