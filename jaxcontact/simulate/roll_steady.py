@@ -501,8 +501,8 @@ def roll_steady(
     )
     shape = np.shape(velocity)
     checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
-    largest = jnp.max(jnp.abs(velocity)) if not is_concrete(velocity) else np.max(np.abs(velocity))
-    valid = checks.positive("velocity [m/s] (its size)", largest)
+    fastest = jnp.max(jnp.abs(velocity)) if not is_concrete(velocity) else np.max(np.abs(velocity))
+    valid = checks.positive("velocity [m/s] (its size)", fastest)
     forced = isinstance(creepage, TangentialControl)
     if isinstance(creepage, TangentialControl):
         checks.require(
@@ -566,8 +566,8 @@ def _run(
             memory, no_time = RecursiveMemory(kernels.normal), jnp.zeros(())
             no_history = memory.start(grid.shape)
             operator = memory.predict(no_history, jnp.zeros(grid.shape), no_time).operator
-            seen = lambda p: {**memory.observe(no_history, p, no_time), "hysteresis_power": no_time}
-            return elastic_surface(kernels, operator), seen
+            observe = lambda p: {**memory.observe(no_history, p, no_time), "hysteresis_power": no_time}
+            return elastic_surface(kernels, operator), observe
         moved = vector / scale.length
         wake = wake_of(body, grid, kernels.normal, moved, across=velocity.ndim > 0)
         symbols = wake.symbols()
@@ -577,10 +577,10 @@ def _run(
             "hysteresis_power": wake.lost_power(symbols, p),
         }
 
-    surface, observed = rolled_over(experiment.body, kernels)
+    surface, observe_body = rolled_over(experiment.body, kernels)
     of_indenter, own = None, experiment.indenter.surface()
     if own is not None and kernels.indenter is not None:
-        of_indenter, seen_of_indenter = rolled_over(own, kernels.indenter)
+        of_indenter, observe_indenter = rolled_over(own, kernels.indenter)
         surface = surface.plus(of_indenter)
 
     # with adhesion a law of attraction in the place of hard contact, and the shear strength
@@ -635,9 +635,9 @@ def _run(
         (found & ~contact.steady(rolled), Status.NOT_STEADY), (~met, Status.NOT_CONVERGED), status=status
     )
     if forced:
-        asked, room = contact.tangential_target, jnp.sum(contact.bound(pressed))
-        held = jnp.sum(asked**2) < room**2
-        status = most_serious((~held & jnp.any(asked != 0.0), Status.GROSS_SLIP), status=status)
+        wanted, most = contact.tangential_target, jnp.sum(contact.bound(pressed))
+        held = jnp.sum(wanted**2) < most**2
+        status = most_serious((~held & jnp.any(wanted != 0.0), Status.GROSS_SLIP), status=status)
     for each in experiment.surfaces:
         status = with_no_steady_state(status, experiment, each, vector)
     numbers["status"] = status
@@ -651,27 +651,27 @@ def _run(
         }
 
     # what each surface shows of the pressure; both lose power
-    numbers |= observed(pressed.pressure)
+    numbers |= observe_body(pressed.pressure)
     if of_indenter is not None:
-        seen = seen_of_indenter(pressed.pressure)
-        numbers["hysteresis_power"] = numbers["hysteresis_power"] + seen["hysteresis_power"]
+        its_own = observe_indenter(pressed.pressure)
+        numbers["hysteresis_power"] = numbers["hysteresis_power"] + its_own["hysteresis_power"]
         moved = of_indenter.normal(pressed.pressure) + of_indenter.normal_from_tangential(sheared.traction)
-        numbers |= {"indenter_film_strain": seen["film_strain"], "indenter_displacement": moved}
+        numbers |= {"indenter_film_strain": its_own["film_strain"], "indenter_displacement": moved}
 
     # Friction takes the work of the tangential force and of the moment and, where the solids are unlike, of the pressure on
     # a surface that the traction moves: -int q . slip = Q . creepage + M spin + int q . du/ds, and of u only the part due to
     # the pressure is not zero on elastic bodies, whose integral is -int p dw/ds with the normal displacement w under the
-    # traction (Betti).
-    raised = jnp.zeros(())
+    # traction (Betti): the power of a force ``coupling_force`` against the motion.
+    coupling_force = jnp.zeros(())
     if coupled:
         flat = Observer.of(jnp.zeros_like(profile), spacing[1] / spacing[0])
-        raised = -flat.hysteresis(pressed.pressure, by_traction, direction)
-    in_si = scale.to_si(**numbers, profile=profile, lateral_force=raised)
-    raised = in_si.pop("lateral_force")
+        coupling_force = -flat.hysteresis(pressed.pressure, by_traction, direction)
+    in_si = scale.to_si(**numbers, profile=profile, lateral_force=coupling_force)
+    coupling_force = in_si.pop("lateral_force")
     q_x, q_y = in_si["traction"]
     moment = grid.cell_area * jnp.sum(x * q_y - y * q_x)
     by_creepage = jnp.sum(in_si["tangential_load"] * in_si["creepage"])
-    friction_power = speed * (by_creepage + moment * spin + raised)
+    friction_power = speed * (by_creepage + moment * spin + coupling_force)
     in_si |= {
         "spin": spin,
         "moment": moment,
