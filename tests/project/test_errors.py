@@ -91,6 +91,7 @@ ELSEWHERE = {  # reached by no row, and why
     "plugins.py: load": "test_plugins.py",
     "pytree.py: __init__": "test_own_classes.py, a class without the decorator",
     "materials.py: __post_init__": "test_own_classes.py, a material without Poisson's ratio",
+    **{f"materials.py: {name}": "test_materials.py, factors" for name in ("scaled", "shifted", "from_young")},
     "case_keys.py: take_up_material": "test_plugins.py",
     "storage.py: _xarray": "test_storage.py, without the extra",
     "labels.py: extra": "test_summaries.py, without the extra",

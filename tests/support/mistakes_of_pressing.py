@@ -354,6 +354,10 @@ PRESSING = {
         lambda: jc.Springpot(1e9, 1.1).prony(1.0, 2.0),
         r"alpha: expected > 0 and <= 1, got 1.1",
     ),
+    "an order whose spectrum cannot be summed": (
+        lambda: jc.FractionalZener(1e9, 1e9, 1e9, 0.9995).prony(1.0, 2.0),
+        r"alpha: expected > 0 and <= 0.999, got 0.9995",
+    ),
     "nu and a bulk modulus": (
         lambda: indent(body=on(jc.Elastic(1e9, nu=0.3, bulk_modulus=1e9))),
         r"substrate Elastic: expected one of nu and bulk_modulus, got both",
