@@ -20,6 +20,7 @@ import argparse
 import dataclasses
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -27,6 +28,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxcontact as jc
+from jaxcontact._compile.programs import compiler_options
 from jaxcontact._support.fields import FIELDS, INSIDE
 
 LONG, STEPS = 2e-3, (1e-3, 1e-4, 1e-5)
@@ -149,8 +151,10 @@ def measured(scenario: Scenario) -> Table:
         result = scenario.verb(**jax.tree.unflatten(tree, moved), **scenario.fixed)
         return terms_of(result), jnp.asarray(getattr(result, "status", 0))
 
-    at = jnp.zeros(len(changes))
-    values, status = jax.jit(solved)(at)
+    # runs take a hundredth of the time of their compilation
+    compiled = partial(jax.jit, compiler_options=compiler_options(optimised=False))
+    at, run = jnp.zeros(len(changes)), compiled(solved)
+    values, status = run(at)
     weights = {}
     for name, value in values.items():
         size = np.abs(np.asarray(value))
@@ -158,22 +162,24 @@ def measured(scenario: Scenario) -> Table:
         uneven = 1.5 + np.cos(0.7 * np.arange(size.size) + 0.3).reshape(size.shape)
         weights[name] = uneven / (size + 0.1 * mean) / size.size
 
-    def outputs(q: jax.Array) -> jax.Array:
-        found = solved(q)[0]
+    def weighted(found: dict[str, jax.Array]) -> jax.Array:
         return jnp.stack([jnp.sum(weight * found[name]) for name, weight in weights.items()])
 
+    def outputs(q: jax.Array) -> jax.Array:
+        return weighted(solved(q)[0])
+
     # one direction and one term at a time: what is batched takes twice as long to compile
-    run = jax.jit(outputs)
-    along = jax.jit(lambda change: jax.jvp(outputs, (at,), (change,))[1])
-    back = jax.jit(lambda weights: jax.vjp(outputs, at)[1](weights)[0])
+    along = compiled(lambda change: jax.jvp(outputs, (at,), (change,))[1])
+    back = compiled(lambda weights: jax.vjp(outputs, at)[1](weights)[0])
+    at_change = lambda q: np.asarray(weighted(run(q)[0]))
     forward = np.stack([np.asarray(along(each)) for each in jnp.eye(at.size)], 1)
     reverse = np.stack([np.asarray(back(each)) for each in jnp.eye(len(values))])
     size = np.maximum(np.abs(forward), FLOOR * np.max(np.abs(forward), 1, keepdims=True))
     size = np.where(size > 0.0, size, 1.0)
     slopes = {}
     for step in (LONG, *STEPS):
-        ways = [(run(at.at[i].add(step)) - run(at.at[i].add(-step))) / (2.0 * step) for i in range(at.size)]
-        slopes[step] = np.stack([np.asarray(way) for way in ways], 1)
+        ways = [at_change(at.at[i].add(step)) - at_change(at.at[i].add(-step)) for i in range(at.size)]
+        slopes[step] = np.stack(ways, 1) / (2.0 * step)
     # of fourth order, from the two longest steps
     tried = [slopes[step] for step in STEPS] + [(4.0 * slopes[STEPS[0]] - slopes[LONG]) / 3.0]
     nearest = np.min([np.abs(each - forward) / size for each in tried], 0)
