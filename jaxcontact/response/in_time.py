@@ -304,6 +304,7 @@ CLOCKS = 4.0  # the fastest over the slowest clock of the second body
 SHARE = 0.1  # weight of the second body in the combination
 CUTOFF = 1e-12  # part of the largest singular value below which others are discarded
 SHAPE_CUTOFF = 1e-9  # CUTOFF in the fit of the shapes: smaller values are rounding
+SLOPE_CUTOFF = 1e-10  # least cutoff in derivatives: smaller singular values magnify rounding
 CANDIDATES = 120  # wavenumbers of which some are picked, about
 STRIDE = 4  # the error is measured at every fourth wavenumber
 
@@ -530,9 +531,10 @@ def picks(matrix: Array, weights: Array, count: int) -> Array:
 def combination(matrix: Array, target: Array, weights: Array, cutoff: float = CUTOFF) -> Array:
     """Return the x (m,) for least sum of (weights (matrix x - target))^2, matrix (r, m), target and weights (r,).
 
-    The decomposition carries no derivative: two steps of refinement give those by the target and by the matrix times x,
-    and a last one, whose value is zero, that by the matrix in the normal equations, so that first derivatives are those of
-    the solution whatever its residual.
+    The decomposition and the first solution carry no derivative: two steps of refinement give those by the target less the
+    matrix times x, one order each, and a last one, whose value is zero, that by the matrix in the normal equations, so that
+    first derivatives are those of the solution whatever its residual. Were the change of the target alone fitted first, to
+    a matrix at rest, its large x would have to cancel.
     """
     matrix, target = weights[:, None] * matrix, weights * target
     held = jax.lax.stop_gradient(matrix)
@@ -540,7 +542,7 @@ def combination(matrix: Array, target: Array, weights: Array, cutoff: float = CU
     size = jnp.where(size > 0.0, size, 1.0)
     matrix, held = matrix / size, held / size
     singular = decomposed(held)
-    x = singular.truncated(target, cutoff)
+    x, cutoff = jax.lax.stop_gradient(singular.truncated(target, cutoff)), max(cutoff, SLOPE_CUTOFF)
     for _ in range(2):
         x = x + singular.truncated(target - matrix @ x, cutoff)
     residual = jax.lax.stop_gradient(target - matrix @ x)
