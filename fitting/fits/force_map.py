@@ -56,7 +56,7 @@ from fitting.data.contact import (
     signs,
 )
 from fitting.data.indentation import IndentationData, depth_notes, probe_of, too_deep
-from fitting.fits import force
+from fitting.fits import adhesive_map, force
 from fitting.fits.force import fit_force
 from fitting.fits.indentation import fit_indentation
 from fitting.inference import noise, verdict
@@ -827,10 +827,31 @@ def each_alone(
             # with the segments, of which a fit takes one or two, and the notes, which are stored with it
             keys[k] = kept.key(one.t, one.load, one.depth, one.segments, np.array(one.notes, dtype=str))
     missing = [k for k in keys if keys[k] not in kept.known]
-    count = min(processes or cores(), max(len(missing), 1))
     with tqdm(
         total=len(missing), unit="curve", desc="fitting", disable=None if progress else True, leave=False
     ) as bar:
+        # adhesive curves together, but for those that are in doubt
+        if given["adhesion"] is not None and all(
+            given[name] is None for name in ("weights", "sigma", "bounds")
+        ):
+            left: list[int] = []
+
+            def done(places: list[int], found: list[dict[str, Any] | None]) -> None:
+                good = [(missing[i], one) for i, one in zip(places, found, strict=True) if one is not None]
+                left.extend(missing[i] for i, one in zip(places, found, strict=True) if one is None)
+                if good:
+                    kept.add(
+                        [keys[k] for k, _ in good],
+                        {name: np.array([one[name] for _, one in good]) for name in good[0][1]},
+                    )
+                bar.update(len(good))
+
+            adhesive_map.fitted_together(
+                [curves[k] for k in missing], given["indenter"], given["nu"], given["level"], processes or cores(),
+                BATCH, done,
+            )  # fmt: skip
+            missing = left
+        count = min(processes or cores(), max(len(missing), 1))
         run = functools.partial(fitted_alone, **given)
         with contextlib.ExitStack() as stack:
             if count > 1:
@@ -1230,6 +1251,11 @@ def fit_map(
     force.check_options(indenter, nu, thickness, substrate, unbonded, errors, spring_constant)
     if adhesion is not None and str(adhesion).upper() != "JKR":
         raise ValueError(f'adhesion: expected "JKR" or None, got {adhesion!r}')
+    if adhesion is not None:
+        beside = {"thickness": thickness, "substrate": substrate, "errors": errors, "drag": drag}
+        others = [name for name, value in beside.items() if value]
+        if others:
+            raise ValueError(f"adhesion: expected no {', '.join(others)} beside it in a map, got some")
     if not 0.0 < level < 1.0:
         raise ValueError(f"level: expected between 0 and 1, got {level!r}")
     # a list of ``IndentationData``, or of text where one could not be read; otherwise arrays

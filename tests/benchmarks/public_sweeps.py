@@ -49,10 +49,9 @@ SERIES = [
 
 def measured(points, words):
     """Return the abscissa (s = i omega, or t), the data and their weights: relative, or one for all in creep."""
-    x, y = points
-    if words.startswith("oscillation"):
-        n = x.size // 2  # storage moduli, then loss moduli
-        x, y = 1j * x[:n], y[:n] + 1j * y[n:]
+    x, y, *loss = points
+    if loss:
+        x, y = 1j * x, y + 1j * loss[0]
     return x, y, 1 / np.abs(y) if "--weights absolute" not in words else np.full(y.size, 1 / np.abs(y).max())
 
 
