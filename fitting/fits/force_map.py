@@ -334,7 +334,7 @@ CALIBRATED = 16  # curves whose intervals are calibrated by simulation
 VERDICTS = ("accepted", "rejected", "failed")
 COLOURS = dict(zip(VERDICTS, (sheet.BLUE, sheet.REFUSED, "0.6"), strict=True))
 SIZE = 5.0  # width of a map [inches]
-NUMBERS = re.compile(r"\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
+NUMBERS = re.compile(r"-?\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
 
 
 @functools.cache
@@ -1190,6 +1190,12 @@ class MapFit:
         axes[0].set_ylabel("Young's modulus [Pa]")
         axes[0].legend()
         for one, (name, unit, values) in zip(axes[1:], fields[1:], strict=False):
+            if self.accepted.any():  # a rejected fit far away does not set the scale
+                low, high = np.min(values[self.accepted]), np.max(values[self.accepted])
+                bottom, top = one.get_ylim()
+                if bottom < 2.0 * low - high or top > 2.0 * high - low:
+                    room = max(high - low, 0.1 * abs(high))
+                    one.set_ylim(max(bottom, low - room), min(top, high + room))
             sheet.axis_label(one.yaxis, name, unit, values[np.isfinite(values)])
         axes[-1].set_ylabel("number of curves")
         for one in axes[:-1]:
@@ -1214,6 +1220,10 @@ def fit_map(
     1.08) is simulated for 16 curves of the map, and their median factor taken. ``bounds``, ``substrate``, ``weights``,
     ``sigma`` and ``drag`` make searches of another kind: with them ``fit_force`` is called for each curve, in processes.
 
+    With ``adhesion="JKR"`` a program of its own fits approach and retraction, also about 5 to 8 ms a curve
+    (``fitting/fits/adhesive_map.py``); ``fit_indentation`` decides on the curves whose residuals leave a doubt, in 0.05 to
+    4 s each, as it does for all with ``bounds``, ``weights`` or ``sigma``.
+
     Args:
         depth: depths of the tip [m], height - load/spring constant: rows (m, n) padded with nan, a list of arrays, or a list
             of ``IndentationData``, from which load and times are then taken (or text, why a curve cannot be read). Of
@@ -1224,7 +1234,8 @@ def fit_map(
             ``fit_force``.
         shape: (rows, columns) of a scan whose curves are given row by row.
         x, y: places of the curves (m,) [m].
-        adhesion: "JKR": fit the work of adhesion to approach and retraction (``fit_indentation`` for one curve); None: none.
+        adhesion: "JKR": fit the work of adhesion of a ball on a half-space to approach and retraction, as
+            ``fit_indentation`` for one curve does; without thickness, errors and drag. None: no adhesion.
         names, curve: files of the curves and positions in them (m,), for the tables.
         store: folder in which results are kept after each batch. A further call with the same options takes what is there,
             so that a map that was stopped (Ctrl-C) is continued, and further curves are added.

@@ -2,7 +2,8 @@
 
     python -m tests.benchmarks.public_sweeps FOLDER
 
-FOLDER holds the files of ``MODELS`` and ``SERIES``, which are not part of this project. Classical and fractional models are
+FOLDER holds the files of ``MODELS`` and ``SERIES``, which are not part of this project; in ``Maxwell.gt`` the heading sxy, a
+stress, is replaced by modulus, since the strain is 1. Classical and fractional models are
 fitted by scipy from twelve starts, generalised Maxwell models by non-negative least squares at the same times.
 """
 
@@ -15,7 +16,7 @@ from scipy import optimize
 from tests.benchmarks.public_files import fitted_points
 
 SWEEP = "--column omega=0 --column storage=1 --column loss=2"
-GT = "--column t=t --column modulus=sxy --unit t=s --unit modulus=Pa"
+GT = "--column t=t --column modulus=modulus --unit t=s --unit modulus=Pa"
 STRESS = 10.0  # [Pa] of the creep test
 MODELS = [  # file, words of the command, moduli or strain of the parameters x over s = i omega or over t, start
     (
