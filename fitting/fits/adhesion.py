@@ -292,7 +292,7 @@ OFF, BESIDE = (
 
 
 def fault(data: IndentationData, contact: np.ndarray, deviations: np.ndarray) -> str:
-    """Return which fault of the instrument an adhesive force curve has: spikes, a jump, or a step before the contact; "" if
+    """Return which fault an adhesive force curve has: no indentation, spikes, a jump, or a step before the contact; "" if
     none.
 
     contact (n,) bool: the points in contact; deviations (n,) [N]: the model, which is zero out of contact, less the load.
@@ -300,7 +300,10 @@ def fault(data: IndentationData, contact: np.ndarray, deviations: np.ndarray) ->
     out of it, each without the points next to the change.
     """
     load, approach = data.load, data.segments == "approach"
-    largest = float(np.max(np.abs(load[contact])))
+    largest, change = float(np.max(np.abs(load[contact]))), float(np.ptp((load + deviations)[contact]))
+    scatter = float(np.std(deviations[contact]))
+    if change < verdict.SEEN * scatter:
+        return f"no indentation: the force changes by {change:.3g} N in contact, the noise is {scatter:.3g} N"
     spiky, highest, jumped = 0, 0.0, 0.0
     for part in (approach & ~contact, approach & contact, ~approach & contact, ~approach & ~contact):
         own = deviations[part]

@@ -125,8 +125,11 @@ def coverage(sets, seed=1):
 
 
 def designs(gels, seed=0, points=500, smaller=1.2, kinds=KINDS[:2]):
-    """Return {kind: (ratios, told, not told)}: the ratios that ``fitting.design`` states for a hold at 3 um, and the numbers of
-    gels named rightly from a second hold at that ratio, and at the ratio ``smaller``."""
+    """Return {kind: (ratios, told, of smaller)}.
+
+    They are the ratios that ``fitting.design`` states for a hold at 3 um, and the numbers of gels named rightly from a
+    second hold at that ratio, and at the ratio ``smaller``.
+    """
     found = {}
     for kind in kinds:
         ratios, told, not_told = [], 0, 0

@@ -68,9 +68,8 @@ def test_design_states_which_second_depth_would_tell():
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS[:2])
 def test_the_second_depth_that_design_states_tells_most_gels_and_a_smaller_one_does_not(kind):
-    ratios, told, smaller = designs(3, seed=5, points=100, kinds=(kind,))[kind]
-    assert np.all(np.array(ratios) >= 1.5) and np.all(np.array(ratios) <= 5.0)
-    assert told >= 2 and smaller <= 1
+    ratios, told, smaller = designs(2, seed=5, kinds=(kind,))[kind]
+    assert all(1.5 <= ratio <= 5.0 for ratio in ratios) and told == 2 and smaller == 0
 
 
 @pytest.mark.slow
