@@ -92,6 +92,8 @@ class Body(NamedTuple):
     @property
     def own(self) -> float:
         """The compliance (1 - nu)/G of the ball [1/Pa]."""
+        if self.ball.material is None:
+            return 0.0
         with jax.ensure_compile_time_eval():  # a number inside jit as well
             return float(self.ball.compliance())
 
@@ -283,6 +285,45 @@ def _film_load(theta: Array, inputs: tuple[tuple, FilmSeries, Array, tuple[Array
 CHANGE = 0.4  # of the logarithm of modulus or work between half the contact and the whole, beyond which a fit is rejected
 TREND = 0.05  # likewise, trend of the residuals over the largest force in contact
 FEW = 8  # fewest points in half the contact
+OFF, BESIDE = (
+    5,
+    0.05,
+)  # points out of contact beside a jump into or out of contact, as a number and as a fraction
+
+
+def fault(data: IndentationData, contact: np.ndarray, deviations: np.ndarray) -> str:
+    """Return which fault an adhesive force curve has: no indentation, spikes, a jump, or a step before the contact; "" if
+    none.
+
+    contact (n,) bool: the points in contact; deviations (n,) [N]: the model, which is zero out of contact, less the load.
+    The surfaces jump into contact and part abruptly, which is no fault: approach and retraction are judged in contact and
+    out of it, each without the points next to the change.
+    """
+    load, approach = data.load, data.segments == "approach"
+    largest, change = float(np.max(np.abs(load[contact]))), float(np.ptp((load + deviations)[contact]))
+    scatter = float(np.std(deviations[contact]))
+    if change < verdict.SEEN * scatter:
+        return f"no indentation: the force changes by {change:.3g} N in contact, the noise is {scatter:.3g} N"
+    spiky, highest, jumped = 0, 0.0, 0.0
+    for part in (approach & ~contact, approach & contact, ~approach & contact, ~approach & ~contact):
+        own = deviations[part]
+        beside = verdict.BESIDE if contact[part].any() else max(OFF, math.ceil(BESIDE * own.size))
+        own = own[beside : own.size - beside]
+        if own.size < FEW:
+            continue
+        own = own - np.median(own)
+        count, high = verdict.spikes(own, largest, own.size)
+        spiky, highest = spiky + int(count), max(highest, float(high))
+        jumped = max(jumped, float(verdict.jump(own, largest, own.size)))
+    # the first loads in contact are tensions, or small: the load rises continuously from the first touch on
+    first = load[approach & contact][: verdict.BESIDE]
+    stepped = float(first.min()) / largest if first.size and np.any(approach & ~contact) else 0.0
+    if stepped > verdict.SPIKE:
+        return (
+            f"a step before the contact: the load is {100 * stepped:.3g} % of the largest force where it leaves the"
+            " baseline, which a contact does not reach at once: correct the baseline, or measure again"
+        )
+    return verdict.spiked_or_jumped(spiky, highest, jumped)
 
 
 def deviation(
@@ -300,6 +341,12 @@ def deviation(
         some = contact & (test.data.segments == mark)
         if np.any(some):
             trends[mark] = verdict.trend(solved.residual[some] / solved.weights[some]) / largest
+
+    # a fault of the instrument, from which neither modulus nor work follows
+    deviations = np.where(contact, solved.residual / np.where(contact, solved.weights, 1.0), -test.data.load)
+    broken = fault(test.data, contact, deviations)
+    if broken:
+        return Deviation(np.zeros(solved.theta.size), (broken,))
 
     # fits of the shallower and of the deeper half, and with a range of the attraction
     def refits() -> list[np.ndarray | None]:

@@ -391,7 +391,9 @@ def excess(residual: np.ndarray) -> np.ndarray:
     This is the variance of the score of a scale relative to that of Gaussian noise, by which heavy tails weaken a
     likelihood of scales.
     """
-    square = (residual - residual.mean(-1, keepdims=True)) ** 2
+    residual = residual - residual.mean(-1, keepdims=True)
+    # of residuals beyond 1e77 the fourth power would be infinite
+    square = (residual / np.maximum(np.max(np.abs(residual), -1, keepdims=True), TINY)) ** 2
     return np.maximum(0.5 * np.mean(square**2, -1) / np.maximum(np.mean(square, -1) ** 2, TINY) - 0.5, 1.0)
 
 

@@ -387,6 +387,21 @@ def rising(depth: Any, deviations: Any, model: Any, point: Any, n: Any, xp: Any 
     return xp.where(flat, 1.0 - lag / xp.where(rise > 0.0, rise, 1.0), 1.0)
 
 
+def spiked_or_jumped(spiky: int, highest: float, jumped: float) -> str:
+    """Return the reason against a curve with spikes or a jump, "" without; the arguments are those of ``unusable``."""
+    if spiky:
+        return (
+            f"spikes: {spiky} isolated points deviate from the curve by up to {100 * highest:.3g} % of"
+            " the largest force: leave them out, or measure again"
+        )
+    if jumped:
+        return (
+            f"a jump by {100 * jumped:.3g} % of the largest force between two points: a contact that"
+            " slips or breaks through, or a fault of the instrument; fit the part before it"
+        )
+    return ""
+
+
 def unusable(
     before: int, n: int, spiky: int, highest: float, jumped: float, risen: float, pushed: float, scatter: float,
     unit: float,
@@ -403,16 +418,9 @@ def unusable(
         )
     if n - before < FEW:
         return f"no indentation: {n - before} points after the contact point"
-    if spiky:
-        return (
-            f"spikes: {spiky} isolated points deviate from the curve by up to {100 * highest:.3g} % of"
-            " the largest force: leave them out, or measure again"
-        )
-    if jumped:
-        return (
-            f"a jump by {100 * jumped:.3g} % of the largest force between two points: a contact that"
-            " slips or breaks through, or a fault of the instrument; fit the part before it"
-        )
+    broken = spiked_or_jumped(spiky, highest, jumped)
+    if broken:
+        return broken
     if pushed < SEEN * scatter:
         return (
             f"no indentation: the force rises by {pushed * unit * PICO:.3g} pN, the noise of the baseline is"

@@ -21,6 +21,7 @@ STEPS = 30  # trial values at most, on the way of one branch to the level
 FARTHER = 2.0  # longest further step, over the distance from the best value
 MONOTONE = 3.0  # largest slope of a monotonic cubic at its ends, over that of the straight line
 BESIDE = 0.05  # least distance of a trial value from one that is known, over that between the two that enclose the level
+MEET = 1e-9  # distance of the points that enclose the level, over that from the best value, at which a profile jumps there
 MOST = 4.0  # longest first step, over the best value of the coordinate or 1, whichever is larger
 NEGLIGIBLE = 3e-3  # fall of RSS that a fit along a profile may leave over, as a fraction of the allowed rise
 START = 1e-3  # smallest first step, in units of the coordinate
@@ -151,6 +152,10 @@ class _Side:
                 inner, along = found, self._along(found.fit)[0]
             else:
                 outer = found
+            # where the height jumps past the level, as at a point that leaves the stable branch of a contact, the two points
+            # that enclose it meet
+            if outer is not None and abs(outer.value - inner.value) <= MEET * abs(outer.value - self.first):
+                return inner.value
             value = self._next(inner, outer)
         self.unfinished += 1
         return value

@@ -3,6 +3,7 @@
     python -m tests.benchmarks.poroelastic_causes                 # 20 gels of each kind
     python -m tests.benchmarks.poroelastic_causes --gels 100
     python -m tests.benchmarks.poroelastic_causes --coverage 100  # parameters of fit_poroelastic within their intervals
+    python -m tests.benchmarks.poroelastic_causes --design 20     # gels told at the second depth that fitting.design states
 
 Nothing of the generator is shared with the package: forces are sums over increments of the depth with the formulas of Hu
 et al. in ``tests/support/poroelastic_contact.py``, and a network with one or two relaxation times. Depths differ by a factor
@@ -123,10 +124,35 @@ def coverage(sets, seed=1):
     )
 
 
+def designs(gels, seed=0, points=500, smaller=1.2, kinds=KINDS[:2]):
+    """Return {kind: (ratios, told, of smaller)}.
+
+    They are the ratios that ``fitting.design`` states for a hold at 3 um, and the numbers of gels named rightly from a
+    second hold at that ratio, and at the ratio ``smaller``.
+    """
+    found = {}
+    for kind in kinds:
+        ratios, told, not_told = [], 0, 0
+        for k in range(gels):
+            rng = np.random.default_rng([seed, KINDS.index(kind), k])
+            properties = gel(kind, rng)
+
+            def named(*depths):
+                holds = holds_of(properties, np.random.default_rng([seed, k]), depths=depths, points=points)  # noqa: B023
+                return fitting.relaxation_cause(holds, indenter=BEAD)
+
+            ratios.append(fitting.design(named(3e-6)).ratio)
+            told += np.isfinite(ratios[-1]) and named(3e-6, 3e-6 * ratios[-1]).cause == kind
+            not_told += named(3e-6, 3e-6 * smaller).cause == kind
+        found[kind] = ratios, told, not_told
+    return found
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--gels", type=int, default=20)
     parser.add_argument("--coverage", type=int, default=0)
+    parser.add_argument("--design", type=int, default=0)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kinds", nargs="+", default=KINDS, choices=KINDS)
     parser.add_argument("--single", action="store_true", help="also from the smaller depth alone")
@@ -134,7 +160,10 @@ if __name__ == "__main__":
     parser.add_argument("--same", action="store_true", help="with same_modulus=True")
     parser.add_argument("--verbose", action="store_true")
     options = parser.parse_args()
-    if options.coverage:
+    if options.design:
+        for kind, (ratios, told, smaller) in designs(options.design, options.seed, options.points).items():
+            print(f"{kind}: ratios {ratios}; named from it {told}, from 1.2 {smaller}, of {options.design}")
+    elif options.coverage:
         coverage(options.coverage, options.seed + 1)
     else:
         causes(

@@ -59,7 +59,9 @@ def fitted_points(*words):
         with contextlib.redirect_stdout(io.StringIO()):
             if main([*words, "-o", out, "--force"]):
                 return message.getvalue().splitlines()[-1].split(": ", 3)[-1], None
-        points = np.loadtxt(Path(out) / "curve.csv", delimiter=",", skiprows=1, usecols=(0, 1)).T
+        # abscissa and data, of an oscillation both moduli
+        columns = (0, 1, 2) if words[1] == "oscillation" else (0, 1)
+        points = np.loadtxt(Path(out) / "curve.csv", delimiter=",", skiprows=1, usecols=columns).T
         return json.loads((Path(out) / "summary.json").read_text()), points
 
 

@@ -14,7 +14,7 @@ from fitting.fits import force_map
 from jaxcontact.__main__ import main
 from tests.support.force_curves import RADIUS as ADHESIVE
 from tests.support.force_curves import UNITS, WORK, force_curve
-from tests.support.maps_of_curves import RADIUS, simulated
+from tests.support.maps_of_curves import RADIUS, adhesive, simulated
 from tests.support.thin_samples import LAYER, noisy, thin
 from tests.support.thin_samples import E as THIN_E
 from tests.support.thin_samples import T as THIN_T
@@ -241,6 +241,69 @@ def test_the_work_of_adhesion_of_a_map_and_options_that_fit_curves_one_by_one():
     np.testing.assert_allclose(
         [one.youngs_modulus[0], *one.youngs_interval[0]], fit.youngs_modulus, rtol=1e-9, atol=0.0
     )
+
+
+@pytest.mark.slow
+def test_adhesive_curves_of_a_map_are_fitted_together_as_each_alone(monkeypatch):
+    depth, load, times, E, work, touch, kinds = adhesive(60, 192, faulty=0.25, seed=4)
+    whole, alone = force_map.fitted_alone, []
+    monkeypatch.setattr(
+        force_map, "fitted_alone", lambda data, **given: alone.append(data) or whole(data, **given)
+    )
+    found = fitting.fit_map(depth, load, times, indenter=BALL, adhesion="JKR", processes=1)
+    good = kinds == "good"
+    assert np.sum(good & ~found.accepted) <= 1 and not np.any(found.accepted[~good])
+    # the program leaves curves without a pull-off, and those in doubt, as saturated ones are
+    assert len(alone) <= 3 * 2 + 6
+    both = good & found.accepted
+    for ends, truth in (
+        (found.intervals["G"], E / 4.0), (found.intervals["work"], work), (found.contact_interval, touch),
+    ):  # fmt: skip
+        low, high = ends[both].T
+        assert (
+            np.mean((low < truth[both]) & (high > truth[both])) >= 0.85
+        )  # 39 of 45 with a probability of 0.99
+    reasons = {kind: " ".join(np.array(found.reasons)[kinds == kind]) for kind in set(kinds)}
+    assert (
+        "spikes:" in reasons["spikes"] and "a jump by" in reasons["jump"] and "trend" in reasons["saturated"]
+    )
+    assert "tension above" in reasons["no contact"] and "a jump by" in reasons["step"]
+
+    curves = force_map.data_of(depth, load, times)
+    names = ("numbers", "verdict", "reason")
+    some = [
+        *np.flatnonzero(both)[:4],
+        *(np.flatnonzero(kinds == kind)[0] for kind in ("jump", "step", "spikes")),
+    ]
+    for k in some:
+        numbers, verdict, reason = (
+            whole(
+                curves[k], indenter=BALL, nu=0.5, thickness=None, substrate=None, unbonded=False, weights=None,
+                sigma=None, bounds=None, level=0.95, adhesion="JKR",
+            )[name] for name in names
+        )  # fmt: skip
+        assert verdict == found.verdict[k] and reason[:10] == found.reasons[k][:10]
+        own = [
+            found.values["G"][k],
+            *found.intervals["G"][k],
+            found.values["work"][k],
+            *found.intervals["work"][k],
+        ]
+        np.testing.assert_allclose(np.array(own)[[0, 3]], numbers[[0, 3]], rtol=3e-4)
+        np.testing.assert_allclose(
+            np.diff(np.log(own))[[1, 4]], np.diff(np.log(numbers[:6]))[[1, 4]], rtol=0.05
+        )
+        assert found.contact_point[k] == pytest.approx(numbers[6], abs=0.02 * (numbers[8] - numbers[7]))
+        assert np.diff(found.contact_interval[k])[0] == pytest.approx(numbers[8] - numbers[7], rel=0.05)
+        np.testing.assert_allclose([found.r2[k], found.noise[k], found.depth[k]], numbers[9:12], rtol=1e-3)
+
+
+def test_of_a_map_with_adhesion_what_it_does_not_take_is_refused():
+    depth, load, times, *_ = MAP
+    for given in ({"thickness": 1e-6}, {"errors": {"spring_constant": 0.1}}, {"drag": "fit"}):
+        (name,) = given
+        with pytest.raises(ValueError, match=f"adhesion: expected no {name} beside it in a map"):
+            fitting.fit_map(depth, load, times, indenter=BALL, adhesion="JKR", **given)
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import pytest
 import fitting
 import jaxcontact as jc
 from jaxcontact.__main__ import main
-from tests.benchmarks.poroelastic_causes import BEAD, KINDS, gel, holds_of
+from tests.benchmarks.poroelastic_causes import BEAD, KINDS, designs, gel, holds_of
 
 
 def holds(kind, seed=0, **given):
@@ -63,6 +63,13 @@ def test_design_states_which_second_depth_would_tell():
     depth = 3e-6 * found.ratio
     _, pair = holds("poroelastic", depths=(3e-6, depth))
     assert fitting.relaxation_cause(pair, indenter=BEAD).cause == "poroelastic"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS[:2])
+def test_the_second_depth_that_design_states_tells_most_gels_and_a_smaller_one_does_not(kind):
+    ratios, told, smaller = designs(2, seed=5, kinds=(kind,))[kind]
+    assert all(1.5 <= ratio <= 5.0 for ratio in ratios) and told == 2 and smaller == 0
 
 
 @pytest.mark.slow
