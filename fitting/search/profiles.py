@@ -108,12 +108,14 @@ class _Side:
         return value
 
     def _from_flat_bounds(self) -> list[np.ndarray]:
-        """Return the best coordinates with those in the middle of their range that are at a bound and whose slopes promise no
-        change of the residuals by as much as the level over this range; [] where there are none."""
+        """Return the best coordinates with those at a bound moved to the middle of their range where the slope promises no
+        change of the residuals over this range by as much as the level; [] where there is none."""
         free, lower, upper = self.objective.free, self.objective.lower, self.objective.upper
         theta, change = self.best.theta.copy(), np.full(self.best.theta.size, math.inf)
         change[free] = np.linalg.norm(self.best.jacobian, axis=0) * (upper - lower)[free]
-        flat = ((theta <= lower) | (theta >= upper)) & (change < math.sqrt(max(self.level - self.best.rss, 0.0)))
+        flat = ((theta <= lower) | (theta >= upper)) & (
+            change < math.sqrt(max(self.level - self.best.rss, 0.0))
+        )
         flat[self.i] = False
         theta[flat] = 0.5 * (lower + upper)[flat]
         return [theta] if np.any(flat) else []
