@@ -110,15 +110,14 @@ class _Side:
     def _from_flat_bounds(self) -> list[np.ndarray]:
         """Return the best coordinates with those at a bound moved to the middle of their range where the slope promises no
         change of the residuals over this range by as much as the level; [] where there is none."""
-        free, lower, upper = self.objective.free, self.objective.lower, self.objective.upper
-        theta, change = self.best.theta.copy(), np.full(self.best.theta.size, math.inf)
-        change[free] = np.linalg.norm(self.best.jacobian, axis=0) * (upper - lower)[free]
-        flat = ((theta <= lower) | (theta >= upper)) & (
-            change < math.sqrt(max(self.level - self.best.rss, 0.0))
-        )
-        flat[self.i] = False
-        theta[flat] = 0.5 * (lower + upper)[flat]
-        return [theta] if np.any(flat) else []
+        free, theta = self.objective.free, self.best.theta.copy()
+        lower, upper = self.objective.lower[free], self.objective.upper[free]
+        at_bound = (theta[free] <= lower) | (theta[free] >= upper)
+        some = np.flatnonzero(at_bound & np.isfinite(lower) & np.isfinite(upper) & (free != self.i))
+        change = np.linalg.norm(self.best.jacobian[:, some], axis=0) * (upper - lower)[some]
+        flat = some[change < math.sqrt(max(self.level - self.best.rss, 0.0))]
+        theta[free[flat]] = 0.5 * (lower + upper)[flat]
+        return [theta] if flat.size else []
 
     def straight_end(self) -> float:
         """Return the value at which the linearised model reaches the level, or the bound."""
