@@ -19,12 +19,18 @@ from fitting.inference import noise
 #
 # Many pairs of a contact point and an E near the contact describe a noisy curve: the earlier the contact, the closer to
 # zero E begins. Differences of log E between nodes are therefore normal variables of mean 0 in advance, the first ones with
-# the standard deviation ``SLOPE`` and the second ones with ``BEND``, and the distribution of the contact point, which is
-# skewed, is summed over trial points. With the others known, log E is taken as normal (Laplace's method).
+# the standard deviation ``SLOPE`` and the second ones with ``BEND``. The distribution of log E is summed over trial contact
+# points, at each of which it is taken as normal (Laplace's method). The density of a contact point, which is skewed, is the
+# largest one over the other coordinates (a profile) and not the integral over them. The integral is larger by the volume of
+# the coordinates that describe the curve about as well, which grows with the depth before the sample resists; with it
+# intervals of E were below the true one in 12 to 15 % of the curves of stiffening samples, and above it in none.
 
 ROWS = 5  # of the table
 BEND, SLOPE = 0.5, 1.0
-CONTACTS = np.linspace(-1.5, 0.6, 43)  # trial contact points over the largest depth
+# trial contact points over the largest depth, at equal ratios of the depths from them to the last point: the contact point
+# from which this depth counts is that of a homogeneous sample, which is late in one that stiffens
+CONTACTS = 1.0 - np.geomspace(4.0, 0.4, 43)
+BEFORE = 0.1  # share of the points before the contact, at least; where the baseline is shorter, half of it
 # first step between the summed contact points, and accuracy of the best one, over the largest depth
 STEP = 1e-4
 CUT = 6.0  # excess of -log of the density at which the sum ends
@@ -35,13 +41,14 @@ LARGEST = 100.0  # log E [Pa] above this is cut, so that nothing overflows
 
 class Conditional(NamedTuple):
     """The optimum at a given contact point: -log of the density, coordinates (log E at the nodes, baseline, tilt), their
-    Fisher matrix, and the force without baseline (n,)."""
+    Fisher matrix, the force without baseline (n,), and the Jacobian (n, k) of the force."""
 
     contact: float
     cost: float
     x: np.ndarray
     fisher: np.ndarray
     force: np.ndarray
+    slopes: np.ndarray
 
 
 def modulus_over_depth(
@@ -71,20 +78,26 @@ def modulus_over_depth(
             return np.vstack([slopes / sd[:, None], in_advance])
 
         found = scipy.optimize.least_squares(residual, x, jacobian, method="lm")
-        return Conditional(contact, float(found.cost), found.x, found.jac.T @ found.jac, pushed(found.x))
+        fisher, slopes = found.jac.T @ found.jac, found.jac[:n] * sd[:, None]
+        return Conditional(contact, float(found.cost), found.x, fisher, pushed(found.x), slopes)
 
-    # 1. Trial contact points at which the law is finite (a layer has a largest depth), with points before the contact.
-    within = (z.min() < CONTACTS) & np.isfinite(law((1.0 - CONTACTS) * deepest))
+    # 1. Trial contact points at which the law is finite (a layer has a largest depth), with a baseline before the contact:
+    # without one, a sample that begins at the first point and a negative tilt describe a curve as well.
+    least = np.quantile(z, min(BEFORE, 0.5 * float(np.mean(z < 0.0))))
+    within = (least < CONTACTS) & np.isfinite(law((1.0 - CONTACTS) * deepest))
     trials = CONTACTS[within]
     if not trials.size:
         return ()
 
     # 2. The optimum, with noise of the variance a^2 + b^2 force^2 and its correlation, both from the residuals before.
     x = np.append(np.full(nodes.size, math.log(start)), [0.0, 0.0])
+    starts = [x] * trials.size
     sd = np.full(n, sample_noise(force) / top)
     for turn in range(WEIGHINGS + 1):
-        least = min((at(trial, x, sd) for trial in trials), key=lambda one: one.cost)
-        ends = np.clip(least.contact + np.array([-1.0, 1.0]) * np.diff(CONTACTS)[0], trials[0], trials[-1])
+        tried = [at(trial, own, sd) for trial, own in zip(trials, starts, strict=True)]
+        starts = [one.x for one in tried]
+        first = int(np.argmin([one.cost for one in tried]))
+        least, ends = tried[first], (trials[max(first - 1, 0)], trials[min(first + 1, trials.size - 1)])
         near = scipy.optimize.minimize_scalar(
             lambda contact, x=least.x, sd=sd: at(contact, x, sd).cost, bounds=ends, method="bounded",
             options={"xatol": STEP},
@@ -97,9 +110,11 @@ def modulus_over_depth(
         parts = np.stack([np.ones(n), best.force**2], -1)
         variance = parts @ scipy.optimize.nnls(parts / sd[:, None] ** 2, left**2 / sd**2)[0]
         sd = np.sqrt(np.maximum(variance, 1e-4 * np.mean(left**2)))
-        scaled = left / sd
-        rho = min(max(noise.lag_one(scaled, np.zeros(n)), 0.0), noise.RHO[-1])
-        sd = sd * math.sqrt(scaled @ scaled / max(n - x.size - 1, 1) * (1.0 + rho) / (1.0 - rho))
+        # the variance that white noise would need for the errors of the coordinates that correlated noise has
+        given = left / sd, best.slopes / sd[:, None], np.ones(x.size, dtype=bool), np.zeros(n)
+        one_model = noise.ErrorModels(np.ones((1, n)), np.zeros(1))
+        model = noise.noise_model(*given, one_model, x.size + 1, False)
+        sd = sd * math.sqrt(model.share @ model.variance[:, 0, 0])
 
     # 3. Contact points to both sides until their density is negligible, in steps that follow its change.
     summed = [best]
@@ -122,9 +137,8 @@ def modulus_over_depth(
     # extrapolated. The weights are trapezoidal widths times the density.
     weights, means, sds = np.ones(1), [], []
     if len(summed) > 1:
-        volume = np.array([0.5 * np.linalg.slogdet(one.fisher)[1] for one in summed])
-        exponent = -np.array([one.cost for one in summed]) - volume
-        weights = np.gradient([one.contact for one in summed]) * np.exp(exponent - exponent.max())
+        costs = np.array([one.cost for one in summed])
+        weights = np.gradient([one.contact for one in summed]) * np.exp(costs.min() - costs)
     for one in summed:
         place = nodes[1:] * (1.0 - best.contact) / (1.0 - one.contact)
         turned = scipy.interpolate.CubicSpline(nodes, each)(place)

@@ -5,7 +5,9 @@ the tangent of the profile, and the square root of the rise in RSS, which is nea
 followed to the level (D. M. Bates, D. G. Watts, Nonlinear Regression Analysis, 1988, sec. 6.1). Its slope is known at
 each trial value, and two trial values on each side mostly suffice. The smallest RSS at a value may belong to another
 branch of minima than the one that was followed. So at the end of a branch the other known minima are tried: those below
-the level and, unless the root rose nearly linearly, as it does on a single branch, all of them.
+the level and, unless the root rose nearly linearly, as it does on a single branch, all of them. A coordinate that the
+best fit has at a bound where the residuals hardly depend on it, as on the logarithm of a compliance without limit, does not
+leave this bound in a local search; so that a start from inside its bounds is tried at the end of a branch as well.
 """
 
 import dataclasses
@@ -91,19 +93,32 @@ class _Side:
         value = self._walk(Point(self.first, 0.0, 1.0 / max(self._line, 1e-300), self.best))
         straight = abs(value - self.first - self.sign * self._line) < STRAIGHT * self._line
         several = [] if self.best.starts == 1 else [self.best.theta, *self.best.others]
+        inside = self._from_flat_bounds()
         for _ in range(BRANCHES):
             if value == self.bound:
                 break
             # a point below the level at this value, or at another minimum beyond it
             points = (
                 self._at(self.sign * max(self.sign * value, self.sign * theta[self.i]), theta)
-                for theta in (self.rivals if straight else several)
+                for theta in [*(self.rivals if straight else several), *inside]
             )
             lower = next((point for point in points if point.height < 1.0 - LOWER), None)
             if lower is None:
                 break
             value = self._walk(lower)
         return value
+
+    def _from_flat_bounds(self) -> list[np.ndarray]:
+        """Return the best coordinates with those at a bound moved to the middle of their range where the slope promises no
+        change of the residuals over this range by as much as the level; [] where there is none."""
+        free, theta = self.objective.free, self.best.theta.copy()
+        lower, upper = self.objective.lower[free], self.objective.upper[free]
+        at_bound = (theta[free] <= lower) | (theta[free] >= upper)
+        some = np.flatnonzero(at_bound & np.isfinite(lower) & np.isfinite(upper) & (free != self.i))
+        change = np.linalg.norm(self.best.jacobian[:, some], axis=0) * (upper - lower)[some]
+        flat = some[change < math.sqrt(max(self.level - self.best.rss, 0.0))]
+        theta[free[flat]] = 0.5 * (lower + upper)[flat]
+        return [theta] if flat.size else []
 
     def straight_end(self) -> float:
         """Return the value at which the linearised model reaches the level, or the bound."""

@@ -158,6 +158,29 @@ def test_a_profile_is_found_where_the_model_ends_behind_it():
     assert unfinished == 0 and ends[0, 0] == pytest.approx(exact, abs=1e-3 * (best.theta[0] - exact))
 
 
+def test_a_coordinate_at_a_bound_without_slope_there_leaves_it_along_a_profile():
+    """v = a + exp(s) x with a best exp(s) of zero, that is s at its lower bound, where v does not depend on it: along the
+    profile of a below its best value the least squares have exp(s) > 0. The ends are those of the least RSS of a + b x with
+    b >= 0, in closed form."""
+    x, rng = np.linspace(0.0, 1.0, 30), np.random.default_rng(4)
+    v = 3.0 - 0.05 * x + 0.1 * rng.standard_normal(30)
+    residual = lambda theta: theta[0] + np.exp(theta[1]) * x - v
+    columns = lambda theta, free: np.stack([np.ones(30), np.exp(theta[1]) * x], -1)[:, free]
+    objective = Objective(residual, columns, np.array([0.0, -16.0]), np.array([9.0, 16.0]))
+    best = nonlinear.minimise_from(objective, [np.array([3.0, -2.0]), np.array([2.0, 0.0])])
+    assert best.theta[1] == -16.0
+    level = best.rss * (1.0 + scipy.stats.f.ppf(0.95, 1, 28) / 28)
+
+    def excess(a):
+        b = max(float(x @ (v - a) / (x @ x)), 0.0)
+        return float(np.sum((a + b * x - v) ** 2)) - level
+
+    ends, unfinished = profiles.profile(objective, best, np.full(2, level))
+    exact = [scipy.optimize.brentq(excess, best.theta[0], other) for other in (0.0, 6.0)]
+    assert unfinished == 0
+    assert ends[0] == pytest.approx(exact, abs=5e-3 * np.ptp(exact))
+
+
 def textbook_quantile(sigma, level):
     share = 0.5 + 0.5 * level
     return scipy.stats.t.ppf(share, T.size - 2) if sigma is None else scipy.stats.norm.ppf(share)
