@@ -153,8 +153,8 @@ class _Side:
             else:
                 outer = found
 
-            # a tangent that stays below the level up to an outer point close by: where the branch of the inner point is below the
-            # level there too, the outer point is on a higher one, and the way goes on beyond it
+            # a tangent that stays below the level up to an outer point close by: where the branch of the inner point is
+            # below the level there too, the outer point is on a higher one, and the way goes on beyond it
             if outer is not None and outer is not compared:
                 gap = outer.value - inner.value
                 ahead = inner.height + inner.slope * abs(gap)
