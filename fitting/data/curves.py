@@ -1,7 +1,9 @@
 """Measured creep curves: immutable, validated once, in SI units."""
 
 import dataclasses
+import itertools
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -84,6 +86,17 @@ def check_kind(data: object, kind: type) -> None:
     """Raise ValueError unless the data are of this kind."""
     if not isinstance(data, kind):
         raise ValueError(f"data: expected {kind.__name__}, got {type(data).__name__}")
+
+
+def check_different(data: Sequence[Any]) -> None:
+    """Raise ValueError where a list of curves has one of them twice, which would count twice."""
+    arrays = [
+        [np.asarray(value) for value in vars(one).values() if isinstance(value, np.ndarray | float)]
+        for one in data
+    ]
+    for (i, first), (j, second) in itertools.combinations(enumerate(arrays), 2):
+        if len(first) == len(second) and all(map(np.array_equal, first, second)):
+            raise ValueError(f"data: expected different curves, got the same one at {i} and {j}")
 
 
 def window_note(limits: tuple[float | None, float | None], unit: str, keep: np.ndarray) -> str:

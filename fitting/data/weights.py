@@ -34,6 +34,11 @@ def choose_weights(
     weights = weights.lower() if isinstance(weights, str) else weights
     if weights is None and sigma is None and scatter is not None:
         return 1.0 / scatter, "averaged"
+    if weights is not None and not isinstance(weights, str):
+        kind = type(weights).__name__
+        raise ValueError(
+            f"weights: expected one of {', '.join(KINDS)}, got {kind}: sigma= takes standard deviations, weights are 1/sigma"
+        )
     if (weights is None) == (sigma is None):
         raise ValueError(f"weights: expected one of {', '.join(KINDS)}, or sigma=...; got both or none")
     if sigma is not None:

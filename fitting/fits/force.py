@@ -613,6 +613,12 @@ def fit_force(
     if fixed:
         raise ValueError(f"fixed: expected none without a viscoelastic model, got {fixed!r}")
 
+    ignored = (
+        ()
+        if data.sigma_load is None or sigma is not None
+        else ("the standard deviations of the load that the data carry are not used: sigma= takes a number",)
+    )
+
     # 3. The approach about its contact, which a comparison of starts on few points finds, and the optimum.
     sought = Sought.of(CLASSICAL[jc.Elastic], None, bounds, nu)
     sample, errors = (indenter, sought, thickness, substrate, bool(unbonded)), errors or {}
@@ -649,7 +655,7 @@ def fit_force(
     unit, deepest = force.units.load, force.units.depth
     depth = float((1.0 - theta[POINT]) * deepest)
     said = (
-        *approach.remarks, *depth_notes(indenter, depth, thickness),
+        *approach.remarks, *ignored, *depth_notes(indenter, depth, thickness),
         *hysteresis_note(bare, approach, float(theta[POINT] * deepest)), *notes, *off.notes,
     )  # fmt: skip
     against = (*too_deep(indenter, depth), *off.against)

@@ -34,6 +34,7 @@ from jaxcontact._support.exponential import phi1
 
 
 BOLTZMANN = 1.380649e-23  # J/K, exact
+BARRIER = 500.0  # activation energy over kT above which nothing grows
 DIMENSIONS = {"rate": "m/s", "activation_energy": "J", "activation_volume": "m3", "removal_rate": "1/s"}
 
 
@@ -592,6 +593,11 @@ def fit_growth(
         1.2e-19 J, 4e-30 m3
     """
     curves = Curves.of(_checked(data))
+    energy = (fixed or {}).get("activation_energy", 0.0)
+    if isinstance(energy, int | float) and energy > BARRIER * BOLTZMANN * float(curves.temperature.max()):
+        raise ValueError(
+            f"fixed['activation_energy']: expected an energy [J] of one process, 1 eV being 1.602e-19 J, got {energy:g}"
+        )
     sample = curves.sample(weights)
     sought = Sought(STRUCTURE, limits(STRUCTURE, fixed, bounds), None)
     valid = induction is None or induction == "fit"

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import special
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData
+from fitting.data.curves import CreepData, check_different
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits.growth import BOLTZMANN
 from fitting.inference import noise
@@ -154,6 +154,7 @@ def checked(data: Any) -> tuple[Any, ...]:
         )
     if isinstance(several[0], CreepData) and any(one.J is None for one in several):
         raise ValueError("data: expected creep curves with a compliance J, got strain under a stress history")
+    check_different(several)
     return several
 
 

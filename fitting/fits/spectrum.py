@@ -79,7 +79,10 @@ def search(problem: LinearSpectrum, last: SpectrumOptimum | None = None) -> Spec
         trials = _noise(problem) * SMOOTHNESS[::-1]
         best = np.append(np.full(m, np.log(problem.largest / m)), 0.1)
     else:
-        trials = last.smoothness * NEXT
+        # the smoothness is relative to the weights, of which the noise at the last spectrum is the measure
+        off = problem.A @ np.exp(last.log) + last.equilibrium * problem.e - problem.y
+        before = max(float(last.residual @ last.residual), 1e-300)
+        trials = last.smoothness * float(off @ off) / before * NEXT
         best = np.append(last.log, last.equilibrium / problem.largest)
     for smoothness in trials:  # from the smoothest, whose minimum is unique
         one, evidence = _optimum(problem, D, float(smoothness), best, solid)

@@ -14,7 +14,7 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData
+from fitting.data.curves import CreepData, check_different
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits import modulus
 from fitting.fits.creep import creep_sample
@@ -334,6 +334,7 @@ def fit_together(
     ):
         got = ", ".join(type(one).__name__ for one in data) or "none"
         raise ValueError(f"data: expected two or more CreepData, RelaxationData, OscillationData, got {got}")
+    check_different(data)
     if any(isinstance(one, RelaxationData) for one in data):
         modulus.check_relaxes(structure)
     sought = Sought.of(structure, fixed, bounds, nu)

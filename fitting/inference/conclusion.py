@@ -179,6 +179,9 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     )  # fmt: skip
     parameters = {name: float(value) for name, value in structure.parameters(found.opened).items()}
     intervals = structure.intervals(found.spans, table)
+    quality = dataclasses.replace(
+        quality, refused=(*quality.refused, *verdict.too_stiff(structure, intervals))
+    )
     identified = verdict.identified(intervals, table, level, quality.refused)
     fixed = tuple(name for name, (low, high) in table.items() if low == high)
     names = {place: name for name, place in structure.where.items()}

@@ -456,7 +456,7 @@ class Noise(NamedTuple):
     Jacobian's columns, of weighted residuals; columns (k, p): the Jacobian in that space; dof: degrees of freedom of s,
     infinite where the variance is known; ratio: a/b averaged over the mixture. sizes (n,): standard deviations along the
     curve relative to those of the error model, and spreads (n,): of the weighted residuals up to a factor, None where they
-    do not change; runs, between: None where no repeated runs are joined.
+    do not change; runs, between: None where no repeated runs are joined; copies: number of points of one measurement.
     """
 
     lag1: float
@@ -473,6 +473,7 @@ class Noise(NamedTuple):
     spreads: np.ndarray | None = None
     runs: "Runs | None" = None
     between: "Between | None" = None
+    copies: float = 1.0
 
     @property
     def known(self) -> bool:
@@ -758,6 +759,15 @@ def runs_of(t: np.ndarray, blocks: np.ndarray) -> np.ndarray | None:
     labels = np.empty(t.size, dtype=int)
     labels[order] = np.minimum(np.arange(t.size) - first[group], m - 1)
     return labels
+
+
+def copies(t: np.ndarray, measured: np.ndarray, fitted: np.ndarray) -> float:
+    """Return the mean number of points (n,) that are the same measurement, 1 unless most points have a copy: the same
+    abscissa, measured and fitted value, as of a file or a curve that was taken twice."""
+    near = fitted.astype(np.float32)  # equal but for rounding
+    size = np.unique(np.stack([t, measured, near], -1), axis=0, return_counts=True)[1]
+    copied = float(size[size > 1].sum()) > 0.5 * t.size
+    return t.size / size.size if copied else 1.0
 
 
 def compared(

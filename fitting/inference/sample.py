@@ -201,7 +201,10 @@ class Sample(NamedTuple):
                 best, changed = cost, noise.noise_model(*one, False, real, along)
                 found = changed._replace(sizes=changes.sizes, spreads=spreads)
 
-        # 5. The factors of joined runs as a further random error.
+        # 5. The factors of joined runs as a further random error; copies of a measurement have the same error.
+        same = noise.copies(self.t, self.measured, fitted)
+        if same > 1.0:
+            return found._replace(copies=same, variance=same * found.variance, runs=runs)
         if runs is not None:
             found = noise.between_runs(found, runs, basis(slopes[order]), self.weights * fitted, order)
         return found
@@ -490,7 +493,12 @@ def assess(
             f"the noise changes along {sample.abscissa[0]}, at the end to {last / first:.2g} times that at the beginning, in"
             f" all by a factor of {most:.2g}; the intervals allow for it"
         )
-    if found.runs is not None:
+    if found.copies > 1.0:
+        doubts.append(
+            f"most points are copies of others, {found.copies:.3g} of each, as of a file or a curve that was taken twice:"
+            f" they count once, with intervals {math.sqrt(found.copies):.3g} times as wide"
+        )
+    elif found.runs is not None:
         runs, m = found.runs, found.runs.factors.size
         which = "significantly, " if runs.chance < APART else "not significantly, "
         doubts.append(

@@ -12,6 +12,7 @@ import numpy as np
 from scipy import special
 
 from fitting.inference.noise import BEYOND_CHANCE, RHO, Noise, basis, two_sided, within
+from fitting.models.structure import Structure
 
 TREND = 5e-3  # probability of a trend, or of systematic residuals, in a series of white noise
 LARGE = 200  # points above which the distribution of the Durbin-Watson statistic is normal
@@ -23,6 +24,9 @@ NOT_DETERMINED = 0.5  # sd of a log parameter above which it is not identifiable
 STATED = 0.005
 # fraction of a variance that the curvature of a model may change, relative to its linearisation
 CURVED = 0.02
+# shear modulus [Pa] that no solid exceeds: that of diamond is 5.35e11 (C. A. Klein, G. F. Cardinale, Diam. Relat. Mater. 2
+# (1993) 918: E = 1143 GPa, nu = 0.07)
+STIFFEST = 6e11
 
 
 TOO_FEW = "too few points in contact to judge the trend of the residuals"
@@ -37,6 +41,30 @@ def scattered(share: float) -> str:
     """Return the reason against a fit whose points scatter by more than the signal; share: of the one over the other."""
     percent = f"{100 * share:.3g} %"
     return f"the scatter of the points exceeds the signal: its standard deviation is {percent} of the fitted values"
+
+
+def too_stiff(structure: Structure, intervals: dict[str, tuple[float, float]]) -> tuple[str, ...]:
+    """Return the reason against a material whose shear modulus, of a creep law the instantaneous one, is above that of every
+    solid with its whole interval, () for any other."""
+    series = (
+        type(structure) is Structure
+    )  # a list of compliances, of which the first is the instantaneous one
+    some = (
+        [name for name, place in structure.where.items() if place == 0] if series else list(structure.where)
+    )
+    some = some or list(structure.where)
+    least = 0.0
+    for name in some:
+        low, high = intervals[name]
+        unit = structure.unit(name)
+        if unit == "Pa" or (unit == "1/Pa" and high > 0.0):
+            least = max(least, low if unit == "Pa" else 1.0 / high)
+    if not STIFFEST < least < math.inf:
+        return ()
+    return (
+        f"the shear modulus is at least {least:.3g} Pa, more than that of diamond, 5.35e+11 Pa: expected data in SI units,"
+        " as loads in N, lengths in m and stresses in Pa",
+    )
 
 
 def reasons(

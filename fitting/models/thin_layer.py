@@ -213,8 +213,8 @@ def thin_layer_factor(indenter: Any, depth: Any, thickness: Any, nu: Any, *, unb
         unbonded: whether the layer slides on its base without friction, not lifting off.
 
     Returns:
-        The factor, of the shape of ``depth``; nan where sqrt(R depth)/thickness of a ball, depth tan(half-angle)/
-        thickness of a cone or R/thickness of a punch exceeds 10.
+        The factor, of the shape of ``depth``; nan where the depth is not >= 0, or sqrt(R depth)/thickness of a ball,
+        depth tan(half-angle)/thickness of a cone or R/thickness of a punch exceeds 10.
 
     Raises:
         ValueError: another indenter, a thickness that is not positive, or nu outside 0 to 0.5.
@@ -226,7 +226,8 @@ def thin_layer_factor(indenter: Any, depth: Any, thickness: Any, nu: Any, *, unb
     """
     if not isinstance(thickness, jax.core.Tracer):
         check(float(thickness), _known(nu))
-    return ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded)).factor(depth)
+    found = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded)).factor(depth)
+    return jnp.where(jnp.asarray(depth, dtype=float) >= 0.0, found, jnp.nan)
 
 
 def _known(nu: Any) -> float:

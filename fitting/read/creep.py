@@ -183,6 +183,8 @@ def creep_of(
     if "J" in taken.values and "stress" in taken.values:
         taken = cleaning.settle(table.path, taken, window and window[1])
     convention, taken = _tension(table, taken, convention, nu)
+    if "strain" in taken.values and "stress" in taken.values:
+        taken = loading_time.from_rest(taken, start)
     taken = loading_time.shift(table.path, taken, start)
     fields: dict[str, Any] = {"convention": convention, "nu": nu}
     if "J" in taken.values:

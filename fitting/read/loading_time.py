@@ -12,6 +12,7 @@ JUMP = 0.1  # change between samples at a jump, as a fraction of the largest str
 FALL = 0.2  # fraction of its maximum by which a creep curve may fall
 SURE = 3.0  # significant fall in standard deviations of the noise
 LEAST = 5  # number of samples below which no check is made
+REST = 3  # number of samples before the load from which the zero of the strain is taken
 
 
 def shift(path: str, series: Series, start: float | None) -> Series:
@@ -30,6 +31,32 @@ def shift(path: str, series: Series, start: float | None) -> Series:
     left = series.lines.size - later.lines.size
     note = f"; {left} rows before it left out" if left else ""
     return later.say(f"the load begins at {start:g} s of the file's clock, t counts from there{note}")
+
+
+def from_rest(series: Series, start: float | None) -> Series:
+    """Return the series with the strain counted from that before the load, the zero of the strain, where at least ``REST``
+    rows show it: those before ``start`` [s], or without a stress. It must stand still there; if not, a note says so.
+
+    The last of these rows is not used, since it may belong to the rise of the load.
+    """
+    t, strain, stress = (series.values[key] for key in ("t", "strain", "stress"))
+    known = np.isfinite(t) & np.isfinite(strain) & np.isfinite(stress)
+    if not known.any():
+        return series
+    idle = np.abs(stress) <= ZERO * np.max(np.abs(stress[known]))
+    begin = np.min(t[known & ~idle], initial=np.inf) if start is None else start
+    rest = np.flatnonzero(known & idle & (t < begin))[:-1]
+    if rest.size < REST:
+        return series
+    level, size = float(np.median(strain[rest])), float(np.max(np.abs(strain[known])))
+    if abs(level) <= max(ZERO * size, SURE * sample_noise(strain[rest])):
+        return series
+    if np.ptp(smooth(strain[rest])) > JUMP * abs(level):
+        return series.say(
+            f"the strain before the load changes, {strain[rest[0]]:.3g} to {strain[rest[-1]]:.3g}: not subtracted"
+        )
+    say = f"the strain before the load, {level:.3g}, is subtracted: {rest.size} rows without a stress"
+    return series._replace(values=series.values | {"strain": strain - level}).say(say)
 
 
 def check_clock(path: str, series: Series, start: float | None) -> None:

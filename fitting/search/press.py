@@ -35,6 +35,9 @@ STEPPED = 0.1  # fraction of the largest load from which a first point has a not
 LEAST_LOAD = 0.5  # fraction of the largest load below which the contact certainly shrinks
 
 
+REPLACED = 0.1  # largest difference of a load that replaces the measured one, over the hold, without a note
+
+
 class Instrument(NamedTuple):
     """Contributions of the instrument to the measured depth.
 
@@ -263,6 +266,15 @@ def prepare(
     count = np.sum(selected & ~kept)
     if count:
         notes.append(f"{count} points before contact or during the rise not fitted")
+    if rise is not None:
+        hold = float(data.load[kept].mean())
+        off = np.abs(data.load / hold - (np.minimum(t / rise, 1.0) if rise else 1.0))
+        most = int(np.argmax(off))
+        if off[most] > REPLACED:
+            notes.append(
+                f"the load that replaces the measured one, with a rise in {rise:g} s, differs from it by up to"
+                f" {100.0 * off[most]:.0f} % of the hold, at t = {data.t[most]:g} s"
+            )
     elastic = set(sought.structure.where.values()) == {0}
     if not elastic and rise is None and data.load[0] >= STEPPED * P:
         began = f"the first point has {100 * data.load[0] / P:.0f} % of the largest load, taken as applied in"

@@ -30,6 +30,7 @@ START = 1e-3  # smallest first step, in units of the coordinate
 STRAIGHT = 0.1  # relative deviation of an end from that of the straight line on a single branch
 BRANCHES = 8  # changes to another branch of minima at most
 LOWER = 0.02  # a branch is changed to where its height is below 1 by more than this
+NEAR = 0.1  # distance of two points, over that from the best value, within which the height of one branch is nearly linear
 
 
 def profile(
@@ -151,7 +152,7 @@ class _Side:
 
     def _walk(self, inner: Point) -> float:
         """Return the value at which the branch reaches the level, going outwards from a point on it."""
-        outer, value = None, self._next(inner, None)
+        outer, compared, value = None, None, self._next(inner, None)
         along = self._along(inner.fit)[0]
         for _ in range(STEPS):
             value = self.sign * min(self.sign * value, self.sign * self.bound)
@@ -167,6 +168,17 @@ class _Side:
                 inner, along = found, self._along(found.fit)[0]
             else:
                 outer = found
+
+            # a tangent that stays below the level up to an outer point close by: where the branch of the inner point is
+            # below the level there too, the outer point is on a higher one, and the way goes on beyond it
+            if outer is not None and outer is not compared:
+                gap = outer.value - inner.value
+                ahead = inner.height + inner.slope * abs(gap)
+                if abs(gap) < NEAR * abs(inner.value - self.first) and ahead < 1.0 - LOWER:
+                    compared, beside = outer, self._at(outer.value, inner.fit.theta + along * gap)
+                    if beside.height < 1.0:
+                        inner, outer, along = beside, None, self._along(beside.fit)[0]
+
             # where the height jumps past the level, as at a point that leaves the stable branch of a contact, the two points
             # that enclose it meet
             if outer is not None and abs(outer.value - inner.value) <= MEET * abs(outer.value - self.first):

@@ -73,6 +73,16 @@ def test_a_range_that_the_curve_does_not_tell_is_named_and_the_work_allows_for_i
     assert "strength not identifiable" in free.summary()
 
 
+def test_the_interval_of_a_contact_point_ends_where_two_minima_have_different_heights():
+    """Noise of 5 % of the pull-off force. At the upper end two minima exist, and a fit at this contact point finds the
+    higher one: its RSS has risen by at least as much as at the other end, and by less than 10 % more."""
+    data = force_curve(None, noise=-0.05 * float(branch(None)[1].min()), seed=104)
+    fit = fitted(data)
+    _, *ends = fit.nuisances["contact_point"]
+    low, high = (fitted(data, contact_point=point).rss - fit.rss for point in ends)
+    assert 0.99 * low < high < 1.1 * low
+
+
 @pytest.mark.parametrize("shift", [-20e-6, 20e-6])
 def test_the_zero_of_the_measured_depth_is_arbitrary(shift):
     fit = fitted(force_curve(None, noise=1e-5, shift=shift))

@@ -324,6 +324,23 @@ def test_a_stress_that_rises_between_two_samples_is_said(tmp_path):
     assert any("rises between 1 and 2 s" in note and "start=" in note for note in data.notes)
 
 
+@pytest.mark.parametrize("options", [{}, {"start": 10.0}])
+def test_the_strain_before_the_load_is_the_zero_of_the_strain(tmp_path, options):
+    """An instrument whose strain was not set to zero: 0.5 % before a step of stress at 10 s, and after it in addition to the
+    creep. A strain that still moves is not subtracted, with a note."""
+    idle, t = np.linspace(0.0, 9.0, 10), np.append(9.0, 9.99 + T)
+    times, stress = np.append(idle[:-1], t), np.concatenate([np.zeros(10), 0 * T + SIGMA])
+    strain = np.concatenate([np.zeros(10), STRAIN])
+    head = "t [s],strain [-],stress [Pa]"
+    right = fitting.read_creep(save(tmp_path, table(head, times, strain, stress)), **options)
+    data = fitting.read_creep(save(tmp_path, table(head, times, strain + 0.005, stress)), **options)
+    np.testing.assert_allclose(data.strain, right.strain, atol=1e-12)
+    assert any("the strain before the load, 0.005, is subtracted" in note for note in data.notes)
+    moving = strain + np.where(times <= 9.0, 0.005 * np.exp(-times / 5.0), 0.0)
+    data = fitting.read_creep(save(tmp_path, table(head, times, moving, stress)), **options)
+    assert any("the strain before the load changes" in note for note in data.notes)
+
+
 def test_the_clock_counts_from_the_load_if_its_samples_show_it(tmp_path):
     """Early samples, or spacing that grows with time, begin with the load; evenly spaced late ones need not."""
     creep = lambda t: 1 / 2e5 - np.expm1(-t / 4.0) / 1e5 + t / 5e6

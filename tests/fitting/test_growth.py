@@ -305,6 +305,7 @@ def test_other_units_are_noticed():
         (changed(), {"fixed": {"energy": 1e-19}}, "fixed: GrowthKinetics has parameters"),
         (changed(), {"fixed": {"rate": 0.0}}, r"fixed\['rate'\]: expected a number > 0, got 0.0"),
         (changed(), {"fixed": {"removal_rate": -1.0}}, r"fixed\['removal_rate'\]: expected a number >= 0"),
+        (changed(), {"fixed": {"activation_energy": 0.75}}, r"expected an energy \[J\].*got 0.75"),  # eV
         (changed(), {"bounds": {"rate": (2.0, 1.0)}}, r"bounds\['rate'\]: expected 0 <= low < high"),
         (
             changed(),

@@ -252,6 +252,7 @@ def test_ramp_is_oyens_factor():
     for name, value in fit(data, RIGID, rise=rise).values.items():
         np.testing.assert_allclose(value, TRUTH[name], rtol=1e-6)
     step = fit(data, RIGID, rise=0.0)
+    assert any("differs from it by up to 100 % of the hold, at t = 0 s" in note for note in step.notes)
     assert abs(step.values["G1"] / TRUTH["G1"] - 1) > 0.1
 
 

@@ -140,3 +140,12 @@ def test_mistakes():
     few = jc.Maxwell(1.0, 1.0, nu=0.5).relaxation(np.arange(1.0, 7.0))
     with pytest.raises(ValueError, match="at least 8 values"):
         fitting.fit_spectrum(fitting.RelaxationData(t=np.arange(1.0, 7.0), modulus=few))
+
+
+def test_one_relaxation_time_is_a_spectrum_whatever_its_noise():
+    """The estimated weights of this noise become those of a constant error, of another size than the weights before."""
+    t, noise = np.geomspace(0.1, 1e3, 40), np.random.default_rng(12).standard_normal(40)
+    G = (2e5 + 8e5 * np.exp(-t / 30.0)) * (1 + 0.01 * noise)
+    found = fitting.fit_spectrum(fitting.RelaxationData(t, G, start=0.0))
+    assert found.verdict == "accepted" and found.tau[np.argmax(found.H)] == pytest.approx(30.0, rel=0.3)
+    assert found.equilibrium == pytest.approx(2e5, rel=0.02)

@@ -185,3 +185,9 @@ def test_the_lines_of_the_documentation_print_its_table(tmp_path, monkeypatch, c
     rows = [line for line in page.splitlines() if line.startswith("|") and "chi" not in line]
     assert printed == re.findall(r"[-+]?\d+\.\d{5}|[-+]\d+\.\d %", "\n".join(rows))
     assert (tmp_path / "thin_samples.png").stat().st_size > 1e4
+
+
+def test_a_depth_that_is_none_has_no_factor():
+    depth = np.array([-1e-6, np.nan, 0.0, 1e-6])
+    found = fitting.thin_layer_factor(jc.Sphere(1e-5), depth, 1e-5, 0.5)
+    np.testing.assert_array_equal(np.isnan(found), [True, True, False, False])

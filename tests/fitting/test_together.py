@@ -157,3 +157,9 @@ def test_tests_that_differ_by_a_factor_are_rejected():
     fit = fitting.fit_together([creep, stiff], "Burgers")
     assert fit.verdict == "rejected" and "the tests disagree" in " ".join(fit.refused)
     assert fitting.fit_together([creep, sweep], "Burgers").verdict == "accepted"
+
+
+def test_a_test_that_is_given_twice_is_refused():
+    creep, sweep = two_tests(1)
+    with pytest.raises(ValueError, match="data: expected different curves, got the same one at 0 and 2"):
+        fitting.fit_together([creep, sweep, fitting.CreepData(t=T, J=creep.J, sigma=creep.sigma)])

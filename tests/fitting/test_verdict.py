@@ -455,3 +455,42 @@ def test_a_verdict_has_words(law, words):
     found = fitting.fit_creep(fitting.CreepData(t=t, J=J), "Maxwell", weights="absolute")
     assert found.to_dict()["verdict_in_words"] == words
     assert f"verdict: {found.verdict}, {words}" in found.summary()
+
+
+def test_a_modulus_above_that_of_diamond_is_rejected():
+    """Units that are 1e6 off, as J in 1/MPa for 1/Pa or loads in N for uN; a quarter of diamond's modulus is accepted."""
+    rng = np.random.default_rng(3)
+    J = burgers(TIMES) * (1 + 0.005 * rng.standard_normal(TIMES.size))
+    assert fit(TIMES, 2e5 / 1.3e11 * J).verdict == "accepted"
+    for found in (
+        fit(TIMES, 2e5 / 2e12 * J),
+        fitting.fit_prony(fitting.CreepData(TIMES, J=1e-7 * J), tau=[1.0, 4.0]),
+    ):
+        assert any("more than that of diamond" in why for why in found.refused), found.refused
+    depth = np.linspace(1e-7, 1e-6, 30)
+    stiffness = 4e16 / 0.7 * np.sqrt(1e-5 * depth)
+    data = fitting.StiffnessData(depth, stiffness * (1 + 0.005 * rng.standard_normal(30)))
+    found = fitting.fit_stiffness(data, indenter=jc.Sphere(1e-5))
+    assert "at least 9.9" in found.refused[-1] and found.verdict == "rejected"
+
+
+def test_points_that_were_taken_twice_count_once():
+    """With a stated sigma the intervals are those of the points taken once, and a note says so; independent repeats and a
+    few equal readings are no copies."""
+    rng = np.random.default_rng(4)
+    J = burgers(TIMES)
+    noisy = J * (1 + 0.01 * rng.standard_normal(TIMES.size))
+    half = lambda found: np.ptp(np.log(found.intervals["G1"]))
+    once = fit(TIMES, noisy, sigma=0.01 * J)
+    two = fit(np.repeat(TIMES, 2), np.repeat(noisy, 2), sigma=np.repeat(0.01 * J, 2))
+    assert any("2 of each" in note for note in two.notes)
+    assert half(two) == pytest.approx(half(once), rel=0.02)
+    again = J * (1 + 0.01 * rng.standard_normal(TIMES.size))
+    again[:5] = noisy[:5]
+    both = fit(np.repeat(TIMES, 2), np.stack([noisy, again], -1).ravel(), sigma=np.repeat(0.01 * J, 2))
+    assert not any("copies" in note for note in both.notes)
+
+
+def test_weights_that_are_numbers_are_refused_with_a_word_on_sigma():
+    with pytest.raises(ValueError, match=r"weights: expected one of estimated.*got ndarray: sigma= takes"):
+        fit(TIMES, burgers(TIMES), weights=np.ones(TIMES.size))
