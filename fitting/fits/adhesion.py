@@ -285,10 +285,8 @@ def _film_load(theta: Array, inputs: tuple[tuple, FilmSeries, Array, tuple[Array
 CHANGE = 0.4  # of the logarithm of modulus or work between half the contact and the whole, beyond which a fit is rejected
 TREND = 0.05  # likewise, trend of the residuals over the largest force in contact
 FEW = 8  # fewest points in half the contact
-OFF, BESIDE = (
-    5,
-    0.05,
-)  # points out of contact beside a jump into or out of contact, as a number and as a fraction
+# points out of contact beside a jump into or out of contact, as a number and as a fraction
+OFF, BESIDE = 5, 0.05
 
 
 def fault(data: IndentationData, contact: np.ndarray, deviations: np.ndarray) -> str:

@@ -37,11 +37,8 @@ from fitting.search.press import Instrument
 from jaxcontact._compile.programs import Program
 
 COUNT = 3  # coordinates
-STEPS, INNER, ENDS = (
-    100,
-    12,
-    8,
-)  # Levenberg-Marquardt steps, those along a profile, and trial values of its end
+# Levenberg-Marquardt steps, those along a profile, and trial values of its end
+STEPS, INNER, ENDS = 100, 12, 8
 FALL, CLOSE = 1e-12, 1e-2  # relative fall of RSS at convergence, and accuracy of the height of a profile
 C = 2.0 / 3.0 * math.sqrt(6.0)
 END = 6.0 ** (-1.0 / 3.0)  # radius at which the stable branch ends

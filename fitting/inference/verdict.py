@@ -46,15 +46,12 @@ def scattered(share: float) -> str:
 def too_stiff(structure: Structure, intervals: dict[str, tuple[float, float]]) -> tuple[str, ...]:
     """Return the reason against a material whose shear modulus, of a creep law the instantaneous one, is above that of every
     solid with its whole interval, () for any other."""
-    series = (
-        type(structure) is Structure
-    )  # a list of compliances, of which the first is the instantaneous one
-    some = (
-        [name for name, place in structure.where.items() if place == 0] if series else list(structure.where)
-    )
-    some = some or list(structure.where)
+    # a creep law is a list of compliances, of which the first is the instantaneous one; of other laws every modulus counts
+    moduli = list(structure.where)
+    if type(structure) is Structure:
+        moduli = [name for name, place in structure.where.items() if place == 0] or moduli
     least = 0.0
-    for name in some:
+    for name in moduli:
         low, high = intervals[name]
         unit = structure.unit(name)
         if unit == "Pa" or (unit == "1/Pa" and high > 0.0):

@@ -227,7 +227,7 @@ BALL = jc.Sphere(5e-3, jc.Elastic(60e9, 0.25))
 TIMES = np.array([0.0, 8.0, 20.0])
 GRID = jc.Grid((15, 13), (13e-6, 15e-6))
 LINE = jc.Grid((21, 1), (9e-6, 1e-3), periodic=(False, True))
-WAVES = jc.Grid((12, 10), (10e-6, 12e-6), periodic=(True, True))
+WAVES = jc.Grid((12, 10), (10e-6, 11e-6), periodic=(True, True))
 AT_ONCE = np.zeros(1)
 AS_LONG = {"indenter.length": NO_EFFECT + "it is the length of the grid"}
 
