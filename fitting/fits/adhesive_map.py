@@ -308,6 +308,7 @@ def concluded(one: Curve, found: dict[str, np.ndarray], nu: float) -> dict[str, 
         return None
     rows = np.column_stack([found["theta"], found["ends"]])
     G, work = one.G * np.exp(rows[0]), one.work * np.exp(rows[1])
+    reason = "; ".join(filter(None, (broken, *verdict.beyond_solids(float(G[1])))))
     point = one.zero + one.depth_unit * rows[2]
     deepest = float(data.depth.max() - point[0])
     said = [*data.notes, *paraboloid_note(test.body.ball, deepest)]
@@ -315,6 +316,6 @@ def concluded(one: Curve, found: dict[str, np.ndarray], nu: float) -> dict[str, 
         said.append("the noise changes along the depth; the intervals allow for it")
     rest = [float(found["r2"]), float(found["spread"]) * one.load_unit, deepest, math.nan, math.nan]
     return {
-        "numbers": np.array([*G, *work, *point, *rest]), "verdict": "rejected" if broken else "accepted",
-        "reason": broken, "notes": "\n".join(said),
+        "numbers": np.array([*G, *work, *point, *rest]), "verdict": "rejected" if reason else "accepted",
+        "reason": reason, "notes": "\n".join(said),
     }  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 import jaxcontact as jc
 from fitting.data.curves import CreepData
 from fitting.data.weights import choose_weights
+from fitting.inference import verdict
 from fitting.inference.sample import Assessment, Sample, Solved, all_reweighted_until_stable, check_count
 from fitting.models.structure import limits, resolve
 from fitting.search import nonlinear, varpro
@@ -102,8 +103,12 @@ def fit_creep_batch(
     spans = ends[:, own] * unit[:, :, None]
     rows = [structure.intervals(row, table) for row in spans]
     gathered = {name: np.array([row[name] for row in rows]) for name in structure.where}
-    lag1, refused = zip(*((j.evidence.lag1, bool(j.evidence.refused)) for j in assessments), strict=True)
-    return BatchFit(values, gathered, np.array(lag1), np.array(refused), notes)
+    lag1 = np.array([one.evidence.lag1 for one in assessments])
+    refused = [
+        bool(one.evidence.refused or verdict.too_stiff(structure, row))
+        for one, row in zip(assessments, rows, strict=True)
+    ]
+    return BatchFit(values, gathered, lag1, np.array(refused), notes)
 
 
 def _solve(samples: list[Sample], problems: varpro.TauProblem, weights: list[np.ndarray]) -> list[Solved]:

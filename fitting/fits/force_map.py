@@ -761,6 +761,11 @@ def all_together(
     # 5. In SI: the modulus, and the contact point as a measured depth.
     with np.errstate(over="ignore"):
         out["G"][ready.places] = np.exp(logs) / rows.units[:, 3:]
+    for k in ready.places:
+        stiff = verdict.beyond_solids(float(out["G"][k, 1]))
+        if stiff and out["stage"][k] == "":
+            out["verdict"][k] = VERDICTS[1]
+            out["reason"][k] = "; ".join(filter(None, (out["reason"][k], *stiff)))
     zero = np.array([one.zero for one in ready.approaches])
     inward = np.array([one.inward for one in ready.approaches])
     depths = inward[:, None] * (contact * rows.units[:, 1:2] + zero[:, None])

@@ -56,10 +56,15 @@ def too_stiff(structure: Structure, intervals: dict[str, tuple[float, float]]) -
         unit = structure.unit(name)
         if unit == "Pa" or (unit == "1/Pa" and high > 0.0):
             least = max(least, low if unit == "Pa" else 1.0 / high)
-    if not STIFFEST < least < math.inf:
+    return beyond_solids(least)
+
+
+def beyond_solids(modulus: float) -> tuple[str, ...]:
+    """Return the reason against a fit whose shear modulus is at least ``modulus`` [Pa], () for one that a solid may have."""
+    if not STIFFEST < modulus < math.inf:
         return ()
     return (
-        f"the shear modulus is at least {least:.3g} Pa, more than that of diamond, 5.35e+11 Pa: expected data in SI units,"
+        f"the shear modulus is at least {modulus:.3g} Pa, more than that of diamond, 5.35e+11 Pa: expected data in SI units,"
         " as loads in N, lengths in m and stresses in Pa",
     )
 

@@ -116,9 +116,9 @@ class _Side:
         lower, upper = self.objective.lower[free], self.objective.upper[free]
         at_bound = (theta[free] <= lower) | (theta[free] >= upper)
         some = np.flatnonzero(at_bound & np.isfinite(lower) & np.isfinite(upper) & (free != self.i))
-        change = np.linalg.norm(self.best.jacobian[:, some], axis=0) * (upper - lower)[some]
+        change = np.linalg.norm(self.best.jacobian[:, some], axis=0) * (upper[some] - lower[some])
         flat = some[change < math.sqrt(max(self.level - self.best.rss, 0.0))]
-        theta[free[flat]] = 0.5 * (lower + upper)[flat]
+        theta[free[flat]] = 0.5 * (lower[flat] + upper[flat])
         return [theta] if flat.size else []
 
     def straight_end(self) -> float:

@@ -13,6 +13,7 @@ from fitting.data.weights import error_ratio
 from fitting.inference import verdict
 from fitting.inference.noise import RHO, Changes, ErrorModels, basis, lag_one, noise_model
 from tests.benchmarks import coverage
+from tests.support.maps_of_curves import RADIUS, simulated
 
 TRUTH = {"G1": 2e5, "G2": 1e5, "eta1": 5e6, "eta2": 4e5}
 TIMES = np.linspace(0.5, 40.0, 40)
@@ -472,6 +473,18 @@ def test_a_modulus_above_that_of_diamond_is_rejected():
     data = fitting.StiffnessData(depth, stiffness * (1 + 0.005 * rng.standard_normal(30)))
     found = fitting.fit_stiffness(data, indenter=jc.Sphere(1e-5))
     assert "at least 9.9" in found.refused[-1] and found.verdict == "rejected"
+    many = fitting.fit_creep_batch(
+        TIMES, [2e5 / 1.3e11 * J, 2e5 / 2e12 * J], "Burgers", weights="relative", intervals=True
+    )
+    assert list(many.refused) == [False, True]
+
+
+def test_a_map_in_other_units_is_rejected_as_its_curves_are():
+    """Loads in pN of which each counts as a newton."""
+    depth, load, times, *_ = simulated(4, 128, faulty=0.0)
+    found = fitting.fit_map(depth, 1e12 * load, times, indenter=jc.Sphere(RADIUS))
+    assert list(found.verdict) == 4 * ["rejected"]
+    assert all("more than that of diamond" in why for why in found.reasons)
 
 
 def test_points_that_were_taken_twice_count_once():
