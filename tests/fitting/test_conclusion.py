@@ -343,11 +343,11 @@ def creep_curve():
     )
 
 
-def relaxation_curve():
+def relaxation_curve(seed=2):
     t = np.linspace(0.1, 20.0, 40)
     G = 1e6 * (0.5 + 0.5 * np.exp(-t / 3.0))
     return fitting.RelaxationData(
-        t=t, modulus=G * (1.0 + 0.01 * np.random.default_rng(2).standard_normal(40))
+        t=t, modulus=G * (1.0 + 0.01 * np.random.default_rng(seed).standard_normal(40))
     )
 
 
@@ -356,7 +356,9 @@ FITS = {
     "law": lambda: fitting.fit_creep(creep_curve(), "FractionalMaxwell"),
     "series": lambda: fitting.fit_prony(creep_curve(), [30.0]),
     "relaxation": lambda: fitting.fit_relaxation(relaxation_curve()),
-    "together": lambda: fitting.fit_together([relaxation_curve(), relaxation_curve()], "StandardLinearSolid"),
+    "together": lambda: fitting.fit_together(
+        [relaxation_curve(), relaxation_curve(3)], "StandardLinearSolid"
+    ),
 }
 
 
