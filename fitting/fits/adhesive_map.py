@@ -264,11 +264,11 @@ def fitted_together(
 
     def row_of(one: Curve) -> Row:
         test, contact = one.test, one.test.seen.contact
-        n = int(contact.sum())
+        n, (start, low, high) = int(contact.sum()), one.box
         pad = lambda values: np.pad(values, (0, N - n), mode="edge")
         return Row(
             pad((test.data.depth[contact] - one.zero) / one.depth_unit), pad(test.data.load[contact] / one.load_unit),
-            np.asarray(n), np.asarray(body.own * one.G / (1.0 - nu)), *one.box, np.asarray(test.zero / one.load_unit),
+            np.asarray(n), np.asarray(body.own * one.G / (1.0 - nu)), start, low, high, np.asarray(test.zero / one.load_unit),
             {name: np.asarray(value) for name, value in quantiles(n).items()},
         )  # fmt: skip
 

@@ -83,8 +83,8 @@ def modulus_over_depth(
 
     # 1. Trial contact points at which the law is finite (a layer has a largest depth), with a baseline before the contact:
     # without one, a sample that begins at the first point and a negative tilt describe a curve as well.
-    least = np.quantile(z, min(BEFORE, 0.5 * float(np.mean(z < 0.0))))
-    within = (least < CONTACTS) & np.isfinite(law((1.0 - CONTACTS) * deepest))
+    earliest = np.quantile(z, min(BEFORE, 0.5 * float(np.mean(z < 0.0))))
+    within = (earliest < CONTACTS) & np.isfinite(law((1.0 - CONTACTS) * deepest))
     trials = CONTACTS[within]
     if not trials.size:
         return ()

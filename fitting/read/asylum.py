@@ -17,7 +17,6 @@ Sources: the layout of ARDF files as found by M. Poss, "ARDF to Matlab" (MATLAB 
 R. J. Sheridan, magic-afm; the meaning of the segments and of the rates from Asylum's procedures for Igor (ForcePlot).
 """
 
-import functools
 import importlib
 import itertools
 import math
@@ -26,13 +25,13 @@ import struct
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from fitting.data.contact import tip_depth
+from jaxcontact._support.files import kept_until_changed
 
-T = TypeVar("T")
 METRES = {"m": 1.0, "um": 1e-6, "µm": 1e-6, "nm": 1e-9, "pm": 1e-12}
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 HEIGHTS = ("ZSnsr", "ZSensor", "LVDT", "Raw", "Height")  # the sensor before the drive
@@ -69,12 +68,6 @@ def stated(note: dict[str, str], name: str) -> float:
         return float(note[name])
     except (KeyError, ValueError):
         return math.nan
-
-
-def kept_until_changed(load: Callable[..., T]) -> Callable[..., T]:
-    """Return a function of a file's name, and more, whose last two results are kept until the file changes."""
-    kept = functools.lru_cache(maxsize=2)(lambda name, changed, *more: load(name, *more))
-    return functools.wraps(load)(lambda name, *more: kept(name, Path(name).stat().st_mtime_ns, *more))
 
 
 @kept_until_changed

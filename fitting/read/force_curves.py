@@ -15,6 +15,7 @@ import numpy as np
 from fitting.data.contact import UNTIMED, label, tip_depth
 from fitting.read import asylum
 from fitting.read.table import SHEETS, is_data, read_lines, split
+from jaxcontact._support.files import kept_until_changed
 
 # Header of the files of NanoScope, the software of Bruker's microscopes (earlier Veeco and Digital Instruments).
 #
@@ -257,7 +258,7 @@ def bruker_places(name: str) -> list[Place]:
     return [Place(k, x + step * (k % columns), y + step * (k // columns)) for k in range(count)]
 
 
-@asylum.kept_until_changed
+@kept_until_changed
 def _load_bruker(name: str) -> ForceVolume:
     """Return the curves of a file; the last files are kept."""
     if first_line(name).startswith(IMAGE):
@@ -419,7 +420,7 @@ def places(path: str | os.PathLike) -> list[Place]:
     return [Place(k, of(one, "position x"), of(one, "position y")) for k, one in enumerate(known)]
 
 
-@asylum.kept_until_changed
+@kept_until_changed
 def _load(name: str, spring_constant: float | None, sensitivity: float | None) -> Any:
     """Return the curves of a file; the last files are kept."""
     try:

@@ -1,8 +1,9 @@
-"""Files that are written atomically, arrays in them (written in parts, validated when read), and output directories that
-belong to one run at a time."""
+"""Files that are written atomically, arrays in them (written in parts, validated when read), output directories that belong
+to one run at a time, and the contents of files that are kept until these change."""
 
 import contextlib
 import errno
+import functools
 import math
 import os
 import sys
@@ -215,3 +216,9 @@ def _try_lock(file: IO[str]) -> bool:
         if error.errno not in (errno.ENOSYS, errno.ENOTSUP, errno.ENOLCK):
             raise
     return True
+
+
+def kept_until_changed(load: Callable[..., T]) -> Callable[..., T]:
+    """Return a function of a file's name, and more, whose last two results are kept until the file changes."""
+    kept = functools.lru_cache(maxsize=2)(lambda name, changed, *more: load(name, *more))
+    return functools.wraps(load)(lambda name, *more: kept(name, Path(name).stat().st_mtime_ns, *more))
