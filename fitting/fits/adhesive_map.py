@@ -266,10 +266,11 @@ def fitted_together(
         test, contact = one.test, one.test.seen.contact
         n, (start, low, high) = int(contact.sum()), one.box
         pad = lambda values: np.pad(values, (0, N - n), mode="edge")
+        constants: dict[str, Any] = {name: np.asarray(value) for name, value in quantiles(n).items()}
         return Row(
             pad((test.data.depth[contact] - one.zero) / one.depth_unit), pad(test.data.load[contact] / one.load_unit),
-            np.asarray(n), np.asarray(body.own * one.G / (1.0 - nu)), start, low, high, np.asarray(test.zero / one.load_unit),
-            {name: np.asarray(value) for name, value in quantiles(n).items()},
+            np.asarray(n), np.asarray(body.own * one.G / (1.0 - nu)), start, low, high,
+            np.asarray(test.zero / one.load_unit), constants,
         )  # fmt: skip
 
     def batch_of(some: list[tuple[int, Curve]]) -> list[dict[str, Any] | None]:
