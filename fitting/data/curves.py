@@ -88,15 +88,16 @@ def check_kind(data: object, kind: type) -> None:
         raise ValueError(f"data: expected {kind.__name__}, got {type(data).__name__}")
 
 
-def check_different(data: Sequence[Any]) -> None:
-    """Raise ValueError where a list of curves has one of them twice, which would count twice."""
+def given_twice(data: Sequence[Any]) -> tuple[int, int] | None:
+    """Return the places of two curves of a list that are the same, None where all are different."""
     arrays = [
         [np.asarray(value) for value in vars(one).values() if isinstance(value, np.ndarray | float)]
         for one in data
     ]
     for (i, first), (j, second) in itertools.combinations(enumerate(arrays), 2):
         if len(first) == len(second) and all(map(np.array_equal, first, second)):
-            raise ValueError(f"data: expected different curves, got the same one at {i} and {j}")
+            return i, j
+    return None
 
 
 def window_note(limits: tuple[float | None, float | None], unit: str, keep: np.ndarray) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import special
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData, check_different
+from fitting.data.curves import CreepData, given_twice
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits.growth import BOLTZMANN
 from fitting.inference import noise
@@ -154,7 +154,8 @@ def checked(data: Any) -> tuple[Any, ...]:
         )
     if isinstance(several[0], CreepData) and any(one.J is None for one in several):
         raise ValueError("data: expected creep curves with a compliance J, got strain under a stress history")
-    check_different(several)
+    if (same := given_twice(several)) is not None:
+        raise ValueError(f"data: expected different curves, got the same one at {same[0]} and {same[1]}")
     return several
 
 

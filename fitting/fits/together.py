@@ -14,7 +14,7 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData, check_different
+from fitting.data.curves import CreepData, given_twice
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits import modulus
 from fitting.fits.creep import creep_sample
@@ -334,7 +334,6 @@ def fit_together(
     ):
         got = ", ".join(type(one).__name__ for one in data) or "none"
         raise ValueError(f"data: expected two or more CreepData, RelaxationData, OscillationData, got {got}")
-    check_different(data)
     if any(isinstance(one, RelaxationData) for one in data):
         modulus.check_relaxes(structure)
     sought = Sought.of(structure, fixed, bounds, nu)
@@ -379,9 +378,14 @@ def fit_together(
                 f"the tests disagree: {sample.name} is off by {100 * abs(share):.2g} % on average,"
                 f" {abs(mean) / scatter:.2g} times the scatter of its points"
             )
+    notes = [note for one in data for note in one.notes]
+    if (same := given_twice(data)) is not None:
+        notes.append(
+            f"data {same[0]} and {same[1]} are the same curve, which counts twice: the intervals are too narrow"
+        )
     solved = solved._replace(
         landscape=space.landscape(best.theta, objective.residual),
-        notes=[note for one in data for note in one.notes],
+        notes=notes,
         against=tuple(against),
     )
     found = conclude(dataclasses.replace(problem, sample=tests), solved)

@@ -204,6 +204,7 @@ def test_relaxation_and_creep_files_are_read(tmp_path):
             ],
             "expected moduli that change .* got 7 constant curves",
         ),
+        (lambda some: [*some, some[2]], "expected different curves, got the same one at 2 and 7"),
     ],
 )
 def test_data_that_cannot_be_superposed(change, words):
