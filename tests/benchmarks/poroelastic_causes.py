@@ -130,20 +130,19 @@ def designs(gels, seed=0, points=500, smaller=1.2, kinds=KINDS[:2]):
     They are the ratios that ``fitting.design`` states for a hold at 3 um, and the numbers of gels named rightly from a
     second hold at that ratio, and at the ratio ``smaller``.
     """
+
+    def named(properties, k, *depths):
+        holds = holds_of(properties, np.random.default_rng([seed, k]), depths=depths, points=points)
+        return fitting.relaxation_cause(holds, indenter=BEAD)
+
     found = {}
     for kind in kinds:
         ratios, told, not_told = [], 0, 0
         for k in range(gels):
-            rng = np.random.default_rng([seed, KINDS.index(kind), k])
-            properties = gel(kind, rng)
-
-            def named(*depths):
-                holds = holds_of(properties, np.random.default_rng([seed, k]), depths=depths, points=points)  # noqa: B023
-                return fitting.relaxation_cause(holds, indenter=BEAD)
-
-            ratios.append(fitting.design(named(3e-6)).ratio)
-            told += np.isfinite(ratios[-1]) and named(3e-6, 3e-6 * ratios[-1]).cause == kind
-            not_told += named(3e-6, 3e-6 * smaller).cause == kind
+            properties = gel(kind, np.random.default_rng([seed, KINDS.index(kind), k]))
+            ratios.append(fitting.design(named(properties, k, 3e-6)).ratio)
+            told += np.isfinite(ratios[-1]) and named(properties, k, 3e-6, 3e-6 * ratios[-1]).cause == kind
+            not_told += named(properties, k, 3e-6, 3e-6 * smaller).cause == kind
         found[kind] = ratios, told, not_told
     return found
 

@@ -260,7 +260,8 @@ def test_factors_of_moduli_and_times_are_positive():
 
 
 def test_after_infinite_time_the_springs_remain():
-    """Of two springs 2 and 0.5 in series the relaxed modulus is 1/(1/2 + 1/0.5) = 0.4, of any order of what relaxes."""
+    """Two springs of 2 and 0.5 in series have the modulus 1/(1/2 + 1/0.5) = 0.4, whether the second one is beside a dashpot
+    or beside a springpot. The bounds are rounding."""
     for solid in (MATERIALS["standard"], FRACTIONAL["fractional Zener"]):
         assert float(solid.creep(np.inf)) == pytest.approx(2.5, rel=1e-14)
         assert float(solid.relaxation(np.inf)) == pytest.approx(0.4, rel=1e-14)

@@ -289,6 +289,7 @@ def test_adhesive_curves_of_a_map_are_fitted_together_as_each_alone(monkeypatch)
             found.values["work"][k],
             *found.intervals["work"][k],
         ]
+        # each of the two searches places an end of an interval to within a hundredth of the level of the profile
         np.testing.assert_allclose(np.array(own)[[0, 3]], numbers[[0, 3]], rtol=3e-4)
         np.testing.assert_allclose(
             np.diff(np.log(own))[[1, 4]], np.diff(np.log(numbers[:6]))[[1, 4]], rtol=0.05
