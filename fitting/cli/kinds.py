@@ -5,6 +5,12 @@ from typing import Any
 
 from fitting.cli import flags
 from fitting.cli.flags import FACE, Kind
+from fitting.data.creep import read_creep
+from fitting.data.growth import read_growth
+from fitting.data.indentation import read_force, read_indentation
+from fitting.data.moduli import read_oscillation, read_relaxation
+from fitting.data.stiffness import read_stiffness
+from fitting.data.sweeps import read_sweeps
 from fitting.fits.cause import relaxation_cause
 from fitting.fits.creep import fit_creep
 from fitting.fits.force import fit_force
@@ -17,12 +23,6 @@ from fitting.fits.poroelastic import fit_poroelastic
 from fitting.fits.prony import fit_maxwell, fit_prony
 from fitting.fits.spectrum import fit_spectrum
 from fitting.fits.stiffness import CONTACTS, fit_stiffness
-from fitting.read.creep import read_creep
-from fitting.read.growth import read_growth
-from fitting.read.indentation import read_force, read_indentation
-from fitting.read.modulus import read_oscillation, read_relaxation
-from fitting.read.stiffness import read_stiffness
-from fitting.read.sweeps import read_sweeps
 
 SERIES = "a generalised Maxwell model with these relaxation times [s], or auto, in place of --model"
 EACH = "one for each file, separated by commas, or one for all"

@@ -19,10 +19,10 @@ import numpy as np
 from tqdm import tqdm
 
 from fitting.cli import flags, kinds
+from fitting.data import force_curves
+from fitting.data.force_curves import Place, curves_in
 from fitting.fits.force_map import fit_map
 from fitting.inference.result import Fit
-from fitting.read import force_curves
-from fitting.read.force_curves import Place, curves_in
 from fitting.views import output, text
 from fitting.views.text import in_flags
 

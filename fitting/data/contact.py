@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from fitting.data.nonnegative import nonnegative
+from fitting.data.weights import nonnegative
 
 # Segments of an indentation curve (approach, hold, retract), as marked in the file or inferred from the curve.
 

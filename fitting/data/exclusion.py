@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from fitting.data.curves import CreepData
+from fitting.data.creep import CreepData
 from fitting.data.growth import GrowthData
 from fitting.data.moduli import OscillationData, RelaxationData
 from jaxcontact._support.pytree import require_real

@@ -1,4 +1,4 @@
-"""Weights of the data points: errors that are given, assumed, or estimated from the data.
+"""Weights of the data points: errors that are given, assumed, or estimated from the data; and least squares with values >= 0.
 
 An estimated error has the variance a^2 + (b y)^2: readings near zero have the noise a of the instrument, large ones an
 error proportional to their value. a/b maximises the likelihood of the deviations of four successive points from a
@@ -11,6 +11,7 @@ way; relative weights remain those of the measured values.
 from typing import Any
 
 import numpy as np
+import scipy
 
 from jaxcontact._support.pytree import require_real
 
@@ -111,3 +112,21 @@ def _likelihood(rough: np.ndarray, shape: np.ndarray) -> np.ndarray:
         scale = np.mean((TAILS + 1.0) * square / (TAILS + square / scale), 1, keepdims=True) + 1e-300
     terms = 0.5 * (TAILS + 1.0) * np.log1p(square / (TAILS * scale)) + np.log(shape) + 0.5 * np.log(scale)
     return -np.sum(terms, 1)
+
+
+MOST = 50  # iterations of the method of Lawson and Hanson, times the number of columns
+
+
+def nonnegative(A: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return x (k,) >= 0 of least |A x - y|, A (n, k).
+
+    The method of C. L. Lawson and R. J. Hanson (Solving Least Squares Problems, 1974) may cycle where columns are nearly
+    alike; the method of R. J. Stark and P. L. Parker (bounded variables, Comput. Stat. 10 (1995) 129), which starts from the
+    solution without bounds, then takes its place.
+    """
+    try:
+        return np.asarray(scipy.optimize.nnls(A, y, maxiter=MOST * A.shape[1])[0])
+    except RuntimeError:
+        most = MOST * A.shape[1]
+        found = scipy.optimize.lsq_linear(A, y, bounds=(0.0, np.inf), method="bvls", tol=1e-14, max_iter=most)
+        return np.maximum(found.x, 0.0)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData
+from fitting.data.creep import CreepData
 from fitting.data.weights import choose_weights
 from fitting.inference import verdict
 from fitting.inference.sample import Assessment, Sample, Solved, all_reweighted_until_stable, check_count

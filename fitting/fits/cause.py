@@ -34,7 +34,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy
 
-from fitting.data.nonnegative import nonnegative
+from fitting.data.weights import nonnegative
 from fitting.fits.poroelastic import Hold, holds_of, master_curve
 from fitting.inference.noise import lag_one
 from fitting.inference.result import plain

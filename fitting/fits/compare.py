@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from fitting.data.curves import CreepData
+from fitting.data.creep import CreepData
 from fitting.data.indentation import IndentationData
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits.creep import compare_creep, restrictions

@@ -13,7 +13,8 @@ import numpy as np
 from jax.tree_util import Partial
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData, check_kind, evaluation_times
+from fitting.data.creep import CreepData
+from fitting.data.curves import check_kind, evaluation_times
 from fitting.data.weights import choose_weights
 from fitting.fits.laws import OwnCreepCurve, ScaledCreepCurve
 from fitting.inference import noise, verdict

@@ -28,7 +28,7 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData
+from fitting.data.creep import CreepData
 from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.sample import Sample, Solved
 from fitting.models import history

@@ -12,7 +12,8 @@ import numpy as np
 from scipy import special
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData, given_twice
+from fitting.data.creep import CreepData
+from fitting.data.curves import given_twice
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits.growth import BOLTZMANN
 from fitting.inference import noise

@@ -16,9 +16,9 @@ from jax import Array
 from jax.tree_util import Partial
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData
+from fitting.data.creep import CreepData
 from fitting.data.moduli import OscillationData, RelaxationData
-from fitting.data.nonnegative import nonnegative
+from fitting.data.weights import nonnegative
 from fitting.fits.creep import creep_sample
 from fitting.fits.modulus import ModulusFit, alike, weighted_sample
 from fitting.inference.conclusion import FitProblem, conclude, least_squares

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from fitting.data.moduli import OscillationData, RelaxationData
-from fitting.data.nonnegative import nonnegative
+from fitting.data.weights import nonnegative
 from fitting.fits.modulus import weighted_sample
 from fitting.fits.prony import MaxwellSeries
 from fitting.inference import noise

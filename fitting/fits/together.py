@@ -14,7 +14,8 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
-from fitting.data.curves import CreepData, given_twice
+from fitting.data.creep import CreepData
+from fitting.data.curves import given_twice
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits import modulus
 from fitting.fits.creep import creep_sample

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from fitting.data.contact import sample_noise
-from fitting.data.curves import CreepData
+from fitting.data.creep import CreepData
 from fitting.data.indentation import IndentationData
 from fitting.data.moduli import RelaxationData
 from fitting.data.weights import error_ratio

@@ -24,7 +24,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from fitting.data.curves import CreepData
+from fitting.data.creep import CreepData
 from fitting.models.history import History, Step, columns, merge
 from fitting.models.parameters import Parameters
 from fitting.models.structure import Structure

@@ -85,7 +85,7 @@ def main() -> None:
 
     import fitting
     import jaxcontact as jc
-    from fitting.read import force_curves
+    from fitting.data import force_curves
     from tests.support.maps_of_curves import RADIUS, simulated
 
     truth = None

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import fitting
-from fitting.read import force_curves
-from fitting.read.force_curves import curves_in
+from fitting.data import force_curves
+from fitting.data.force_curves import curves_in
 from jaxcontact.__main__ import main
 from tests.support.tables import read_back
 

@@ -7,9 +7,9 @@ import pytest
 
 import fitting
 import jaxcontact as jc
+from fitting.data import force_curves
 from fitting.data.contact import ForceCurve
-from fitting.read import force_curves
-from fitting.read.force_curves import curves_in
+from fitting.data.force_curves import curves_in
 from jaxcontact.__main__ import main
 
 K, SENSITIVITY, ZSENS, SENSOR = 0.2, 40e-9, 13e-9, 900e-9  # [N/m], [m/V]

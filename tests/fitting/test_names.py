@@ -3,7 +3,7 @@
 import pytest
 
 from fitting.data import units
-from fitting.read.table import NAMES, number, read_heading
+from fitting.data.table import NAMES, number, read_heading
 
 INCH, POUND = 0.0254, 4.4482216152605  # [m], [N]: exact by definition
 # kind, spellings, value in SI

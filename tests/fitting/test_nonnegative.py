@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy
 
-from fitting.data.nonnegative import nonnegative
+from fitting.data.weights import nonnegative
 
 
 @pytest.mark.parametrize("gives_up", [False, True])

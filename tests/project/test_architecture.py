@@ -35,7 +35,7 @@ LAYERS = [
     "shell",
     "__main__",
 ]
-FITTING_LAYERS = ["views", "data", "read", "models", "search", "inference", "fits", "after", "cli", ""]
+FITTING_LAYERS = ["views", "data", "models", "search", "inference", "fits", "after", "cli", ""]
 
 
 @functools.cache

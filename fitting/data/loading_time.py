@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from fitting.data.cleaning import Series
 from fitting.data.contact import sample_noise, smooth
 from fitting.data.curves import counts_from_zero
-from fitting.read.columns import Series
 
 ZERO = 0.01  # fraction of the largest stress below which the stress is zero
 NOTHING = 1e-6  # fraction of it that is certainly zero

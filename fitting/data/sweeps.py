@@ -7,20 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from fitting.data.curves import since_load
-from fitting.data.units import CELSIUS
-from fitting.read.columns import Series, Wanted, having
-from fitting.read.creep import creep_of, wanted_of
-from fitting.read.curves import (
+from fitting.data.cleaning import (
     COMPLIANCE,
     CREEP_MODULUS,
     DRIFT,
     MODULUS,
     STORAGE,
     TIME,
+    Series,
+    Wanted,
     curves_of,
+    having,
 )
-from fitting.read.modulus import (
+from fitting.data.creep import creep_of, wanted_of
+from fitting.data.curves import since_load
+from fitting.data.moduli import (
     ANGLE,
     COMPLEX,
     FACTOR,
@@ -32,7 +33,8 @@ from fitting.read.modulus import (
     relaxation_of,
     swept,
 )
-from fitting.read.table import Table, read_heading, read_table
+from fitting.data.table import Table, read_heading, read_table
+from fitting.data.units import CELSIUS
 
 TEMPERATURE = Wanted("temperature", ("temperature",))
 ZERO = 273.15  # K, of the Celsius scale

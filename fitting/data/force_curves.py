@@ -1,4 +1,4 @@
-"""Reader of force curves of atomic force microscopes: of Bruker here, of Asylum by ``fitting.read.asylum``, of others by the
+"""Reader of force curves of atomic force microscopes: of Bruker here, of Asylum by ``fitting.data.asylum``, of others by the
 library afmformats, which is imported on first use."""
 
 import importlib
@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from fitting.data import asylum
 from fitting.data.contact import UNTIMED, label, tip_depth
-from fitting.read import asylum
-from fitting.read.table import SHEETS, is_data, read_lines, split
+from fitting.data.table import SHEETS, is_data, read_lines, split
 from jaxcontact._support.files import kept_until_changed
 
 # Header of the files of NanoScope, the software of Bruker's microscopes (earlier Veeco and Digital Instruments).
