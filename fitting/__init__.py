@@ -24,13 +24,13 @@ from fitting.data.stiffness import StiffnessData as StiffnessData
 from fitting.data.stiffness import read_stiffness as read_stiffness
 from fitting.data.sweeps import read_sweeps as read_sweeps
 from fitting.fits.adhesion import AdhesiveFit as AdhesiveFit
-from fitting.fits.batch import BatchFit as BatchFit
-from fitting.fits.batch import fit_creep_batch as fit_creep_batch
 from fitting.fits.cause import RelaxationCause as RelaxationCause
 from fitting.fits.cause import relaxation_cause as relaxation_cause
 from fitting.fits.compare import compare as compare
+from fitting.fits.creep import BatchFit as BatchFit
 from fitting.fits.creep import CreepFit as CreepFit
 from fitting.fits.creep import fit_creep as fit_creep
+from fitting.fits.creep import fit_creep_batch as fit_creep_batch
 from fitting.fits.fields import FieldFit as FieldFit
 from fitting.fits.fields import fit_fields as fit_fields
 from fitting.fits.force import ForceFit as ForceFit

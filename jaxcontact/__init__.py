@@ -15,12 +15,10 @@ import typing
 # (https://github.com/openxla/xla/issues/44565). XLA reads this variable when jax is first imported, maybe before this.
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 
-from jaxcontact._compile import jax_settings
-from jaxcontact._support import fitting_alias
+from jaxcontact._support import at_import
 from jaxcontact._support.version import __version__ as __version__
 
-jax_settings.make()
-fitting_alias.install()
+at_import.prepare()
 
 if typing.TYPE_CHECKING:
     from jaxcontact._names import *

@@ -45,13 +45,13 @@ from jaxcontact.response.tangential import frequency_response as frequency_respo
 from jaxcontact.results.contact import AdhesiveHistory as AdhesiveHistory
 from jaxcontact.results.contact import AdhesiveSlidingHistory as AdhesiveSlidingHistory
 from jaxcontact.results.contact import ContactHistory as ContactHistory
+from jaxcontact.results.contact import Deflection as Deflection
+from jaxcontact.results.contact import InteriorFields as InteriorFields
 from jaxcontact.results.contact import RubbingHistory as RubbingHistory
 from jaxcontact.results.contact import ShearHistory as ShearHistory
 from jaxcontact.results.contact import SlidingHistory as SlidingHistory
 from jaxcontact.results.contact import SteadyRolling as SteadyRolling
 from jaxcontact.results.contact import SteadySliding as SteadySliding
-from jaxcontact.results.deformation import Deflection as Deflection
-from jaxcontact.results.deformation import InteriorFields as InteriorFields
 from jaxcontact.results.storage import read_result as read_result
 from jaxcontact.results.storage import write_result as write_result
 from jaxcontact.results.surface_statistics import ContactClusters as ContactClusters

@@ -1,4 +1,4 @@
-"""Weights of the data points: errors that are given, assumed, or estimated from the data; and least squares with values >= 0.
+"""Weights of the data points, given, assumed, or estimated from the data; and least squares with values >= 0.
 
 An estimated error has the variance a^2 + (b y)^2: readings near zero have the noise a of the instrument, large ones an
 error proportional to their value. a/b maximises the likelihood of the deviations of four successive points from a

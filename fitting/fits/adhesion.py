@@ -26,8 +26,7 @@ from fitting.data.indentation import (
     zeroed,
 )
 from fitting.inference import noise, verdict
-from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
-from fitting.inference.result import Fit, plain
+from fitting.inference.result import Conclusion, Fit, FitProblem, conclude, least_squares, plain
 from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models.adhesive_contact import (
     JKR,
@@ -44,9 +43,8 @@ from fitting.models.adhesive_contact import film_load_at as film_load
 from fitting.models.parameters import NUISANCES, Parameters, instrument_offset
 from fitting.models.structure import Compressibility, ParameterList, Sought, limits, resolve
 from fitting.search import nonlinear
-from fitting.search.layered import Coating, march_times, polygon
 from fitting.search.nonlinear import Objective, inverse, minimise_from, moved
-from fitting.search.press import Instrument, indentation_weights
+from fitting.search.press import Coating, Instrument, indentation_weights, march_times, polygon
 from fitting.views import sheet, text
 from jaxcontact._support.prefixes import told_apart
 

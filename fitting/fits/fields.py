@@ -20,13 +20,12 @@ from jax import Array
 
 import jaxcontact as jc
 from fitting.data.fields import ContactData
-from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.noise import two_sided
-from fitting.inference.result import Fit
+from fitting.inference.result import Fit, FitProblem, conclude, solution
 from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
-from fitting.search import nonlinear, profiles
+from fitting.search import nonlinear
 from fitting.search.nonlinear import Best, Objective, inverse
 from fitting.views import sheet, text
 from jaxcontact import Grid
@@ -1015,7 +1014,7 @@ def _concluded(search: FieldSearch, level: float) -> FieldFit:
     traced = np.arange(best.theta.size) < k
     traced[:k] &= SURE * search.deviations(best) > NARROW
     solved = solution(objective, best, weights)._replace(
-        find_ends=lambda assessment: profiles.profile(objective, best, assessment.levels(), traced),
+        find_ends=lambda assessment: nonlinear.profile(objective, best, assessment.levels(), traced),
         systematic=systematic, notes=search.notes(best.theta, moved, systematic), against=search.doubts(best, others),
     )  # fmt: skip
     duration = float(np.ptp(search.data.times))

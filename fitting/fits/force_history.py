@@ -50,8 +50,7 @@ from fitting.data.indentation import IndentationData, depth_notes, probe_of, too
 from fitting.data.weights import choose_weights
 from fitting.fits.laws import law_rows
 from fitting.inference import noise, verdict
-from fitting.inference.conclusion import FitProblem, conclude, least_squares, widened
-from fitting.inference.result import Fit, plain
+from fitting.inference.result import Fit, FitProblem, conclude, least_squares, plain, widened
 from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models.parameters import Parameters, spectrum
 from fitting.models.structure import LAWS, Law, Sought, creep_structure, over_span

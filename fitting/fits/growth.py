@@ -19,9 +19,8 @@ from fitting.data.curves import evaluation_times
 from fitting.data.growth import GrowthData
 from fitting.data.weights import choose_weights
 from fitting.inference import verdict
-from fitting.inference.conclusion import FitProblem, conclude, least_squares
 from fitting.inference.noise import chance_of_gain, log_likelihood, two_sided
-from fitting.inference.result import Fit, plain
+from fitting.inference.result import Fit, FitProblem, conclude, least_squares, plain
 from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits

@@ -19,25 +19,30 @@ from fitting.fits.adhesion import (
     fit_creeping_film,
     is_law,
 )
-from fitting.inference.conclusion import FitProblem, conclude, solution
-from fitting.inference.result import Fit, plain
+from fitting.inference.result import Fit, FitProblem, conclude, plain, solution
 from fitting.inference.sample import Sample, Solved, check_count, reweighted_until_stable
 from fitting.models import adhesive_contact, halfspace, thin_layer
 from fitting.models.halfspace import Curve
-from fitting.models.history import columns, merge
 from fitting.models.parameters import NUISANCES
-from fitting.models.structure import Compressibility, Sought, structure_of
+from fitting.models.structure import Compressibility, Sought, columns, merge, structure_of
 from fitting.models.thin_layer import Base, ThinLayer
-from fitting.search import layered, nonlinear
-from fitting.search.layered import Coating, FilmTest, Mesh
+from fitting.search import nonlinear
 from fitting.search.nonlinear import Best, Objective, inverse, minimise, moved
 from fitting.search.press import (
+    Coating,
+    FilmTest,
     Found,
     IndentationProblem,
     Instrument,
     Medium,
+    Mesh,
     Pressing,
+    elastic,
+    evaluate,
+    linearise,
+    nuisance_slope,
     prepare,
+    scene,
     spread_starts,
     start,
 )
@@ -274,17 +279,15 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
         if not np.allclose(weights, press.weights, rtol=WEIGHTS, atol=0.0):
             press = press._replace(weights=weights)
             runs += objective.residual_runs, objective.jacobian_runs
-            coarse, objective = _minimise(press, layered.scene(press, coating, mesh), coarse.theta)
+            coarse, objective = _minimise(press, scene(press, coating, mesh), coarse.theta)
         runs += objective.residual_runs + 3, objective.jacobian_runs
 
         # the change of the response at the optimum with more cells and steps, as a correction of the model
-        film = layered.scene(press, coating, mesh)
-        fine = layered.scene(
-            press, coating, mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER * mesh.fine)
-        )
+        film = scene(press, coating, mesh)
+        fine = scene(press, coating, mesh._replace(cells=finer * mesh.cells, fine=STEPS_FINER * mesh.fine))
         bare = film._replace(weights=np.ones(press.t.size), response=np.zeros(press.t.size))
-        plain = layered.linearise(coarse.theta, press.space.free, bare)[0]
-        film = film._replace(correction=layered.evaluate(coarse.theta, fine) - plain)
+        plain = linearise(coarse.theta, press.space.free, bare)[0]
+        film = film._replace(correction=evaluate(coarse.theta, fine) - plain)
         best, objective = _minimise(press, film, coarse.theta)
 
         # the bias that remains over the standard errors of the coordinates, which are infinite where held
@@ -311,7 +314,7 @@ def search_layered(press: IndentationProblem, coating: Coating, grid: Any, rewei
     notes, few = list(press.notes), int(np.sum(fitted & ~press.kept))
     if few:
         notes.append(f"{few} points not fitted, at which the contact is fewer than {ACROSS:g} cells across")
-    strain = float(np.max(layered.linearise(best.theta, press.space.free, film)[4]))
+    strain = float(np.max(linearise(best.theta, press.space.free, film)[4]))
     if strain > STRAIN:
         notes.append(
             f"the strain of the top layer reaches {told_apart(strain, STRAIN)}: beyond {STRAIN:g} linear theory is doubtful"
@@ -327,7 +330,7 @@ def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, flo
     # scaled depth and contact radius [m] under the largest load on elastic films of compliances ``RANGE``
     grid = jc.Grid.square(n=START_CELLS, width=2.4 * press.probe.widest(press.units.depth))
     film = press.sought.volume.keyword, press.pressing.indenter, coating, press.units.load, grid
-    rows = [layered.elastic(np.exp(x) * press.units.compliance, *film) for x in RANGE]
+    rows = [elastic(np.exp(x) * press.units.compliance, *film) for x in RANGE]
     depth, radius = np.array(rows).T
     depth = np.maximum.accumulate(depth / press.units.depth)
 
@@ -344,7 +347,7 @@ def _start(press: IndentationProblem, coating: Coating) -> tuple[np.ndarray, flo
 
 def _minimise(press: IndentationProblem, film: FilmTest, theta: np.ndarray) -> tuple[Best, Objective]:
     """Minimise from theta with a loose tolerance on RSS, because each evaluation is expensive."""
-    linearised = lambda theta: layered.linearise(theta, press.space.free, film)
+    linearised = lambda theta: linearise(theta, press.space.free, film)
     objective = Objective.of_one_program(linearised, press.space.bounds, ftol=1e-5)
     return minimise(objective, theta), objective
 
@@ -357,16 +360,16 @@ def _resolved(
     An automatic mesh is widened while the contact reaches its edge, and steps that are too long are halved; samples at which
     the contact is only a few cells across get zero weight.
     """
-    press = _coarse_left_out(press, layered.scene(press, coating, mesh), theta, mesh)
+    press = _coarse_left_out(press, scene(press, coating, mesh), theta, mesh)
     while True:
-        film = layered.scene(press, coating, mesh)
+        film = scene(press, coating, mesh)
         best, objective = _minimise(press, film, theta)
-        statuses = np.asarray(layered.linearise(best.theta, press.space.free, film)[2])
+        statuses = np.asarray(linearise(best.theta, press.space.free, film)[2])
         failed = [code for code in PRECEDENCE[:-1] if code in statuses and code != jc.Status.TOO_COARSE]
         status = failed[0] if failed else jc.Status.FINE
         if status == jc.Status.AT_EDGE and chosen:
             mesh = mesh._replace(width=WIDER * mesh.width)
-            press = _coarse_left_out(press, layered.scene(press, coating, mesh), best.theta, mesh)
+            press = _coarse_left_out(press, scene(press, coating, mesh), best.theta, mesh)
         elif status == jc.Status.STEP_TOO_LONG and mesh.fine < MOST_STEPS:
             mesh = mesh._replace(fine=2 * mesh.fine)
         elif status:
@@ -383,7 +386,7 @@ def _coarse_left_out(
     press: IndentationProblem, film: FilmTest, theta: np.ndarray, mesh: Mesh
 ) -> IndentationProblem:
     """Return the test without the samples at which the contact at theta is fewer than ``ACROSS`` cells across."""
-    _, _, statuses, radius, _ = layered.linearise(theta, press.space.free, film)
+    _, _, statuses, radius, _ = linearise(theta, press.space.free, film)
     few = 2.0 * np.asarray(radius) < ACROSS * mesh.width / mesh.cells
     kept = press.kept & ~_touching(film, few | (np.asarray(statuses) == jc.Status.TOO_COARSE))
     if kept.sum() < max(LEAST_POINTS, press.space.free.size + 1):
@@ -401,7 +404,7 @@ def _touching(film: FilmTest, marked: np.ndarray) -> np.ndarray:
 
 def _layered_moves(press: IndentationProblem, best: Best, film: FilmTest, name: str) -> np.ndarray:
     """Return d theta/d nuisance at the optimum, (m,)."""
-    slope = layered.nuisance_slope(best.theta, film, name=name)
+    slope = nuisance_slope(best.theta, film, name=name)
     return moved(best, press.space.free, np.asarray(slope))
 
 

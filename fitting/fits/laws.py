@@ -29,9 +29,9 @@ from jax import Array
 
 import jaxcontact as jc
 from fitting.data.creep import CreepData
-from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
+from fitting.inference.result import Conclusion, FitProblem, conclude, least_squares
 from fitting.inference.sample import Sample, Solved
-from fitting.models import history
+from fitting.models import structure
 from fitting.models.parameters import Parameters
 from fitting.models.structure import (
     HELD,
@@ -210,14 +210,14 @@ def _response(theta: Array, inputs: tuple[Any, Array, Array], model: type, decad
 
 def has_own_strain(model: type, stressed: Any) -> bool:
     """Return whether the strain is computed exactly, without the Prony approximation, for every alpha up to 1."""
-    if isinstance(stressed, history.Step):
+    if isinstance(stressed, structure.Step):
         return True
     return model is not jc.FractionalKelvinVoigt and stressed.pick.size * stressed.gap.size <= MOST
 
 
 def _strain(law: Any, stressed: Any, decades: int) -> Array:
     """Return the strain (n,) under the scaled stress."""
-    if isinstance(stressed, history.Step):
+    if isinstance(stressed, structure.Step):
         return law.creep(stressed.t)
     if has_own_strain(type(law), stressed):
         return law.creep(0.0) * stressed.stress[stressed.pick] + _powers(stressed, law.alpha) / law.V
@@ -225,10 +225,10 @@ def _strain(law: Any, stressed: Any, decades: int) -> Array:
     cut, at_once = law.prony(shortest, 1.0, EXACT), law.creep(0.0)
     rates = jnp.append(1.0 / cut.tau, FAST / shortest)
     parts = jnp.concatenate([jnp.stack([at_once]), cut.J, jnp.stack([cut.J0 - at_once, cut.fluidity])])
-    return history.columns(stressed, rates) @ parts
+    return structure.columns(stressed, rates) @ parts
 
 
-def _powers(stressed: history.History, alpha: Array) -> Array:
+def _powers(stressed: structure.History, alpha: Array) -> Array:
     """Return the strain (n,) of a springpot of V = 1 under a stress history, by the formula in the module's docstring."""
     power = lambda t, order: jc.Springpot(V=1.0, alpha=order).creep(t)
     times = jnp.cumsum(stressed.gap)
@@ -319,7 +319,7 @@ def _moduli(theta: Array, inputs: tuple[Array, Array], model: type, relaxed: boo
 # parameters.
 #
 # The strain under a stress history that is linear between its knots is exact for the material's retardation spectrum
-# (``fitting/models/history.py``); moduli are its ``relaxation`` and ``complex_modulus``.
+# (``fitting/models/structure.py``); moduli are its ``relaxation`` and ``complex_modulus``.
 #
 # A search begins at the given numbers, and at the ``BEST`` of ``TRIED`` places within ``DECADES`` of them; the lowest of
 # the minima counts, and of equal ones that of the given numbers. Two elements of a kind are exchanged in it if the start
@@ -383,7 +383,7 @@ def _own_response(theta: Array, inputs: tuple[Any, Array, Array, Any], names: tu
     flow = 0.0 if spectrum.fluidity is None else spectrum.fluidity * duration
     parts = [jnp.stack([jnp.asarray(part, float)]) for part in (spectrum.instantaneous, flow)]
     amounts = jnp.concatenate([parts[0], jnp.atleast_1d(spectrum.amplitudes), parts[1]]) / compliance
-    return history.columns(basis, rates) @ amounts
+    return structure.columns(basis, rates) @ amounts
 
 
 class OwnModulus(_OwnCoordinates, Relaxed):

@@ -17,12 +17,11 @@ from fitting.data.curves import given_twice
 from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits.growth import BOLTZMANN
 from fitting.inference import noise
-from fitting.inference.conclusion import Conclusion, FitProblem, conclude, least_squares
-from fitting.inference.result import Fit, plain
+from fitting.inference.result import Conclusion, Fit, FitProblem, conclude, least_squares, plain
 from fitting.inference.sample import Assessment, Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
-from fitting.search import nonlinear, profiles
+from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective, linear_sd
 from fitting.views import sheet
 
@@ -931,7 +930,7 @@ def _superposed(
     # 3. The intervals, of the coordinates of the shift by profiles, which include the errors of the temperatures.
     def find_ends(assessment: Assessment) -> tuple[np.ndarray, int]:
         traced = np.arange(best.theta.size) < k
-        ends, unfinished = profiles.profile(objective, best, assessment.levels(), traced)
+        ends, unfinished = nonlinear.profile(objective, best, assessment.levels(), traced)
         theta, extra = best.theta[:k], noise.two_sided(level) * np.linalg.norm(by_temperature, axis=1)
         low, high = theta - ends[:k, 0], ends[:k, 1] - theta
         wide = np.stack([theta - np.hypot(low, extra), theta + np.hypot(high, extra)], -1)

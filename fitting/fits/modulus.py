@@ -27,8 +27,7 @@ from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import choose_weights
 from fitting.fits.laws import OwnModulus, Relaxed, moduli
 from fitting.inference import noise
-from fitting.inference.conclusion import FitProblem, conclude, least_squares
-from fitting.inference.result import Fit
+from fitting.inference.result import Fit, FitProblem, conclude, least_squares
 from fitting.inference.sample import Sample, Solved
 from fitting.models.halfspace import relaxation_modes
 from fitting.models.parameters import NUISANCES, Parameters, spectrum

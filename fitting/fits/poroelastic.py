@@ -46,9 +46,8 @@ import jaxcontact as jc
 from fitting.data.contact import sample_noise
 from fitting.data.indentation import IndentationData, check_depth, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
-from fitting.inference.conclusion import FitProblem, conclude, least_squares, no_moves
 from fitting.inference.noise import two_sided
-from fitting.inference.result import Fit, plain
+from fitting.inference.result import Fit, FitProblem, conclude, least_squares, no_moves, plain
 from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits

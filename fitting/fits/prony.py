@@ -21,12 +21,10 @@ from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.data.weights import nonnegative
 from fitting.fits.creep import creep_sample
 from fitting.fits.modulus import ModulusFit, alike, weighted_sample
-from fitting.inference.conclusion import FitProblem, conclude, least_squares
-from fitting.inference.result import Fit
+from fitting.inference.result import Fit, FitProblem, conclude, least_squares
 from fitting.inference.sample import Sample, Solved
-from fitting.models import history
 from fitting.models.parameters import Landscape, Parameters
-from fitting.models.structure import ParameterList, Sought, Structure, series
+from fitting.models.structure import History, ParameterList, Sought, Step, Structure, columns, merge, series
 from fitting.search.nonlinear import Objective
 from jaxcontact._support.pytree import require_real
 from jaxcontact.bodies.materials import Spectrum, from_relaxation
@@ -152,12 +150,12 @@ def _sought_columns(data: CreepData, structure: Structure) -> np.ndarray:
 def _columns(data: CreepData, tau: Any) -> np.ndarray:
     """Return the response (n, k + 2) to a unit instantaneous compliance, to a unit compliance at each time, and to a
     unit fluidity."""
-    return np.asarray(history.columns(_basis(data), 1.0 / tau))
+    return np.asarray(columns(_basis(data), 1.0 / tau))
 
 
-def _basis(data: CreepData) -> history.Step | history.History:
+def _basis(data: CreepData) -> Step | History:
     """Return the stress history of the test: a unit step, or the measured stress."""
-    return history.Step(data.t) if data.J is not None else history.merge(data.t, *data.stress)
+    return Step(data.t) if data.J is not None else merge(data.t, *data.stress)
 
 
 # Generalised Maxwell model: a relaxation modulus as a series of given times, and its creep compliance.

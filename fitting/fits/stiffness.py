@@ -14,8 +14,7 @@ from fitting.data.indentation import STIFFNESS, check_depth, paraboloid_note, pr
 from fitting.data.stiffness import StiffnessData
 from fitting.data.weights import choose_weights
 from fitting.inference import verdict
-from fitting.inference.conclusion import FitProblem, conclude, least_squares, no_moves
-from fitting.inference.result import Fit, plain
+from fitting.inference.result import Fit, FitProblem, conclude, least_squares, no_moves, plain
 from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits

@@ -20,13 +20,11 @@ from fitting.data.moduli import OscillationData, RelaxationData
 from fitting.fits import modulus
 from fitting.fits.creep import creep_sample
 from fitting.inference import noise, verdict
-from fitting.inference.conclusion import FitProblem, conclude, solution
 from fitting.inference.noise import basis, lag_one, within
-from fitting.inference.result import Fit
+from fitting.inference.result import Fit, FitProblem, conclude, solution
 from fitting.inference.sample import REWEIGHTINGS, Assessment, Curve, Sample, Solved, assess
-from fitting.models.history import Step, columns, merge
 from fitting.models.parameters import Parameters, spectrum
-from fitting.models.structure import Sought, structure_of
+from fitting.models.structure import Sought, Step, columns, merge, structure_of
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Best, Objective
 from fitting.views import sheet

@@ -29,8 +29,8 @@ import jax.numpy as jnp
 from jax import Array
 
 from fitting.models import adhesive_contact
-from fitting.models.history import columns, recursion
 from fitting.models.parameters import instrument_offset, spectrum
+from fitting.models.structure import columns, recursion
 from fitting.models.thin_layer import LARGEST, ThinLayer
 from jaxcontact._compile.programs import Program
 from jaxcontact._support.exponential import phi1

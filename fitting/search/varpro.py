@@ -25,9 +25,8 @@ import numpy as np
 from jax import Array
 
 from fitting.data.creep import CreepData
-from fitting.models.history import History, Step, columns, merge
 from fitting.models.parameters import Parameters
-from fitting.models.structure import Structure
+from fitting.models.structure import History, Step, Structure, columns, merge
 from fitting.search import nonlinear
 from jaxcontact._compile.programs import Program
 

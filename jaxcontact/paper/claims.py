@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact.paper import comparison, pictures, sliding, speed_map, tribofilm
+from jaxcontact.paper import comparison, sliding, speed_map, tribofilm
 from jaxcontact.paper.comparison import Reproduction, Row, described, report
 
 LOADS = (10.0, 60.0, 500.0)
@@ -74,20 +74,20 @@ def settling_time(run: sliding.SlidingRun) -> float:
 
 def draw(found: dict[str, Any], directory: Path) -> None:
     """Draw the peak relative to its first value against time: at rest, and during slow sliding."""
-    figure, axes = pictures.panels(2)
+    figure, axes = comparison.panels(2)
     creep = found["creep"]
     for i, (load, run) in enumerate(creep.items()):
-        colour = pictures.colour(i, len(creep))
+        colour = comparison.colour(i, len(creep))
         axes[0].plot(run.times / 60.0, run.peak / run.peak[0], color=colour, label=f"{load:g} N")
     for i, (name, run) in enumerate(found["slow"].items()):
-        colour = pictures.colour(i, len(found["slow"]))
+        colour = comparison.colour(i, len(found["slow"]))
         axes[1].plot(
             run.times[1:] / 60.0, run.peak[1:] / run.peak[0], color=colour, label=sliding.title(name)[4:]
         )
     axes[1].set_xscale("log")
     for ax, title in zip(axes, ("indentation", "sliding"), strict=True):
-        pictures.finish(ax, "time [min]", "peak pressure over the first [-]", title)
-    pictures.save(figure, directory / "claims.png")
+        comparison.finish(ax, "time [min]", "peak pressure over the first [-]", title)
+    comparison.save(figure, directory / "claims.png")
 
 
 CASE = Reproduction(

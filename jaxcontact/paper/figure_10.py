@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact.paper import comparison, pictures, tribofilm
+from jaxcontact.paper import comparison, tribofilm
 from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row, described, report, worst
 from jaxcontact.paper.tribofilm import Trace
 
@@ -99,12 +99,12 @@ def _limit(trace: Trace) -> float:
 
 def draw(found: dict[str, Trace], directory: Path) -> None:
     """Draw the pressure along x at six times, one panel per run."""
-    figure, axes = pictures.panels(4)
+    figure, axes = comparison.panels(4)
     for ax, (name, trace) in zip(axes, found.items(), strict=True):
-        pictures.over_time(ax, trace, trace.pressure / 1e9, tribofilm.SHOWN)
+        comparison.over_time(ax, trace, trace.pressure / 1e9, tribofilm.SHOWN)
         title = name if name == HALF else f"{name} on the film"
-        pictures.finish(ax, "x [µm]", "pressure [GPa]", title.replace("um", "µm"))
-    pictures.save(figure, directory / "figure_10.png")
+        comparison.finish(ax, "x [µm]", "pressure [GPa]", title.replace("um", "µm"))
+    comparison.save(figure, directory / "figure_10.png")
 
 
 CASE = Reproduction(

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxcontact.paper import comparison, pictures, tribofilm
+from jaxcontact.paper import comparison, tribofilm
 from jaxcontact.paper.comparison import EXACT, Reproduction, Row, described, report, worst
 from jaxcontact.paper.tribofilm import Trace
 from jaxcontact.reference import hertz
@@ -64,14 +64,14 @@ def compare(found: dict[str, Trace], references: Mapping[str, float]) -> list[Ro
 
 def draw(found: dict[str, Trace], directory: Path) -> None:
     """Draw the surface along x at six times, downwards into the body, with the ball at its constant approach."""
-    figure, axes = pictures.panels(2)
+    figure, axes = comparison.panels(2)
     for ax, (name, trace) in zip(axes, found.items(), strict=True):
-        pictures.over_time(ax, trace, -trace.displacement * 1e6, tribofilm.SHOWN)
+        comparison.over_time(ax, trace, -trace.displacement * 1e6, tribofilm.SHOWN)
         ball = (trace.distance**2 / (2.0 * tribofilm.RADIUS) - trace.approach[0]) * 1e6
         ax.plot(trace.x * 1e6, ball, "k:", linewidth=1.0, label="ball")
         ax.set_ylim(-1.05e6 * trace.approach[0], 0.25e6 * trace.approach[0])
-        pictures.finish(ax, "x [µm]", "surface [µm]", name.replace("um", "µm"))
-    pictures.save(figure, directory / "figure_11.png")
+        comparison.finish(ax, "x [µm]", "surface [µm]", name.replace("um", "µm"))
+    comparison.save(figure, directory / "figure_11.png")
 
 
 CASE = Reproduction(

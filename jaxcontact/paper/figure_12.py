@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxcontact.paper import comparison, pictures, tribofilm
+from jaxcontact.paper import comparison, tribofilm
 from jaxcontact.paper.comparison import EXACT, Reproduction, Row, described, report
 from jaxcontact.paper.tribofilm import Trace
 
@@ -63,12 +63,12 @@ def compare(found: dict[str, Trace], references: Mapping[str, float]) -> list[Ro
 
 def draw(found: dict[str, Trace], directory: Path) -> None:
     """Draw the pressure along x at six times."""
-    figure, axes = pictures.panels(2)
-    pictures.over_time(axes[0], found[DEEP], found[DEEP].pressure / 1e9, tribofilm.SHOWN)
-    pictures.over_time(axes[1], found[SHALLOW], found[SHALLOW].pressure / 1e6, tribofilm.SHOWN)
-    pictures.finish(axes[0], "x [µm]", "pressure [GPa]", "(a) 50 µm on the film")
-    pictures.finish(axes[1], "x [µm]", "pressure [MPa]", "(b) 0.01 nm on the film")
-    pictures.save(figure, directory / "figure_12.png")
+    figure, axes = comparison.panels(2)
+    comparison.over_time(axes[0], found[DEEP], found[DEEP].pressure / 1e9, tribofilm.SHOWN)
+    comparison.over_time(axes[1], found[SHALLOW], found[SHALLOW].pressure / 1e6, tribofilm.SHOWN)
+    comparison.finish(axes[0], "x [µm]", "pressure [GPa]", "(a) 50 µm on the film")
+    comparison.finish(axes[1], "x [µm]", "pressure [MPa]", "(b) 0.01 nm on the film")
+    comparison.save(figure, directory / "figure_12.png")
 
 
 CASE = Reproduction(

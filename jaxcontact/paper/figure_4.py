@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact.paper import comparison, pictures
+from jaxcontact.paper import comparison
 from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row
 from jaxcontact.paper.tribofilm import Trace, press, pressure_at
 from jaxcontact.reference import hertz
@@ -78,13 +78,13 @@ def _row(name, source, references, value, tolerance, reason) -> Row:
 
 def draw(found: dict[float, Trace], directory: Path) -> None:
     """Draw the pressure over p0 against x/a0, as in the paper's Fig. 4."""
-    figure, (axes,) = pictures.panels(1)
+    figure, (axes,) = comparison.panels(1)
     for i, (ratio, trace) in enumerate(found.items()):
-        colour = pictures.colour(i, len(found))
+        colour = comparison.colour(i, len(found))
         axes.plot(trace.x / A0, trace.pressure[0] / P0, color=colour, label=f"$E_1/E_2 = {ratio:g}$")
-    pictures.finish(axes, "x / a$_0$", "pressure / p$_0$", "Elastic layer, h = a$_0$")
+    comparison.finish(axes, "x / a$_0$", "pressure / p$_0$", "Elastic layer, h = a$_0$")
     axes.set_xlim(-1.75, 1.75)
-    pictures.save(figure, directory / "figure_4.png")
+    comparison.save(figure, directory / "figure_4.png")
 
 
 CASE = Reproduction(

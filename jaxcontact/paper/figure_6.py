@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact.paper import comparison, pictures
+from jaxcontact.paper import comparison
 from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row, worst
 from jaxcontact.paper.tribofilm import Trace, press
 from jaxcontact.reference import lee_radok
@@ -98,16 +98,16 @@ def _lee_radok(trace: Trace, first: float, tau: float, t: float) -> np.ndarray:
 
 def draw(found: Layers, directory: Path) -> None:
     """Draw the pressure along x at five times, with Lee and Radok's at the last one."""
-    figure, axes = pictures.panels(2)
+    figure, axes = comparison.panels(2)
     steps = np.linspace(0, POINTS - 1, 5).astype(int)
     for ax, trace in zip(axes, found, strict=True):
         labels = [rf"t = {trace.times[i] / TAU:g} $\tau$" for i in steps]
-        pictures.profiles(ax, trace.x * 1e6, trace.pressure[steps] / 1e9, labels)
+        comparison.profiles(ax, trace.x * 1e6, trace.pressure[steps] / 1e9, labels)
     exact = _lee_radok(found.thick, AV0, TAU, found.thick.times[-1])
     axes[0].plot(found.thick.x * 1e6, exact / 1e9, "k:", linewidth=1.0, label=r"closed form, 2 $\tau$")
-    pictures.finish(axes[0], "x [µm]", "pressure [GPa]", "(a) Maxwell layer, h/a$_0$ = 10$^4$")
-    pictures.finish(axes[1], "x [µm]", "pressure [GPa]", "(b) h/a$_0$ = 10$^{-5}$: all times on one curve")
-    pictures.save(figure, directory / "figure_6.png")
+    comparison.finish(axes[0], "x [µm]", "pressure [GPa]", "(a) Maxwell layer, h/a$_0$ = 10$^4$")
+    comparison.finish(axes[1], "x [µm]", "pressure [GPa]", "(b) h/a$_0$ = 10$^{-5}$: all times on one curve")
+    comparison.save(figure, directory / "figure_6.png")
 
 
 CASE = Reproduction(

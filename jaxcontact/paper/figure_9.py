@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from jaxcontact.paper import comparison, pictures, tribofilm
+from jaxcontact.paper import comparison, tribofilm
 from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row, described, report, worst
 from jaxcontact.paper.tribofilm import Trace
 from jaxcontact.reference import lee_radok
@@ -108,12 +108,12 @@ def compare(found: dict[str, Trace], references: Mapping[str, float]) -> list[Ro
 
 def draw(found: dict[str, Trace], directory: Path) -> None:
     """Draw the pressure along x at six times, one panel per run."""
-    figure, axes = pictures.panels(4)
+    figure, axes = comparison.panels(4)
     for ax, (name, trace) in zip(axes, found.items(), strict=True):
-        pictures.over_time(ax, trace, trace.pressure / 1e9, tribofilm.SHOWN)
+        comparison.over_time(ax, trace, trace.pressure / 1e9, tribofilm.SHOWN)
         title = name if name == HALF else f"{name} on the film"
-        pictures.finish(ax, "x [µm]", "pressure [GPa]", title)
-    pictures.save(figure, directory / "figure_9.png")
+        comparison.finish(ax, "x [µm]", "pressure [GPa]", title)
+    comparison.save(figure, directory / "figure_9.png")
 
 
 CASE = Reproduction(

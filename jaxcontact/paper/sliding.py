@@ -18,7 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact.paper import comparison, pictures, tribofilm
+from jaxcontact.paper import comparison, tribofilm
 from jaxcontact.paper.comparison import DESCRIBED, EXACT, Reproduction, Row, described, report, worst
 
 STEADY = "slide_steady, the steady state itself"
@@ -200,15 +200,15 @@ def _of_figure(
         return {name: slide(name, n) for name in names}
 
     def draw(found: dict[str, SlidingRun], directory: Path) -> None:
-        sheet, axes = pictures.panels(len(names))
+        sheet, axes = comparison.panels(len(names))
         for ax, (name, run) in zip(axes, found.items(), strict=True):
-            pictures.over_time(ax, run, run.pressure / 1e9, shown(run))
+            comparison.over_time(ax, run, run.pressure / 1e9, shown(run))
             if (ends := limits(run)) is not None:
                 ax.set_xlim(*ends)
-            pictures.finish(ax, "x in the direction of sliding [µm]", "pressure [GPa]", title(name))
+            comparison.finish(ax, "x in the direction of sliding [µm]", "pressure [GPa]", title(name))
         for empty in sheet.axes[len(axes) :]:
             empty.set_visible(False)
-        pictures.save(sheet, directory / f"figure_{figure}.png")
+        comparison.save(sheet, directory / f"figure_{figure}.png")
 
     with_solved = lambda found, expected: [*compare(found, expected), unsolved(names, found)]
     return Reproduction(

@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 import jaxcontact as jc
-from jaxcontact.paper import comparison, pictures, tribofilm
+from jaxcontact.paper import comparison, tribofilm
 from jaxcontact.paper.comparison import EXACT, Reproduction, Row, described, report
 
 LOADS = (1.0, 10.0, 60.0, 500.0)  # [N]
@@ -98,7 +98,7 @@ def compare(found: dict[str, Sweep], references: Mapping[str, float]) -> list[Ro
 
 def draw(found: dict[str, Sweep], directory: Path) -> None:
     """Draw peak, shift of the pressure, friction and film strain against the speed."""
-    figure, axes = pictures.panels(4)
+    figure, axes = comparison.panels(4)
     labels = list(found)
     panels = (
         ("peak over that of the glassy film [-]", [run.peak / run.peak[-1] for run in found.values()]),
@@ -107,14 +107,14 @@ def draw(found: dict[str, Sweep], directory: Path) -> None:
         ("film strain [-]", [run.strain for run in found.values()]),
     )
     for ax, (label, curves) in zip(axes, panels, strict=True):
-        pictures.profiles(ax, SPEEDS, curves, labels)
+        comparison.profiles(ax, SPEEDS, curves, labels)
         ax.set_xscale("log")
         ax.axvline(1e-6, color="0.5", linestyle=":", linewidth=1.0)
-        pictures.finish(ax, "speed [m/s]", label, "dotted: 1 µm/s")
+        comparison.finish(ax, "speed [m/s]", label, "dotted: 1 µm/s")
     for ax in axes[2:]:
         ax.set_yscale("log")
     axes[2].set_ylim(1e-7, 1e-1)
-    pictures.save(figure, directory / "speed_map.png")
+    comparison.save(figure, directory / "speed_map.png")
 
 
 CASE = Reproduction(

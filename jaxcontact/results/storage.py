@@ -16,20 +16,19 @@ from xml.etree.ElementTree import Element, ElementTree, SubElement
 import jax.numpy as jnp
 import numpy as np
 
-from jaxcontact._support.fields import fields_of
-from jaxcontact._support.files import read_npz, write_npz, write_whole
-from jaxcontact.bodies.grid import Grid
-from jaxcontact.results.contact import ContactHistory, SteadyContact
-from jaxcontact.results.deformation import Deflection, InteriorFields
-from jaxcontact.results.labels import (
+from jaxcontact._support.fields import (
     arrays_of,
     dataset,
     derived_of,
+    fields_of,
     numbers_of,
     optional_fields,
     status_names,
     stored_fields,
 )
+from jaxcontact._support.files import read_npz, write_npz, write_whole
+from jaxcontact.bodies.grid import Grid
+from jaxcontact.results.contact import ContactHistory, Deflection, InteriorFields, SteadyContact
 from jaxcontact.results.notes import Diagnostics
 
 # Results for ParaView: a collection ``press.pvd`` of one VTK file for each time, ``press/press_0.vtr`` and so on.

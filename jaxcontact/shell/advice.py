@@ -13,7 +13,7 @@ import jax
 import numpy as np
 from jax import Array
 
-from jaxcontact._support.fields import FIELDS, VECTOR
+from jaxcontact._support.fields import FIELDS, VECTOR, stored_fields
 from jaxcontact._support.files import UNFINISHED
 from jaxcontact._support.prefixes import told_apart
 from jaxcontact._support.pytree import replace
@@ -31,7 +31,6 @@ from jaxcontact.response.stack import (
     surface_material,
     top_layer,
 )
-from jaxcontact.results.labels import stored_fields
 from jaxcontact.results.notes import DEEP, FEW_CELLS, FEW_COHESIVE, STEP_ERROR, STRAIN_LIMIT
 from jaxcontact.shell.case_file import Case, CaseError, tables_named
 from jaxcontact.shell.case_keys import FEW, chosen, maps_of

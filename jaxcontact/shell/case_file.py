@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from jaxcontact._support.fields import FIELDS
+from jaxcontact._support.fields import FIELDS, stored_fields
 from jaxcontact._support.files import read_npy
 from jaxcontact._support.prefixes import prefixed
 from jaxcontact.bodies import materials
@@ -28,7 +28,6 @@ from jaxcontact.bodies.body import Layer, LayeredHalfSpace, at_its_thickest
 from jaxcontact.bodies.controls import Approach, Control, Load, TangentialDisplacement, TangentialLoad
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.indenters import shapes
-from jaxcontact.results.labels import stored_fields
 from jaxcontact.shell.case_keys import (
     BASES,
     BONDED,

@@ -76,7 +76,7 @@ def plot(options: argparse.Namespace) -> int:
     if picture.suffix not in accepted:
         raise ValueError(f"{picture}: found {picture.suffix or 'no ending'}, accepted: {', '.join(accepted)}")
     _check_new(picture, options.force)
-    from jaxcontact.shell.run_results import write_picture  # matplotlib takes a second to import
+    from jaxcontact.shell.finished_steps import write_picture
 
     write_picture(picture, storage.read_result(options.result).plot())
     print(picture)
@@ -148,7 +148,7 @@ def completing(make: Callable[[], argparse.ArgumentParser]) -> type[argparse.Act
 
 def completion(parser: argparse.ArgumentParser, shell: str) -> str:
     """Return a completion script for the shell."""
-    from jaxcontact.results.labels import extra
+    from jaxcontact._support.fields import extra
 
     shtab = extra("shtab", "completion")
     for action in _actions(parser):

@@ -190,7 +190,7 @@ def _march(experiment: Experiment, steps: FinishedSteps) -> Ending:
 
 def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace, digest: str) -> None:
     """The results into the directory, the main figures on stdout."""
-    from jaxcontact.shell import run_results  # matplotlib takes a second to import
+    from jaxcontact.shell import finished_steps
 
     facts = {
         "case": options.case.name,
@@ -202,9 +202,11 @@ def _write(run: Any, case: Case, ending: Ending, options: argparse.Namespace, di
         "wall_time_s": ending.resume_point.seconds,
     }
     report = (
-        run_results.of_steps(run, case.kept) if isinstance(run, FinishedRun) else run_results.of_result(run)
+        finished_steps.of_steps(run, case.kept)
+        if isinstance(run, FinishedRun)
+        else finished_steps.of_result(run)
     )
-    summary = run_results.write_results(report, options.directory, case, facts)
+    summary = finished_steps.write_results(report, options.directory, case, facts)
     rows = [
         f"{summary['steps_finished_count']} of {summary['steps_requested_count']} steps, in {options.directory}:"
     ]

@@ -325,7 +325,7 @@ def _draw(study: CaseStudy, found: Study, path: Path) -> str | None:
     Without a picture of these cases, an earlier one of other cases is removed.
     """
     from jaxcontact.results.plotting import studies_figure, varied_numbers
-    from jaxcontact.shell.run_results import write_picture  # matplotlib takes a second to import
+    from jaxcontact.shell.finished_steps import write_picture
 
     path.unlink(missing_ok=True)
     done = found.done()

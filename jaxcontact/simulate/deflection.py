@@ -29,7 +29,7 @@ from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.operators.kernels import Kernels, build, check_stiffness
 from jaxcontact.operators.operator import Operator
 from jaxcontact.response.stack import has_zero_instantaneous_compliance, top_layer
-from jaxcontact.results.deformation import Deflection
+from jaxcontact.results.contact import Deflection
 from jaxcontact.simulate.run import fine_steps, fine_values
 
 RIGID = Sphere(1.0)  # what presses has no compliance of its own

@@ -47,7 +47,7 @@ from jaxcontact.response.interior import (
     summed,
 )
 from jaxcontact.response.stack import creeps, solids, spectra
-from jaxcontact.results.deformation import InteriorFields
+from jaxcontact.results.contact import InteriorFields
 from jaxcontact.simulate.run import fine_values
 
 STEP = 0.25  # cells by which a load moves in an inner step, unless their number is given

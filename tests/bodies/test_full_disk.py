@@ -18,7 +18,7 @@ from test_storage import made_up
 import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact._support.files import write_npz, write_whole
-from jaxcontact.paper import pictures, reproduce
+from jaxcontact.paper import comparison, reproduce
 from jaxcontact.shell import sweep
 from jaxcontact.simulate.sweep import sweep_of
 
@@ -35,7 +35,7 @@ WRITERS = {
     "result.npz": lambda path: jc.write_result(made_up(jc.ContactHistory), path),
     "result.nc": lambda path: jc.write_result(made_up(jc.ContactHistory), path),
     "case.npz": lambda path: write_whole(path, lambda part: write_npz(part, {"a": np.zeros(9999)})),
-    "picture.png": lambda path: pictures.save(figure(), path),
+    "picture.png": lambda path: comparison.save(figure(), path),
     "study.csv": lambda path: write_whole(path, written_table),
     "text.json": lambda path: write_whole(path, lambda part: part.write_text(" " * 99999)),
     "report.html": lambda path: reproduce.write(path.parent),

@@ -18,12 +18,11 @@ from force_curves import NU, RADIUS, force_curve
 
 import fitting
 import jaxcontact as jc
-from fitting.inference.conclusion import FitProblem, conclude, least_squares
-from fitting.inference.result import Fit
+from fitting.inference.result import Fit, FitProblem, conclude, least_squares
 from fitting.inference.sample import Sample
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
-from fitting.search import nonlinear, profiles
+from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
 
 T = np.linspace(0.0, 10.0, 40)
@@ -112,7 +111,7 @@ def test_the_profiles_of_a_saturating_rate_are_those_of_repeated_fits_by_scipy()
     best = nonlinear.minimise(objective, np.array([200.0, 0.05]))
     level = best.rss * (1.0 + scipy.stats.f.ppf(0.95, 1, 10) / 10)
     runs = objective.residual_runs
-    ends, unfinished = profiles.profile(objective, best, np.full(2, level))
+    ends, unfinished = nonlinear.profile(objective, best, np.full(2, level))
     assert unfinished == 0 and objective.residual_runs - runs <= 14
 
     def excess(value, place):
@@ -154,7 +153,7 @@ def test_a_profile_is_found_where_the_model_ends_behind_it():
     ended = Objective(lambda theta: residual(theta, last), columns, *bounds)
     line = best.theta[0] - np.sqrt(best.rss * nonlinear.inverse(best.jacobian)[0, 0])
     assert line < last
-    ends, unfinished = profiles.profile(ended, best, np.full(2, level), np.array([True, False]))
+    ends, unfinished = nonlinear.profile(ended, best, np.full(2, level), np.array([True, False]))
     assert unfinished == 0 and ends[0, 0] == pytest.approx(exact, abs=1e-3 * (best.theta[0] - exact))
 
 
@@ -175,7 +174,7 @@ def test_a_coordinate_at_a_bound_without_slope_there_leaves_it_along_a_profile()
         b = max(float(x @ (v - a) / (x @ x)), 0.0)
         return float(np.sum((a + b * x - v) ** 2)) - level
 
-    ends, unfinished = profiles.profile(objective, best, np.full(2, level))
+    ends, unfinished = nonlinear.profile(objective, best, np.full(2, level))
     exact = [scipy.optimize.brentq(excess, best.theta[0], other) for other in (0.0, 6.0)]
     assert unfinished == 0
     assert ends[0] == pytest.approx(exact, abs=5e-3 * np.ptp(exact))

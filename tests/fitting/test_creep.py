@@ -10,7 +10,7 @@ from scipy import integrate, optimize, stats
 
 import fitting
 import jaxcontact as jc
-from fitting.models.history import columns, merge
+from fitting.models.structure import columns, merge
 from fitting.search import varpro
 
 # the paper's Eq. (14) is phi = 1/(2G): J = 2 phi, so every parameter is half of the printed one

@@ -10,7 +10,7 @@ from tolerances import DENSE
 
 import fitting
 import jaxcontact as jc
-from fitting.search import layered
+from fitting.search import press
 from jaxcontact.reference import abel, lee_radok
 
 TRUTH = {"G1": 0.75e9, "G2": 13.89e6, "eta1": 3148.6e9, "eta2": 120.9e9}
@@ -109,17 +109,17 @@ def test_a_drive_of_straight_lines_is_marched_through_as_it_is():
     t = np.linspace(0.0, 1.0, 2001)
     exact = np.interp(t, [0.0, 0.0525, 1.0], [0.0, 1.0, 1.0])
     noise = 0.01 * np.random.default_rng(0).standard_normal(t.size)
-    knots = layered.march_times(t, exact)
-    assert np.abs(knots - 0.0525).min() < 1e-12 and knots.size <= layered.TIMES
-    np.testing.assert_allclose(layered.polygon(t, exact, knots), np.interp(knots, t, exact), atol=1e-12)
-    knots = layered.march_times(t, exact + noise)
+    knots = press.march_times(t, exact)
+    assert np.abs(knots - 0.0525).min() < 1e-12 and knots.size <= press.MARCHED
+    np.testing.assert_allclose(press.polygon(t, exact, knots), np.interp(knots, t, exact), atol=1e-12)
+    knots = press.march_times(t, exact + noise)
     assert np.abs(knots - 0.0525).min() < 0.005
     late = knots > 0.3
-    off = layered.polygon(t, exact + noise, knots)[late] - 1.0
+    off = press.polygon(t, exact + noise, knots)[late] - 1.0
     samples = np.diff(np.append(knots, 1.0))[late].mean() * 2000
     # least squares by straight lines: sqrt(3) of the variance over the samples in an interval, where all are equal
     assert off.std() < 1.5 * 3**0.25 * 0.01 / np.sqrt(samples)
-    assert layered.turns(t, noise / 0.1) == []  # a held drive, and nothing but noise, turns nowhere
+    assert press.turns(t, noise / 0.1) == []  # a held drive, and nothing but noise, turns nowhere
 
 
 @pytest.mark.long

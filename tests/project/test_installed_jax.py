@@ -18,7 +18,7 @@ from jax import export
 from tolerances import APPROACH
 
 import jaxcontact
-from jaxcontact._compile.installed_jax import FAULTS
+from jaxcontact._support.at_import import FAULTS
 from jaxcontact.operators.kernels import expansion
 
 pytestmark = pytest.mark.versions

@@ -19,8 +19,7 @@ from page_probe import POINTS
 import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact.shell.case_file import read_case
-from jaxcontact.shell.playground.contacts import PRESETS, TIMES, contact, solve
-from jaxcontact.shell.playground.server import PAGE, PageServer
+from jaxcontact.shell.playground.server import PAGE, PRESETS, TIMES, PageServer, contact, solve
 
 NODE = shutil.which("node")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)

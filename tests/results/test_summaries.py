@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from tolerances import PEAK_ON_FEW_CELLS
 
 import jaxcontact as jc
+from jaxcontact._support import fields
 from jaxcontact._support.prefixes import prefixed
-from jaxcontact.results import labels
 from jaxcontact.results.plotting import colours_of_time, pick, time_axis
 from jaxcontact.results.summaries import component
 
@@ -161,7 +161,7 @@ def test_the_last_field_alone_and_steady_states_and_many_runs(history):
     row = re.search(r"peak pressure +([\d.]+) kPa\n", last.summary())
     assert float(row.group(1)) == pytest.approx(peak / 1e3, rel=1e-4)
     steady = jc.SteadySliding(
-        **{name: np.asarray(1.5) for name in labels.stored_fields(jc.SteadySliding)}
+        **{name: np.asarray(1.5) for name in fields.stored_fields(jc.SteadySliding)}
         | {"grid": GRID, "pressure": np.full((2, 2), 3e6), "status": np.asarray(6)}
     )
     assert re.search(
@@ -198,11 +198,11 @@ def test_labelled_arrays_have_the_gap_and_name_their_directions(history):
     alone = dataclasses.replace(history, **last).to_xarray()
     assert alone.gap.dims == ("x", "y")
     np.testing.assert_array_equal(alone.gap, labelled.gap[-1])
-    fields = {name: np.asarray(1.5) for name in labels.stored_fields(jc.SteadySliding)}
+    own = {name: np.asarray(1.5) for name in fields.stored_fields(jc.SteadySliding)}
     named = ("pressure", "displacement", "profile", "contact_pressure", "shear_strength")
     maps = dict.fromkeys(named, np.ones(GRID.shape))
     vectors = dict.fromkeys(("velocity", "lateral_force", "pressure_centre"), np.array([1.0, 2.0]))
-    sliding = jc.SteadySliding(**fields | maps | vectors | {"grid": GRID, "status": np.asarray(0)})
+    sliding = jc.SteadySliding(**own | maps | vectors | {"grid": GRID, "status": np.asarray(0)})
     assert float(sliding.to_xarray().velocity.sel(direction="y")) == 2.0
 
 

@@ -9,7 +9,7 @@ from test_storage import made_up
 
 import jaxcontact as jc
 from jaxcontact._support import fields
-from jaxcontact.results import labels, storage
+from jaxcontact.results import storage
 
 WORDS = {"notes"}  # in the attributes, see test_notes.py
 PLACES = {"peak"}  # the largest of the von Mises stresses, which are exported, and its place on the axes
@@ -32,8 +32,8 @@ KINDS = pytest.mark.parametrize("kind", storage.result_classes().values(), ids=s
 
 @KINDS
 def test_every_property_has_a_unit_and_a_meaning(kind):
-    assert derived(kind) <= set(fields.fields_of(labels.stored_fields(kind)))
-    assert derived(kind) == set(labels.derived_of(made_up(kind)))
+    assert derived(kind) <= set(fields.fields_of(fields.stored_fields(kind)))
+    assert derived(kind) == set(fields.derived_of(made_up(kind)))
 
 
 @KINDS
@@ -77,8 +77,8 @@ def test_paraview_has_them(kind, tmp_path):
 @KINDS
 def test_paraview_and_netcdf_have_every_stored_map_at_every_time(kind, tmp_path):
     result = made_up(kind)
-    known = fields.fields_of(labels.stored_fields(kind))
-    maps = {name for name in labels.stored_fields(kind) if known[name].is_map}
+    known = fields.fields_of(fields.stored_fields(kind))
+    maps = {name for name in fields.stored_fields(kind) if known[name].is_map}
     pieces = sorted(jc.write_result(result, tmp_path / "film.pvd").with_suffix("").glob("*.vtr"))
     assert len(pieces) == (len(result.times) if storage.has_times(kind) else 1)
     for piece in pieces:
@@ -94,18 +94,18 @@ def test_paraview_and_netcdf_have_every_stored_map_at_every_time(kind, tmp_path)
 def test_their_values_are_those_of_the_fields():
     """By hand, with numpy, from fields that are all different."""
     made = made_up(jc.SlidingHistory)
-    table = labels.derived_of(made)
+    table = fields.derived_of(made)
     np.testing.assert_array_equal(table["peak_pressure"], [p.max() for p in made.pressure])
     np.testing.assert_allclose(table["contact_radius"], np.sqrt(made.smooth_area / np.pi), rtol=1e-14)
     np.testing.assert_allclose(table["friction_coefficient"], made.tangential_force / made.load, rtol=1e-14)
     gap = [made.profile + u - d for u, d in zip(made.displacement, made.approach, strict=True)]
     np.testing.assert_allclose(table["gap"], gap, rtol=1e-14)
     steady = made_up(jc.SteadyRolling)
-    table = labels.derived_of(steady)
+    table = fields.derived_of(steady)
     assert table["peak_pressure"] == steady.pressure.max()
     np.testing.assert_allclose(table["gap"], steady.profile + steady.displacement - steady.approach)
     np.testing.assert_allclose(table["sticking_share"], np.sum(steady.stick) / np.sum(steady.pressure > 0.0))
-    last = labels.derived_of(made_up(jc.ContactHistory, last=True))
+    last = fields.derived_of(made_up(jc.ContactHistory, last=True))
     assert "peak_pressure" not in last and last["gap"].ndim == 2
 
 

@@ -15,7 +15,7 @@ import pytest
 import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact._support import fields
-from jaxcontact.results import labels, storage
+from jaxcontact.results import storage
 
 pytestmark = pytest.mark.versions
 
@@ -28,9 +28,9 @@ GRID = jc.Grid(shape=(NX, NY), spacing=(2e-6, 3e-6))
 def made_up(kind, last=False, grid=GRID):
     """A result with every field a different number, as ``save="last"`` has them when last."""
     values, sizes = {}, SIZES | dict(zip("xy", grid.shape, strict=True))
-    known = fields.fields_of(labels.stored_fields(kind))
+    known = fields.fields_of(fields.stored_fields(kind))
     for i, field in enumerate(dataclasses.fields(kind)):
-        if field.name in labels.NOT_STORED:
+        if field.name in fields.NOT_STORED:
             continue
         dims = known[field.name].dimensions
         if not storage.has_times(kind) or (last and "x" in dims):
@@ -66,7 +66,7 @@ def test_what_is_saved_comes_back(kind, ending, tmp_path):
 def test_every_field_of_every_result_can_be_stored():
     for kind in storage.result_classes().values():
         names = {field.name for field in dataclasses.fields(kind)}
-        assert names <= set(fields.fields_of(names)) | set(labels.NOT_STORED), kind
+        assert names <= set(fields.fields_of(names)) | set(fields.NOT_STORED), kind
 
 
 def test_netcdf_has_named_dimensions_units_and_the_case(tmp_path, body, ball):
@@ -255,7 +255,7 @@ def test_no_name_of_a_case_changes_what_is_loaded(kind, ending, tmp_path):
     jc.write_result(result, path, **dict.fromkeys(names - taken, NOTES["body"]))
     if ending != ".pvd":
         assert_same(result, jc.read_result(path))
-    assert {"x", "y", "kind", "status_names", *labels.stored_fields(kind)} <= taken
+    assert {"x", "y", "kind", "status_names", *fields.stored_fields(kind)} <= taken
     assert (
         kind in (jc.InteriorFields, jc.Deflection)
         or {"pressure", "load", "profile", "approach", "status"} <= taken

@@ -20,7 +20,7 @@ from jaxcontact.operators.kernels import build
 from jaxcontact.operators.operator import Family
 from jaxcontact.response.coefficients import influence_coefficients
 from jaxcontact.response.images import Images
-from jaxcontact.response.one_layer import OneLayer
+from jaxcontact.response.normal import OneLayer
 
 VALUES = {
     "G1": 0.75e9, "G2": 13.89e6, "eta1": 3.1486e12, "eta2": 120.9e9, "nu": 0.3, "thickness": 150e-9,
