@@ -116,7 +116,8 @@ class AdhesiveTest(NamedTuple):
         work = pull / (1.5 * math.pi * R)
         top = float(self.data.load.max())
         of_unit_modulus = self._jkr_depth(top, work) - self._jkr_depth(-pull * (1.0 - 1e-9), work)
-        low = float(self.data.depth[np.flatnonzero(self.data.segments == "retract")][self._lowest()])
+        retract = np.flatnonzero(self.data.segments == "retract")
+        low = float(self.data.depth[retract][np.argmin(self.data.load[retract])])
         way = max(float(self.data.depth.max()) - low, 1e-3 * float(np.ptp(self.data.depth)))
         modulus = (of_unit_modulus / way) ** 1.5
         own = self.body.own
@@ -132,9 +133,6 @@ class AdhesiveTest(NamedTuple):
         values = self.start()
         E = float(self.body.modulus(values["G"]))
         return float(self.data.depth.max()) - self._jkr_depth(float(self.data.load.max()), values["work"], E)
-
-    def _lowest(self) -> int:
-        return int(np.argmin(self.data.load[np.flatnonzero(self.data.segments == "retract")]))
 
     def _jkr_depth(self, load: float, work: float, modulus: float = 1.0) -> float:
         """Return the approach [m] of JKR under a load [N]."""

@@ -476,7 +476,9 @@ def fit_creep_batch(
         Sample.of(curve.curve, *choose_weights(curve.t, curve.response, weights, None)) for curve in curves
     ]
     scaled = [varpro.scale(c, s.weights, structure, table) for c, s in zip(curves, samples, strict=True)]
-    problems, own = _stack([s.tau_problem for s in scaled]), varpro.PLACES[structure.size]
+    # one problem with a leading axis; the times, the range of tau and the sides of the box are common to all
+    varying = {name: np.stack([getattr(s.tau_problem, name) for s in scaled]) for name in VARYING}
+    problems, own = scaled[0].tau_problem._replace(**varying), varpro.PLACES[structure.size]
     if intervals or samples[0].adjustable:
         solve = lambda weights: _solve(samples, problems, weights)
         found = all_reweighted_until_stable(samples, solve([one.weights for one in samples]), solve, p)
@@ -489,7 +491,14 @@ def fit_creep_batch(
     if not intervals:
         return BatchFit(values, {}, np.full(len(curves), np.nan), np.zeros(len(curves), dtype=bool), notes)
     assessments = [sample.assess(one, p, level) for sample, one in zip(samples, found, strict=True)]
-    ends = np.asarray(_profile_all(problems, best, _levels(assessments, problems)))
+    # the RSS allowed for each curve (m,), or for each of its profiled quantities (m, 5) where they differ; that of slope0 is
+    # the largest of those of the coordinates
+    levels = np.zeros((len(assessments), 5))
+    levels[:, _free(problems)] = [one.levels() for one in assessments]
+    levels = np.where(levels > 0.0, levels, levels.max(1, keepdims=True))
+    if np.all(np.ptp(levels, axis=1) <= 1e-12 * levels[:, 0]):
+        levels = levels[:, 0]
+    ends = np.asarray(_profile_all(problems, best, levels))
     spans = ends[:, own] * unit[:, :, None]
     rows = [structure.intervals(row, table) for row in spans]
     gathered = {name: np.array([row[name] for row in rows]) for name in structure.where}
@@ -523,24 +532,6 @@ def _free(problems: varpro.TauProblem) -> np.ndarray:
     """Return the places of the fitted compliances, which are the same for every curve."""
     lower, upper = (np.asarray(side)[0] for side in _limits_all(problems))
     return np.flatnonzero(lower < upper)
-
-
-def _levels(assessments: list[Assessment], problems: varpro.TauProblem) -> np.ndarray:
-    """Return the RSS allowed for each curve (m,), or for each of its profiled quantities (m, 5) where they differ.
-
-    The level of slope0 is the largest of those of the coordinates.
-    """
-    levels = np.zeros((len(assessments), 5))
-    levels[:, _free(problems)] = [one.levels() for one in assessments]
-    levels = np.where(levels > 0.0, levels, levels.max(1, keepdims=True))
-    same = np.all(np.ptp(levels, axis=1) <= 1e-12 * levels[:, 0])
-    return levels[:, 0] if same else levels
-
-
-def _stack(problems: list[varpro.TauProblem]) -> varpro.TauProblem:
-    """Return one problem with a leading axis; the times, the range of tau and the sides of the box are common to all."""
-    columns = {name: np.stack([getattr(q, name) for q in problems]) for name in VARYING}
-    return problems[0]._replace(**columns)
 
 
 def _axes(problems: varpro.TauProblem) -> varpro.TauProblem:

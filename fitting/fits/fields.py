@@ -986,27 +986,8 @@ def fit_fields(
     structure = BodyParameters.of(body, {name: (units or {}).get(name, "") for name in names})  # type: ignore[arg-type]
     sought = Sought(structure, limits(structure, fixed, bounds), None)
     search = FieldSearch.of(data, sought, parameters, (indenter, grid, tolerance), ALIGN[align], blur, noise)
-    return _concluded(search, level)
 
-
-def _check(data: Any, parameters: Any, grid: Any, align: Any, blur: Any, noise: Any) -> None:
-    if not isinstance(data, ContactData):
-        raise ValueError(f"data: expected ContactData, got {type(data).__name__}")
-    good = isinstance(parameters, Mapping) and len(parameters) > 0
-    if not good or not all(isinstance(v, int | float) and 0.0 < v < math.inf for v in parameters.values()):
-        raise ValueError(f"parameters: expected {{name: starting value > 0}}, got {parameters!r}")
-    if not isinstance(grid, jc.Grid) or min(grid.shape) < 8:
-        raise ValueError(f"grid: expected a Grid of at least 8 x 8 cells, got {grid!r}")
-    if align not in ALIGN:
-        raise ValueError(f"align: expected one of {', '.join(ALIGN)}; got {align!r}")
-    if blur != "fitted" and not (isinstance(blur, int | float) and 0.0 <= blur < math.inf):
-        raise ValueError(f"blur: expected a number >= 0 [m] or 'fitted', got {blur!r}")
-    if noise not in NOISE:
-        raise ValueError(f"noise: expected one of {', '.join(NOISE)}; got {noise!r}")
-
-
-def _concluded(search: FieldSearch, level: float) -> FieldFit:
-    """Return the fit with intervals at a level."""
+    # the optimum, and its intervals by profiles of those parameters whose deviations are not small
     best, weights = search.solve()
     moved, systematic = search.grid_error(best, weights)
     objective, k = search.objective(weights), search.k
@@ -1030,6 +1011,22 @@ def _concluded(search: FieldSearch, level: float) -> FieldFit:
         grid_error=dict(zip(search.sought.structure.where, systematic[:k].tolist(), strict=True)),
         images=functools.partial(_images, search, best.theta),
     )
+
+
+def _check(data: Any, parameters: Any, grid: Any, align: Any, blur: Any, noise: Any) -> None:
+    if not isinstance(data, ContactData):
+        raise ValueError(f"data: expected ContactData, got {type(data).__name__}")
+    good = isinstance(parameters, Mapping) and len(parameters) > 0
+    if not good or not all(isinstance(v, int | float) and 0.0 < v < math.inf for v in parameters.values()):
+        raise ValueError(f"parameters: expected {{name: starting value > 0}}, got {parameters!r}")
+    if not isinstance(grid, jc.Grid) or min(grid.shape) < 8:
+        raise ValueError(f"grid: expected a Grid of at least 8 x 8 cells, got {grid!r}")
+    if align not in ALIGN:
+        raise ValueError(f"align: expected one of {', '.join(ALIGN)}; got {align!r}")
+    if blur != "fitted" and not (isinstance(blur, int | float) and 0.0 <= blur < math.inf):
+        raise ValueError(f"blur: expected a number >= 0 [m] or 'fitted', got {blur!r}")
+    if noise not in NOISE:
+        raise ValueError(f"noise: expected one of {', '.join(NOISE)}; got {noise!r}")
 
 
 def _images(search: FieldSearch, theta: np.ndarray, slopes: Any) -> tuple[Any, Any]:

@@ -24,7 +24,7 @@ from fitting.fits.modulus import ModulusFit, alike, weighted_sample
 from fitting.inference.result import Fit, FitProblem, conclude, least_squares
 from fitting.inference.sample import Sample, Solved
 from fitting.models.parameters import Landscape, Parameters
-from fitting.models.structure import History, ParameterList, Sought, Step, Structure, columns, merge, series
+from fitting.models.structure import History, ParameterList, Sought, Step, columns, merge, series
 from fitting.search.nonlinear import Objective
 from jaxcontact._support.pytree import require_real
 from jaxcontact.bodies.materials import Spectrum, from_relaxation
@@ -132,19 +132,15 @@ def fit_prony(
         tau = chosen_times(span, data.t.size // 4, columns, sample)
         notes = [f"{len(tau)} retardation times chosen by BIC, {tau[0]:.3g} to {tau[-1]:.3g} s"]
     sought = Sought.of(series(tau, instantaneous, flow), None, None, nu)
-    A = _sought_columns(data, sought.structure)
+    # the response to each compliance set to one, zero for compliances that are not fitted
+    fitted = np.isin(np.arange(sought.structure.size), list(sought.structure.where.values()))
+    A = np.where(fitted, _columns(data, sought.structure.tau), 0.0)
     space = space_of(sought, sample.weights[:, None] * A)
     problem = FitProblem(data, sought, space, sample, float(data.t[-1]), level)
     of = lambda weights: objective(weights[:, None] * A * space.unit, weights * data.response, space)
     solved = least_squares(problem, of, [np.zeros(space.unit.size)])
     kept = landscape(space, solved, A, data.response)
     return conclude(problem, solved._replace(notes=notes, landscape=kept)).fit(PronyFit)
-
-
-def _sought_columns(data: CreepData, structure: Structure) -> np.ndarray:
-    """Return the response (n, m) to each compliance set to one, zero for compliances that are not fitted."""
-    sought = np.isin(np.arange(structure.size), list(structure.where.values()))
-    return np.where(sought, _columns(data, structure.tau), 0.0)
 
 
 def _columns(data: CreepData, tau: Any) -> np.ndarray:

@@ -211,25 +211,10 @@ def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> V
     values = np.asarray(velocity, dtype=float)
     vector = np.array([values, 0.0]) if values.ndim == 0 else values
     vector = np.broadcast_to(vector, (nt, 2))
-    dt = np.diff(np.asarray(times, dtype=float))[:, None]
-    moves = (vector[1:] + vector[:-1]) / 2.0 * dt / np.asarray(grid.width, dtype=float)
-    _check_moves(moves, substeps)
-    _check_returns(np.concatenate([np.zeros((1, 2)), np.cumsum(moves, axis=0)]))
-    return True
+    width = np.asarray(grid.width, dtype=float)
+    moves = (vector[1:] + vector[:-1]) / 2.0 * np.diff(np.asarray(times, dtype=float))[:, None] / width
 
-
-def check_along_x(shape: tuple[int, ...], grid: Grid) -> Verdict:
-    """Check that a velocity of this shape is one number in plane strain; ValueError otherwise."""
-    check_grid(grid)
-    checks.require(
-        not grid.plane_strain or shape == (),
-        f"velocity: expected one number, along x, in plane strain, got shape {shape}",
-    )
-    return True
-
-
-def _check_moves(moves: np.ndarray, substeps: int) -> None:
-    """Raise TooFewSubstepsError where an inner step exceeds ``FARTHEST``; moves: (nt - 1, 2) in widths of the grid."""
+    # no inner step exceeds ``FARTHEST`` widths
     farthest = float(np.max(np.abs(moves), initial=0.0))
     needed = int(np.ceil(farthest / FARTHEST * (1.0 - 1e-12)))
     if needed > substeps:
@@ -238,13 +223,8 @@ def _check_moves(moves: np.ndarray, substeps: int) -> None:
             f" times in {substeps} substeps: pass substeps={needed} or more, or a wider grid"
         )
 
-
-def _check_returns(places: np.ndarray) -> None:
-    """Raise ValueError where a track comes back to a place after its history has left the grid, half a width away.
-
-    places: (nt, 2) in widths of the grid.
-    """
-    moves = np.diff(places, axis=0)
+    # the track does not come back to a place after its history has left the grid, half a width away
+    places = np.concatenate([np.zeros((1, 2)), np.cumsum(moves, axis=0)])
     turns = 1 + np.flatnonzero(np.any(moves[1:] * moves[:-1] < 0.0, axis=1))
     some = np.linspace(0, len(places) - 1, min(len(places), SAMPLES)).astype(int)
     fewer = places[np.union1d(some, turns)]
@@ -259,3 +239,14 @@ def _check_returns(places: np.ndarray) -> None:
                 f" comes back to, got one that goes {stroke:.3g} widths away: a grid {2.0 * stroke:.3g} times"
                 " as wide, and more for the contact, holds it"
             )
+    return True
+
+
+def check_along_x(shape: tuple[int, ...], grid: Grid) -> Verdict:
+    """Check that a velocity of this shape is one number in plane strain; ValueError otherwise."""
+    check_grid(grid)
+    checks.require(
+        not grid.plane_strain or shape == (),
+        f"velocity: expected one number, along x, in plane strain, got shape {shape}",
+    )
+    return True

@@ -27,7 +27,7 @@ from jaxcontact.paper import (
     sliding,
     speed_map,
 )
-from jaxcontact.paper.comparison import Reproduction, Row, as_dict, table, value_as_text
+from jaxcontact.paper.comparison import Reproduction, as_dict, table, value_as_text
 
 # The report of the reproductions: a single HTML file, with embedded pictures, of all cases in a directory.
 
@@ -240,32 +240,23 @@ def run(case: Reproduction, directory: Path, n: int = N) -> bool:
     print(f"\n{case.title} ({case.name}, N = {n}, {seconds:.1f} s)\n\n{table(rows)}\n")
     for remark in case.remarks:
         print(f"  {remark}")
-    print(f"  {_verdict(rows)}", flush=True)
+    compared, failed = sum(row.expected is not None for row in rows), sum(not row.holds for row in rows)
+    verdict = (
+        f"{failed} of {compared} comparisons do NOT hold." if failed else f"All {compared} comparisons hold."
+    )
+    print(f"  {verdict}", flush=True)
     folder = directory / case.name
     folder.mkdir(parents=True, exist_ok=True)
     case.draw(simulated, folder)
-    text = json.dumps(_summary(case, rows, n, seconds), indent=2) + "\n"
-    write_whole(folder / "summary.json", lambda partial: partial.write_text(text, encoding="utf-8"))
-    return holds
-
-
-def _verdict(rows: list[Row]) -> str:
-    failed = sum(not row.holds for row in rows)
-    compared = sum(row.expected is not None for row in rows)
-    return (
-        f"All {compared} comparisons hold."
-        if not failed
-        else f"{failed} of {compared} comparisons do NOT hold."
-    )
-
-
-def _summary(case: Reproduction, rows: list[Row], n: int, seconds: float) -> dict[str, Any]:
-    return {
+    summary = {
         "case": case.name,
         "title": case.title,
         "cells_per_side": n,
         "duration [s]": round(seconds, 3),
-        "holds": all(row.holds for row in rows),
+        "holds": holds,
         "rows": [as_dict(row) for row in rows],
         "remarks": list(case.remarks),
     }
+    text = json.dumps(summary, indent=2) + "\n"
+    write_whole(folder / "summary.json", lambda partial: partial.write_text(text, encoding="utf-8"))
+    return holds

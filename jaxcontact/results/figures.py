@@ -230,7 +230,9 @@ def contact_section(
     _draw_motion(ax, result, sizes)
     if single:
         _draw_dimensions(ax, result, sizes)
-    ax.set(xlim=(x[0], x[-1]), ylim=(bottom, top), title=_title(result))
+    times = getattr(result, "times", None)
+    when = "" if times is None else f" at t = {float(np.asarray(times)[-1]):g} s"
+    ax.set(xlim=(x[0], x[-1]), ylim=(bottom, top), title=f"section{when}, heights enlarged")
     ax.set_axis_off()
     return ax
 
@@ -414,12 +416,6 @@ def _draw_motion(ax: Axes, result: Any, sizes: Sizes) -> None:
     ax.annotate("", (tip, height), (tail, height), arrowprops=ARROW | {"arrowstyle": "->", "lw": 1.8})
     text = f"{name.replace('_', ' ')}\n{_short(abs(along), unit)}"
     ax.text(-0.92 * half, height - 0.06 * span, text, va="top", **SMALL)
-
-
-def _title(result: Any) -> str:
-    times = getattr(result, "times", None)
-    when = "" if times is None else f" at t = {float(np.asarray(times)[-1]):g} s"
-    return f"section{when}, heights enlarged"
 
 
 # The figure of a rough contact: maps of pressure, gap and contact, and their statistics.
