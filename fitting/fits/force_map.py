@@ -740,7 +740,7 @@ def all_together(
         ]
     )
 
-    # 4. Errors of the calibration of the cantilever (``data/contact.py``, ``conclusion.widened``).
+    # 4. Errors of the calibration of the cantilever (``data/contact.py``, ``result.widened``).
     slope = np.zeros(len(keys))
     if errors.get("sensitivity"):
 

@@ -10,7 +10,7 @@ knot: with the jumps and slopes of the stress, and p_a(t) = t^a/Gamma(1 + a),
     strain = stress/G + 1/V sum_i (jump_i p_alpha(t - t_i) + slope_i (p_(1+alpha)(t - t_(i-1)) - p_(1+alpha)(t - t_i))).
 
 For a Kelvin-Voigt law, or under a history of many knots, the strain is that of the Prony approximation of the law
-(``jaxcontact.bodies.materials``), evaluated as in ``history.py``, up to alpha = 0.98. The modes that are faster than
+(``jaxcontact.bodies.materials``), evaluated as in ``structure.py``, up to alpha = 0.98. The modes that are faster than
 any gap of the data are represented by one fast retardation time, because a springpot has no strain at the instant of a
 step.
 """
@@ -376,7 +376,7 @@ class OwnCreepCurve(_OwnCoordinates, ScaledCreepCurve):
 
 
 def _own_response(theta: Array, inputs: tuple[Any, Array, Array, Any], names: tuple[str, ...]) -> Array:
-    """Return the scaled strain (n,): J0 E + sum_i J_i D(tau_i) + fluidity F of ``history.columns``."""
+    """Return the scaled strain (n,): J0 E + sum_i J_i D(tau_i) + fluidity F of ``structure.columns``."""
     basis, compliance, duration, start = inputs
     spectrum = dataclasses.replace(start, **dict(zip(names, jnp.exp(theta), strict=True))).spectrum()
     rates = jnp.atleast_1d(spectrum.rates) * duration

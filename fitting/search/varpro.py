@@ -1,7 +1,7 @@
 """Bounded least squares that is linear except in one retardation time, with exact profiles (variable projection).
 
 Every material here has J(t) = j0 + j2 (1 - exp(-t/tau)) + f t, with j0 = 1/G1, j2 = 1/G2, f = 1/eta1 and tau = eta2/G2
-(some of them absent). Under a stress history the strain is x . [E, D(tau), F](t) with x = (j0, j2, f) (``history.py``).
+(some of them absent). Under a stress history the strain is x . [E, D(tau), F](t) with x = (j0, j2, f) (``structure.py``).
 At a fixed tau this is a least-squares problem in a three-dimensional box, solved exactly by enumerating the faces of
 the box, and tau is found by a one-dimensional search (variable projection: G. H. Golub, V. Pereyra, SIAM J. Numer.
 Anal. 10 (1973) 413). The open end 1/eta1 = 0 is a face of the box.
@@ -308,7 +308,7 @@ def extents(
     return jnp.maximum(most, at_best) * sign, ends_of_tau
 
 
-# Optimum and profiles of a creep curve as compiled programs; ``batch.py`` runs the same for many curves.
+# Optimum and profiles of a creep curve as compiled programs; a batch of fits (``fits/creep.py``) runs the same for many curves.
 #
 # Variable projection finds the optimum to the resolution of its grid of tau; Gauss-Newton steps with
 # exact Jacobians in the logarithms of the compliances remove the remaining error.

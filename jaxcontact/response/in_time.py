@@ -1,7 +1,7 @@
 """The response in time as a sum of products, alpha N(alpha, t) ~ C_0(alpha) + sum_k C_k(alpha) f_k(t), and that of a stack.
 
-The march in time needs a response in this form, ``Separable``. A half-space (``response.normal``) and a film on an elastic
-substrate (``response.one_layer``) have it in closed form; that of any other stack of layers is found here.
+The march in time needs a response in this form, ``Separable``. A half-space and a film on an elastic
+substrate (``response.normal``) have it in closed form; that of any other stack of layers is found here.
 
 Where several solids creep, the decay rates of the surface fill bands and move with the wavenumber. Fixed
 rates lambda_k, some four a decade, serve all of them to a known error,
@@ -95,7 +95,7 @@ from jaxcontact.response.stack import (
 )
 
 # The form of a response that the march in time needs (``Separable``), and the interface of every kind of response
-# (``Response``): ``normal.HalfSpace``, ``one_layer.OneLayer``, and below ``Stack``.
+# (``Response``): ``normal.HalfSpace``, ``normal.OneLayer``, and below ``Stack``.
 
 
 QUADRATURE_NODES, QUADRATURE_WEIGHTS = np.polynomial.legendre.leggauss(5)  # for means over a time interval
@@ -826,7 +826,7 @@ RATES_A_NODE, SHAPES_A_NODE = 12, 4
 class Stack(Layered):
     """Any layers on a substrate or a rigid base, by recursion; layers: the top one first.
 
-    For one layer on an elastic substrate it agrees with the closed form of ``response.one_layer`` to 1e-12.
+    For one layer on an elastic substrate it agrees with the closed form of ``response.normal`` to 1e-12.
     """
 
     layers: tuple[Layer, ...]

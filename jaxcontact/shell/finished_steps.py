@@ -2,8 +2,8 @@
 
 One file for each block of steps, written once, and two checkpoints, which are replaced in turns: each says how many
 blocks count, and has what the march goes on from. Whenever a run is killed, what the later checkpoint counts is whole,
-and the run can go on from there. Where a disk has damaged it, the run goes on from the other one, a block before. The end of
-a run are its results: ``result.npz``, ``course.npz``, ``summary.json`` and the pictures.
+and the run can go on from there. Where a disk has damaged it, the run goes on from the other one, a block before. At the
+end the results are written: result.npz, course.npz, summary.json and the pictures.
 """
 
 import functools

@@ -94,7 +94,7 @@ ELSEWHERE = {  # reached by no row, and why
     **{f"materials.py: {name}": "test_materials.py, factors" for name in ("scaled", "shifted", "from_young")},
     "case_keys.py: take_up_material": "test_plugins.py",
     "storage.py: _xarray": "test_storage.py, without the extra",
-    "labels.py: extra": "test_summaries.py, without the extra",
+    "fields.py: extra": "test_summaries.py, without the extra",
     "contact.py: _check_one": "test_summaries.py, many runs",
     **{
         f"sweep.py: {name}": "test_studies.py"
@@ -126,7 +126,7 @@ ELSEWHERE = {  # reached by no row, and why
         for place in (
             "server.py: play",
             "__init__.py: port_number",
-            "contacts.py: checked",
+            "server.py: checked",
             "server.py: do_POST",
         )
     },
