@@ -308,7 +308,7 @@ def extents(
     return jnp.maximum(most, at_best) * sign, ends_of_tau
 
 
-# Optimum and profiles of a creep curve as compiled programs; a batch of fits (``fits/creep.py``) runs the same for many curves.
+# Optimum and profiles of a creep curve as compiled programs; a batch of curves (``fits/creep.py``) runs the same.
 #
 # Variable projection finds the optimum to the resolution of its grid of tau; Gauss-Newton steps with
 # exact Jacobians in the logarithms of the compliances remove the remaining error.
