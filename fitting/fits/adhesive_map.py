@@ -4,12 +4,11 @@ The model is that of ``adhesion.py`` for an elastic half-space and an attraction
 ``models/adhesive_contact.py`` at the starting values of a curve, and with e and w the contact modulus and the work of
 adhesion over these,
 
-    load = w f(approach (e/w)^(2/3)),     approach = depth - p,     f: P = a^3 - sqrt(6 a^3), approach = a^2 - 2/3 sqrt(6 a)
+    load = w f(approach (e/w)^(2/3)),     approach = depth - p,     f = ``scaled_load``.
 
-and a = z^2 in closed form, since z is the largest root of z^4 - c z - approach = 0, c = 2/3 sqrt(6). The coordinates are
-the logarithms of shear modulus and work of adhesion over their starting values, and p. Least squares, profile likelihoods
-of all three and the noise of the residuals are computed for the points in contact of each curve. The program runs over the
-curves of a batch one after the other, and the batches in threads, as those of ``force_map.py``.
+The coordinates are the logarithms of shear modulus and work of adhesion over their starting values, and p. Least squares,
+profile likelihoods of all three and the noise of the residuals are computed for the points in contact of each curve. The
+program runs over the curves of a batch one after the other, and the batches in threads, as those of ``force_map.py``.
 
 The program only concludes a fit whose residuals pass the tests, or one that a fault of the instrument rejects. Curves in
 doubt (a trend, outliers, a search that ends at a bound) need fits to parts of the curve and one with a range of the
@@ -22,6 +21,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
@@ -31,7 +31,7 @@ from fitting.fits.adhesion import AdhesiveTest, body_of, fault, read_adhesive, t
 from fitting.inference import noise, verdict
 from fitting.inference.noise_of_many import is_doubted, noise_of_one
 from fitting.inference.sample import EXACT, NEGLIGIBLE, ROUNDING
-from fitting.models.adhesive_contact import JKR
+from fitting.models.adhesive_contact import JKR, scaled_load
 from fitting.search import nonlinear
 from fitting.search.press import Instrument
 from jaxcontact._compile.programs import Program
@@ -40,27 +40,6 @@ COUNT = 3  # coordinates
 # Levenberg-Marquardt steps, those along a profile, and trial values of its end
 STEPS, INNER, ENDS = 100, 12, 8
 FALL, CLOSE = 1e-12, 1e-2  # relative fall of RSS at convergence, and accuracy of the height of a profile
-C = 2.0 / 3.0 * math.sqrt(6.0)
-END = 6.0 ** (-1.0 / 3.0)  # radius at which the stable branch ends
-END_APPROACH, END_LOAD = END**2 - C * math.sqrt(END), END**3 - math.sqrt(6.0 * END**3)
-
-
-def scaled_load(approach: Array) -> tuple[Array, Array]:
-    """Return load and its derivative by the approach (N,), both in the units of JKR; beyond the end of the branch the line
-    of ``adhesive_contact.scaled_load``."""
-    beyond = approach <= END_APPROACH
-    x = jnp.where(beyond, 1.0, approach)
-    # the resolvent u^3 + 4 x u = c^2 has one positive root u, without cancellation in this form
-    A = jnp.cbrt(0.5 * C**2 + jnp.sqrt(jnp.maximum(0.25 * C**4 + (4.0 / 3.0 * x) ** 3, 0.0)))
-    B = 4.0 / 3.0 * x / A
-    u = C**2 / (A**2 + A * B + B**2)
-    root = jnp.sqrt(u)
-    z = 0.5 * (root + jnp.sqrt(jnp.maximum(2.0 * C / root - u, 0.0)))
-    load = z**6 - math.sqrt(6.0) * z**3
-    # infinite at the end of the branch
-    slope = (6.0 * z**5 - 3.0 * math.sqrt(6.0) * z**2) / jnp.maximum(4.0 * z**3 - C, 1e-6)
-    line = END_LOAD + 1.5 * END * (approach - END_APPROACH)
-    return jnp.where(beyond, line, load), jnp.where(beyond, 1.5 * END, slope)
 
 
 class Row(NamedTuple):
@@ -93,7 +72,7 @@ def fit_one(row: Row) -> dict[str, Array]:
         e = (1.0 + row.ball) / (soft + row.ball)
         scale = jnp.cbrt(e / work) ** 2
         approach = (row.depth - theta[2]) * scale
-        load, slope = scaled_load(approach)
+        load, slope = jax.jvp(lambda x: scaled_load(x, None), (approach,), (jnp.ones(N),))
         turn = 2.0 / 3.0 * work * slope * approach
         rows = jnp.stack([turn * soft / (soft + row.ball), work * load - turn, -work * slope * scale])
         return jnp.where(on, work * load - row.load, 0.0), jnp.where(on, rows, 0.0)

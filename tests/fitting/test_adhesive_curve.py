@@ -31,6 +31,17 @@ def test_the_model_is_the_closed_form_on_the_stable_branch(parameter):
     np.testing.assert_allclose(np.asarray(found)[far], load[far], atol=1e-4 * load.max())
 
 
+@pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
+def test_load_and_stiffness_of_short_range_are_those_of_the_radius_of_contact(mode):
+    """P = a^3 - (6 a^3)^(1/2) and d = a^2 - 2/3 (6 a)^(1/2), with dP/dd = (dP/da)/(dd/da), on the stable branch."""
+    a = 6.0 ** (-1.0 / 3.0) * np.geomspace(1.001, 1e4, 200)
+    approach, load = a**2 - 2.0 / 3.0 * np.sqrt(6.0 * a), a**3 - np.sqrt(6.0 * a**3)
+    stiffness = (3.0 * a**2 - 1.5 * np.sqrt(6.0 * a)) / (2.0 * a - np.sqrt(6.0 / a) / 3.0)
+    np.testing.assert_allclose(np.asarray(scaled_load(approach, None)), load, rtol=1e-11, atol=1e-12)
+    slope = np.diag(np.asarray(mode(lambda x: scaled_load(x, None))(approach)))
+    np.testing.assert_allclose(slope, stiffness, rtol=1e-9)
+
+
 def test_the_model_has_a_derivative_beyond_the_end_of_the_branch():
     """There the radius is held, as under a flat punch: dP/d(approach) = 2 E* a, which is 1.5 a in these units."""
     end = 6.0 ** (-1.0 / 3.0)
