@@ -13,6 +13,11 @@ program runs over the curves of a batch one after the other, and the batches in 
 The program only concludes a fit whose residuals pass the tests, or one that a fault of the instrument rejects. Curves in
 doubt (a trend, outliers, a search that ends at a bound) need fits to parts of the curve and one with a range of the
 attraction; these are made by ``fit_indentation`` itself.
+
+Search and profiles are those of ``search/nonlinear.py`` and ``search/profiles.py`` in a form that is compiled: there a step
+is a bounded linear problem of numpy and a walk along a profile may change to another branch of minima, which costs
+milliseconds in each of a hundred steps of a curve. Here all of them take 7 ms: a step solves 3 by 3 equations and is cut at
+the bounds, and an end lies on one branch. Curves whose best values or ends that does not find are in doubt.
 """
 
 import functools
@@ -29,7 +34,7 @@ from jax import Array, lax
 from fitting.data.indentation import IndentationData, paraboloid_note
 from fitting.fits.adhesion import AdhesiveTest, body_of, fault, read_adhesive, table_of
 from fitting.inference import noise, verdict
-from fitting.inference.noise_of_many import is_doubted, noise_of_one
+from fitting.inference.noise_of_many import is_doubted, noise_of_one, quantiles
 from fitting.inference.sample import EXACT, NEGLIGIBLE, ROUNDING
 from fitting.models.adhesive_contact import JKR, scaled_load
 from fitting.search import nonlinear
@@ -232,20 +237,13 @@ def fitted_together(
         return
     N = nonlinear.length(max(int(one.test.seen.contact.sum()) for _, one in ready))
 
-    @functools.lru_cache(maxsize=4096)
-    def quantiles(n: int) -> dict[str, float]:
-        share, dof = verdict.CHANCE, max(n - COUNT - 1, 1)
-        return {
-            "level": level, "single": noise.two_sided(level, n - COUNT),
-            "slip": noise.two_sided(1.0 - share / max(n - 2, 1), max(n - 2 - COUNT - 1, 1)),
-            "outlier": noise.two_sided(1.0 - share / n, dof),
-        }  # fmt: skip
-
     def row_of(one: Curve) -> Row:
         test, contact = one.test, one.test.seen.contact
         n, (start, low, high) = int(contact.sum()), one.box
         pad = lambda values: np.pad(values, (0, N - n), mode="edge")
-        constants: dict[str, Any] = {name: np.asarray(value) for name, value in quantiles(n).items()}
+        # approach and retraction are series of their own
+        of = quantiles(n, COUNT, level, blocks=2)
+        constants: dict[str, Any] = {name: np.asarray(value) for name, value in of.items()}
         return Row(
             pad((test.data.depth[contact] - one.zero) / one.depth_unit), pad(test.data.load[contact] / one.load_unit),
             np.asarray(n), np.asarray(body.own * one.G / (1.0 - nu)), start, low, high,
@@ -266,11 +264,17 @@ def fitted_together(
         ]
 
     pieces = [ready[first : first + batch] for first in range(0, len(ready), batch)]
+    in_threads(batch_of, pieces, threads, lambda some, found: done([i for i, _ in some], found))
+
+
+def in_threads(run: Callable, pieces: Sequence[Any], threads: int, done: Callable[[Any, Any], None]) -> None:
+    """Call done(piece, run(piece)) for the batches of a map in their order; ``run`` in some threads at a time, since a
+    compiled program releases the interpreter's lock."""
     with ThreadPoolExecutor(threads) as pool:
-        waiting = [pool.submit(batch_of, some) for some in pieces]
+        waiting = [pool.submit(run, piece) for piece in pieces]
         try:
-            for some, one in zip(pieces, waiting, strict=True):
-                done([i for i, _ in some], one.result())
+            for piece, one in zip(pieces, waiting, strict=True):
+                done(piece, one.result())
         except BaseException:  # Ctrl-C: what waits is not begun
             for one in waiting:
                 one.cancel()
