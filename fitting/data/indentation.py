@@ -485,7 +485,10 @@ class PullOff(NamedTuple):
 
 def zeroed(data: IndentationData) -> tuple[IndentationData, float]:
     """Return the curve with the load counted from its median at the end of the retraction, and the standard error of that
-    zero [N]; the curve as it is, and 0, where this end is in contact or its load is zero within the noise.
+    zero [N]; the curve as it is, and 0, where this end is in contact.
+
+    The zero is also moved where it is zero within the noise: it may be off by several standard errors there, and a work of
+    adhesion depends on it more than on the noise of the points in contact.
     """
     back = np.flatnonzero(data.segments == "retract")
     if back.size < FEWEST:
@@ -499,10 +502,9 @@ def zeroed(data: IndentationData) -> tuple[IndentationData, float]:
     if not flat or np.any(held[-tail.size :]):
         note = "the retraction ends in contact, so that the zero of the load is taken as given"
         return dataclasses.replace(data, notes=(*data.notes, note)), 0.0
-    if abs(zero) < SURE * MEDIAN * spread:
-        return data, 0.0
     note = f"zero of the load: {zero:.4g} N, the median of the last {tail.size} points of the retraction"
-    return dataclasses.replace(data, load=data.load - zero, notes=(*data.notes, note)), MEDIAN * spread
+    notes = (*data.notes, note) if abs(zero) >= SURE * MEDIAN * spread else data.notes
+    return dataclasses.replace(data, load=data.load - zero, notes=notes), MEDIAN * spread
 
 
 DEEPEST = 2.0  # depth over the radius of a ball, beyond which it is in other units

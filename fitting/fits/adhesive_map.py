@@ -51,8 +51,8 @@ class Row(NamedTuple):
     """A curve in scaled units.
 
     depth, load (N,): of which the first n count; ball: compliance of the ball over that of the half-space at the start;
-    start, low, high (3,): of the coordinates; zero: possible error of the zero of the load; constants: the level and the
-    quantiles of t that depend on n.
+    start, low, high (3,): of the coordinates; zero: possible error of the zero of the load at the level;
+    constants: the level and the quantiles of t that depend on n.
     """
 
     depth: Array
@@ -166,9 +166,10 @@ def fit_one(row: Row) -> dict[str, Array]:
 
     places = jnp.repeat(jnp.arange(COUNT), 2), jnp.tile(jnp.array([-1.0, 1.0]), COUNT)
     ends, reached = lax.map(end, places)
-    # an error of the zero of the load moves the coordinates by (J^T J)^-1 J^T zero
-    systematic = jnp.abs(inverse @ jnp.sum(rows, 1)) * row.zero
-    ends = ends.reshape(COUNT, 2) + systematic[:, None] * jnp.array([-1.0, 1.0])
+    # an error of the zero of the load, which is independent of the noise, moves the coordinates by (J^T J)^-1 J^T zero
+    shift = (inverse @ jnp.sum(rows, 1)) * row.zero
+    half = jnp.hypot(ends.reshape(COUNT, 2) - theta[:, None], shift[:, None])
+    ends = theta[:, None] + half * jnp.array([-1.0, 1.0])
 
     # 4. Whether the tests of the residuals leave a doubt, and how much of the data is explained.
     far = of["slip"], of["outlier"]
@@ -192,7 +193,8 @@ def program() -> Program:
 
 class Curve(NamedTuple):
     """A curve of a map with its test, the starting values of G [Pa] and of the work of adhesion [J/m2], the units of its
-    depth [m] and load [N], a zero of its depth [m], and the coordinates of the search: start, low, high (3,)."""
+    depth [m] and load [N], a zero of its depth [m], the error of the zero of its load [N] at the level, and the coordinates
+    of the search: start, low, high (3,)."""
 
     test: AdhesiveTest
     G: float
@@ -200,13 +202,14 @@ class Curve(NamedTuple):
     depth_unit: float
     load_unit: float
     zero: float
+    load_error: float
     box: np.ndarray
 
     @classmethod
     def of(cls, data: IndentationData, body: Any, level: float) -> "Curve":
         """Return a curve; ValueError for one that cannot be fitted."""
         data, zero_sd, seen, weights, _ = read_adhesive(data, body.ball, None, None)
-        test = AdhesiveTest(data, seen, body, JKR, weights, noise.two_sided(level) * zero_sd)
+        test = AdhesiveTest(data, seen, body, JKR, weights)
         start, R = test.start(), float(body.ball.radius)
         K = 4.0 / 3.0 * float(body.modulus(start["G"]))
         depth = float(np.cbrt(math.pi**2 * start["work"] ** 2 * R / K**2))
@@ -217,7 +220,8 @@ class Curve(NamedTuple):
             side[2] = (side[2] * space.unit[2] - zero) / depth
         first = np.clip(np.zeros(COUNT), low, high)
         G, work = start["G"], start["work"]
-        return cls(test, G, work, depth, math.pi * work * R, zero, np.stack([first, low, high]))
+        error = noise.two_sided(level) * zero_sd
+        return cls(test, G, work, depth, math.pi * work * R, zero, error, np.stack([first, low, high]))
 
 
 def fitted_together(
@@ -247,7 +251,7 @@ def fitted_together(
         return Row(
             pad((test.data.depth[contact] - one.zero) / one.depth_unit), pad(test.data.load[contact] / one.load_unit),
             np.asarray(n), np.asarray(body.own * one.G / (1.0 - nu)), start, low, high,
-            np.asarray(test.zero / one.load_unit), constants,
+            np.asarray(one.load_error / one.load_unit), constants,
         )  # fmt: skip
 
     def batch_of(some: list[tuple[int, Curve]]) -> list[dict[str, Any] | None]:
