@@ -368,6 +368,27 @@ class Drag(NamedTuple):
     velocity: float
 
 
+LOST = 0.5  # fraction of the lowest load that is lost when the contact breaks
+# points of the running median of the load, and points without tension after the contact
+MEDIAN_WIDTH, IN_A_ROW = 5, 3
+
+
+def held(load: np.ndarray) -> np.ndarray:
+    """Return which points (n,) of a retraction are in contact.
+
+    The lowest load is that of a running median, and the contact has ended where several points in a row have lost their
+    tension, so that the noise of one reading decides neither.
+    """
+    width = min(MEDIAN_WIDTH, load.size)
+    padded = np.pad(load, (width // 2, width - 1 - width // 2), mode="edge")
+    lowest = float(np.median(np.lib.stride_tricks.sliding_window_view(padded, width), axis=-1).min())
+    first = int(np.argmin(load))
+    beyond = np.append(load[first:], np.full(IN_A_ROW - 1, np.inf))
+    lost = np.lib.stride_tricks.sliding_window_view(beyond > (1.0 - LOST) * lowest, IN_A_ROW).all(-1)
+    end = first + int(np.argmax(lost)) if lost.any() else load.size
+    return np.arange(load.size) < end
+
+
 def find_drag(data: Any) -> Drag:
     """Return the drag that the baselines of an ``IndentationData`` have; ValueError without two baselines, or times."""
     _check_times(data)
@@ -380,6 +401,11 @@ def find_drag(data: Any) -> Drag:
     force = smooth(load[first]) - baseline(load[first])
     begin = max(depth[some].min() for some in branches.values())
     end = begin + FAR * (depth[first][np.argmax(force >= RISEN * force.max())] - begin)
+    back = branches["retract"]
+    after = load[back] - np.median(load[back[-LEAST_BASELINE:]])
+    if after.min() < -SURE * sample_noise(load):  # a tip that sticks: the baseline begins where it has parted
+        stuck = held(after)
+        end = begin if stuck.all() else min(end, depth[back[int(np.argmin(stuck))]])
     places = [some[(depth[some] >= begin) & (depth[some] <= end)] for some in branches.values()]
     speeds = [
         float(np.polyfit(t[some], depth[some], 1)[0]) if some.size >= LEAST_BASELINE else 0.0

@@ -25,11 +25,13 @@ from fitting.data.cleaning import (
     stated_number,
 )
 from fitting.data.contact import (
+    IN_A_ROW,
     SEGMENTS,
     UNTIMED,
     FirstTouch,
     find_contact,
     find_drag,
+    held,
     infer,
     label,
     named,
@@ -477,15 +479,12 @@ def _thinned(points: np.ndarray) -> np.ndarray:
 
 SURE = 5.0  # standard deviations of the noise by which a load differs from zero
 ONSET = 0.02  # fraction of the largest load, below which the zero of the load may drift
-LOST = 0.5  # fraction of the lowest load that is lost when the contact breaks
 NEAR = 0.92  # fraction of the lowest load within which points determine it
 TAIL = 10  # part of the retraction at its end, 1/TAIL, out of contact
 # change of the load along that part, relative to the lowest load, of a curve that is out of contact
 FLAT = 0.05
 MEDIAN = 1.25  # standard error of a median over that of a mean
 FEWEST = 6  # points that determine it
-# points of the running median of the load, and points without tension after the contact
-MEDIAN_WIDTH, IN_A_ROW = 5, 3
 
 
 class PullOff(NamedTuple):
@@ -512,7 +511,10 @@ class PullOff(NamedTuple):
 
 def zeroed(data: IndentationData) -> tuple[IndentationData, float]:
     """Return the curve with the load counted from its median at the end of the retraction, and the standard error of that
-    zero [N]; the curve as it is, and 0, where this end is in contact or its load is zero within the noise.
+    zero [N]; the curve as it is, and 0, where this end is in contact.
+
+    The zero is also moved where it is zero within the noise: it may be off by several standard errors there, and a work of
+    adhesion depends on it more than on the noise of the points in contact.
     """
     back = np.flatnonzero(data.segments == "retract")
     if back.size < FEWEST:
@@ -522,14 +524,12 @@ def zeroed(data: IndentationData) -> tuple[IndentationData, float]:
     first, second = np.array_split(data.load[tail], 2)
     change = abs(float(np.median(second) - np.median(first)))
     flat = change <= max(2.0 * SURE * spread, FLAT * abs(zero - float(data.load[back].min())))
-    held = _held(data.load[back] - zero)
-    if not flat or np.any(held[-tail.size :]):
+    if not flat or np.any(held(data.load[back] - zero)[-tail.size :]):
         note = "the retraction ends in contact, so that the zero of the load is taken as given"
         return dataclasses.replace(data, notes=(*data.notes, note)), 0.0
-    if abs(zero) < SURE * MEDIAN * spread:
-        return data, 0.0
     note = f"zero of the load: {zero:.4g} N, the median of the last {tail.size} points of the retraction"
-    return dataclasses.replace(data, load=data.load - zero, notes=(*data.notes, note)), MEDIAN * spread
+    notes = (*data.notes, note) if abs(zero) >= SURE * MEDIAN * spread else data.notes
+    return dataclasses.replace(data, load=data.load - zero, notes=notes), MEDIAN * spread
 
 
 DEEPEST = 2.0  # depth over the radius of a ball, beyond which it is in other units
@@ -578,7 +578,7 @@ def check_signs(data: IndentationData, radius: float) -> None:
             f"load: expected the largest loads at the largest depths, got {np.mean(load[deep]):.3g} N there and"
             f" {np.median(load):.3g} N on average over the retraction: give the load with the other sign"
         )
-    way = float(np.ptp(depth[_held(load)]))
+    way = float(np.ptp(depth[held(load)]))
     if way > radius:
         raise ValueError(
             f"depth: expected a contact less deep than the radius of the ball, {radius:.3g} m, got {way:.3g} m: expected a"
@@ -598,7 +598,7 @@ def read_pull_off(data: IndentationData) -> PullOff:
             f" ({SURE * spread:.3g} N), got {found}"
         )
     contact = np.ones(load.size, dtype=bool)
-    contact[back] = _held(load[back])
+    contact[back] = held(load[back])
     there = np.flatnonzero(marks == "approach")
     if there.size:
         # from the jump into contact, or from where the load leaves its noise and drift
@@ -608,31 +608,15 @@ def read_pull_off(data: IndentationData) -> PullOff:
         first = int(apart[-1]) + 1 if apart.size else 0
         contact[there] = np.arange(before.size) >= (lowest if before[lowest] < -least else first)
     # the largest tension, from a parabola through the points near it
-    depth, after, held = data.depth[back], load[back], contact[back]
-    lowest, near = int(np.argmin(after)), np.flatnonzero(held & (after < NEAR * after.min()))
+    depth, after, on = data.depth[back], load[back], contact[back]
+    lowest, near = int(np.argmin(after)), np.flatnonzero(on & (after < NEAR * after.min()))
     force = -float(after[lowest])
     if near.size >= FEWEST:
         x = depth[near] - depth[lowest]
         x = x / max(float(np.ptp(x)), 1e-300)
         A = np.stack([np.ones(x.size), x, x**2], -1)
         force = -float(np.min(A @ np.linalg.lstsq(A, after[near], rcond=None)[0]))
-    return PullOff(force, *_work(depth, after, held, spread), contact)
-
-
-def _held(load: np.ndarray) -> np.ndarray:
-    """Return which points (n,) of a retraction are in contact.
-
-    The lowest load is that of a running median, and the contact has ended where several points in a row have lost their
-    tension, so that the noise of one reading decides neither.
-    """
-    width = min(MEDIAN_WIDTH, load.size)
-    padded = np.pad(load, (width // 2, width - 1 - width // 2), mode="edge")
-    lowest = float(np.median(np.lib.stride_tricks.sliding_window_view(padded, width), axis=-1).min())
-    first = int(np.argmin(load))
-    beyond = np.append(load[first:], np.full(IN_A_ROW - 1, np.inf))
-    lost = np.lib.stride_tricks.sliding_window_view(beyond > (1.0 - LOST) * lowest, IN_A_ROW).all(-1)
-    end = first + int(np.argmax(lost)) if lost.any() else load.size
-    return np.arange(load.size) < end
+    return PullOff(force, *_work(depth, after, on, spread), contact)
 
 
 def _work(

@@ -99,8 +99,7 @@ class Body(NamedTuple):
 class AdhesiveTest(NamedTuple):
     """A force curve ready for a search.
 
-    data; seen: its ``PullOff``; body; model: the class of the parameters; weights (n,) [1/N], 0 out of contact; zero: bound
-    on the error of the zero of the load [N].
+    data; seen: its ``PullOff``; body; model: the class of the parameters; weights (n,) [1/N], 0 out of contact.
     """
 
     data: IndentationData
@@ -108,7 +107,6 @@ class AdhesiveTest(NamedTuple):
     body: Body
     model: type
     weights: np.ndarray
-    zero: float
 
     def start(self) -> dict[str, float]:
         """Return starting values: the lowest load is that of JKR, and the modulus follows from the highest point."""
@@ -722,7 +720,7 @@ def fit_adhesive(
             )
     data, zero_sd, seen, point_weights, label = read_adhesive(data, body.ball, weights, sigma)
     model = {"jkr": JKR, "fit": MaugisDugdale}[adhesion.lower()]
-    test = AdhesiveTest(data, seen, body, model, point_weights, noise.two_sided(level) * zero_sd)
+    test = AdhesiveTest(data, seen, body, model, point_weights)
 
     # 2. The search; each segment of the curve is a series of its own.
     table = table_of(model, fixed, bounds)
@@ -733,7 +731,7 @@ def fit_adhesive(
     problem = FitProblem(data, sought, space, sample, float(np.ptp(data.t)), level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
     best, objective = solved.search_result
-    change = lambda load: np.abs(moved(best, objective.free, solved.weights * load))
+    change = lambda load: moved(best, objective.free, solved.weights * load)
 
     def with_range() -> np.ndarray:
         """Return the coordinates (m,) of the fit of Maugis's theory, without that of the strength."""
@@ -742,12 +740,13 @@ def fit_adhesive(
         found = minimise_from(other.objective(ranged, solved.weights), other.starts(ranged))
         return np.delete(found.theta, MaugisDugdale._fields.index("strength"))
 
-    # 3. Systematic deviations: a trend, an error of the zero of the load, and on a film a range of the attraction.
-    solved = solved._replace(kept=seen.contact)
+    # 3. The error of the zero of the load, and systematic deviations: a trend, and on a film a range of the attraction.
+    solved = solved._replace(kept=seen.contact, shift=change(np.full(data.load.size, zero_sd)))
     off = deviation(test, problem, solved, with_range if model is JKR and film is None else None)
-    systematic, notes = off.systematic + (change(test.zero) if test.zero > 0.0 else 0.0), off.notes
+    systematic, notes = off.systematic, off.notes
     if film is not None:
-        systematic, notes = systematic + change(TENSION * np.minimum(data.load, 0.0)), (*notes, FILM_NOTE)
+        by_range = np.abs(change(TENSION * np.minimum(data.load, 0.0)))
+        systematic, notes = systematic + by_range, (*notes, FILM_NOTE)
     solved = solved._replace(systematic=systematic, against=off.against, notes=(*solved.notes, *notes))
     found = conclude(problem, solved)
     values, intervals = found.common.values, found.common.intervals
@@ -803,7 +802,9 @@ def interval_of_tension(force: float, slope: np.ndarray, solved: Any, concluded:
     systematic = (
         0.0 if solved.systematic is None else float(np.abs(slope) @ np.abs(solved.systematic)[objective.free])
     )
-    growth = math.exp(math.sqrt(max(rise * spread, 0.0)) + systematic)
+    shift = 0.0 if solved.shift is None else float(slope @ solved.shift[objective.free])
+    far = noise.two_sided(concluded.common.level) * shift
+    growth = math.exp(math.hypot(math.sqrt(max(rise * spread, 0.0)), far) + systematic)
     return force, force / growth, force * growth
 
 
@@ -852,7 +853,7 @@ def fit_creeping_film(
     # 2. Starting values: the modulus of a half-space with the same curve, and the contact radius that it has.
     body = body_of(indenter, nu, thickness, substrate)
     data, zero_sd, seen, point_weights, label = read_adhesive(data, body.ball, weights, sigma)
-    half_space = AdhesiveTest(data, seen, Body(body.nu, body.ball), JKR, point_weights, 0.0)
+    half_space = AdhesiveTest(data, seen, Body(body.nu, body.ball), JKR, point_weights)
     G, work, duration = half_space.start()["G"], float(law.work), float(np.ptp(data.t))
     R = float(body.ball.radius)
     neck = np.cbrt(math.pi * work * R**2 / float(body.modulus(G)))
@@ -890,16 +891,15 @@ def fit_creeping_film(
             break
         run, starts = test.run(space, WIDER_GRID * float(run.grid.width[0])), [coarse.theta]
 
-    # 4. The same with the correction of the finer grid. What it changes, and an error of the zero of the load, give the
-    # systematic errors of the coordinates.
+    # 4. The same with the correction of the finer grid. What it changes gives the systematic errors of the coordinates, to
+    # which the error of the zero of the load is added.
     run = run._replace(correction=test.correction(coarse.theta, space, run))
     solved = searched(run, [coarse.theta])
     (first, first_objective), (best, objective) = coarse.search_result, solved.search_result
     objective.residual_runs += first_objective.residual_runs
     objective.jacobian_runs += first_objective.jacobian_runs
     discretisation = np.abs(solved.theta - coarse.theta) / REMAINING
-    zero = noise.two_sided(level) * zero_sd
-    by_zero = np.abs(moved(best, objective.free, solved.weights * zero))
+    shift = moved(best, objective.free, solved.weights * zero_sd)
 
     # 5. Reasons against a fit whose model is not solved at all times in contact, or not resolved.
     statuses, cells = statuses_and_cells(solved)
@@ -918,7 +918,9 @@ def fit_creeping_film(
             f" cells across the zone of attraction at the edge of contact, and below {FEW_COHESIVE} the fit"
             " depends on the grid: give a law of longer range, which hardly changes the pull-off at Tabor numbers above 3"
         )
-    solved = solved._replace(systematic=discretisation + by_zero, kept=seen.contact, against=tuple(against))
+    solved = solved._replace(
+        shift=shift, systematic=discretisation, kept=seen.contact, against=tuple(against)
+    )
     concluded = conclude(problem, solved)
 
     # 6. The fitted law and material, and the largest tension: the lowest load of the fitted curve in contact, with its

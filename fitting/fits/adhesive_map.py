@@ -4,16 +4,20 @@ The model is that of ``adhesion.py`` for an elastic half-space and an attraction
 ``models/adhesive_contact.py`` at the starting values of a curve, and with e and w the contact modulus and the work of
 adhesion over these,
 
-    load = w f(approach (e/w)^(2/3)),     approach = depth - p,     f: P = a^3 - sqrt(6 a^3), approach = a^2 - 2/3 sqrt(6 a)
+    load = w f(approach (e/w)^(2/3)),     approach = depth - p,     f = ``scaled_load``.
 
-and a = z^2 in closed form, since z is the largest root of z^4 - c z - approach = 0, c = 2/3 sqrt(6). The coordinates are
-the logarithms of shear modulus and work of adhesion over their starting values, and p. Least squares, profile likelihoods
-of all three and the noise of the residuals are computed for the points in contact of each curve. The program runs over the
-curves of a batch one after the other, and the batches in threads, as those of ``force_map.py``.
+The coordinates are the logarithms of shear modulus and work of adhesion over their starting values, and p. Least squares,
+profile likelihoods of all three and the noise of the residuals are computed for the points in contact of each curve. The
+program runs over the curves of a batch one after the other, and the batches in threads, as those of ``force_map.py``.
 
 The program only concludes a fit whose residuals pass the tests, or one that a fault of the instrument rejects. Curves in
 doubt (a trend, outliers, a search that ends at a bound) need fits to parts of the curve and one with a range of the
 attraction; these are made by ``fit_indentation`` itself.
+
+Search and profiles are those of ``search/nonlinear.py`` and ``search/profiles.py`` in a form that is compiled: there a step
+is a bounded linear problem of numpy and a walk along a profile may change to another branch of minima, which costs
+milliseconds in each of a hundred steps of a curve. Here all of them take 7 ms: a step solves 3 by 3 equations and is cut at
+the bounds, and an end lies on one branch. Curves whose best values or ends that does not find are in doubt.
 """
 
 import functools
@@ -22,6 +26,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array, lax
@@ -29,9 +34,9 @@ from jax import Array, lax
 from fitting.data.indentation import IndentationData, paraboloid_note
 from fitting.fits.adhesion import AdhesiveTest, body_of, fault, read_adhesive, table_of
 from fitting.inference import noise, verdict
-from fitting.inference.noise_of_many import is_doubted, noise_of_one
+from fitting.inference.noise_of_many import is_doubted, noise_of_one, quantiles
 from fitting.inference.sample import EXACT, NEGLIGIBLE, ROUNDING
-from fitting.models.adhesive_contact import JKR
+from fitting.models.adhesive_contact import JKR, scaled_load
 from fitting.search import nonlinear
 from fitting.search.press import Instrument
 from jaxcontact._compile.programs import Program
@@ -40,35 +45,14 @@ COUNT = 3  # coordinates
 # Levenberg-Marquardt steps, those along a profile, and trial values of its end
 STEPS, INNER, ENDS = 100, 12, 8
 FALL, CLOSE = 1e-12, 1e-2  # relative fall of RSS at convergence, and accuracy of the height of a profile
-C = 2.0 / 3.0 * math.sqrt(6.0)
-END = 6.0 ** (-1.0 / 3.0)  # radius at which the stable branch ends
-END_APPROACH, END_LOAD = END**2 - C * math.sqrt(END), END**3 - math.sqrt(6.0 * END**3)
-
-
-def scaled_load(approach: Array) -> tuple[Array, Array]:
-    """Return load and its derivative by the approach (N,), both in the units of JKR; beyond the end of the branch the line
-    of ``adhesive_contact.scaled_load``."""
-    beyond = approach <= END_APPROACH
-    x = jnp.where(beyond, 1.0, approach)
-    # the resolvent u^3 + 4 x u = c^2 has one positive root u, without cancellation in this form
-    A = jnp.cbrt(0.5 * C**2 + jnp.sqrt(jnp.maximum(0.25 * C**4 + (4.0 / 3.0 * x) ** 3, 0.0)))
-    B = 4.0 / 3.0 * x / A
-    u = C**2 / (A**2 + A * B + B**2)
-    root = jnp.sqrt(u)
-    z = 0.5 * (root + jnp.sqrt(jnp.maximum(2.0 * C / root - u, 0.0)))
-    load = z**6 - math.sqrt(6.0) * z**3
-    # infinite at the end of the branch
-    slope = (6.0 * z**5 - 3.0 * math.sqrt(6.0) * z**2) / jnp.maximum(4.0 * z**3 - C, 1e-6)
-    line = END_LOAD + 1.5 * END * (approach - END_APPROACH)
-    return jnp.where(beyond, line, load), jnp.where(beyond, 1.5 * END, slope)
 
 
 class Row(NamedTuple):
     """A curve in scaled units.
 
     depth, load (N,): of which the first n count; ball: compliance of the ball over that of the half-space at the start;
-    start, low, high (3,): of the coordinates; zero: possible error of the zero of the load; constants: the level and the
-    quantiles of t that depend on n.
+    start, low, high (3,): of the coordinates; zero: possible error of the zero of the load at the level;
+    constants: the level and the quantiles of t that depend on n.
     """
 
     depth: Array
@@ -93,7 +77,7 @@ def fit_one(row: Row) -> dict[str, Array]:
         e = (1.0 + row.ball) / (soft + row.ball)
         scale = jnp.cbrt(e / work) ** 2
         approach = (row.depth - theta[2]) * scale
-        load, slope = scaled_load(approach)
+        load, slope = jax.jvp(lambda x: scaled_load(x, None), (approach,), (jnp.ones(N),))
         turn = 2.0 / 3.0 * work * slope * approach
         rows = jnp.stack([turn * soft / (soft + row.ball), work * load - turn, -work * slope * scale])
         return jnp.where(on, work * load - row.load, 0.0), jnp.where(on, rows, 0.0)
@@ -182,9 +166,10 @@ def fit_one(row: Row) -> dict[str, Array]:
 
     places = jnp.repeat(jnp.arange(COUNT), 2), jnp.tile(jnp.array([-1.0, 1.0]), COUNT)
     ends, reached = lax.map(end, places)
-    # an error of the zero of the load moves the coordinates by (J^T J)^-1 J^T zero
-    systematic = jnp.abs(inverse @ jnp.sum(rows, 1)) * row.zero
-    ends = ends.reshape(COUNT, 2) + systematic[:, None] * jnp.array([-1.0, 1.0])
+    # an error of the zero of the load, which is independent of the noise, moves the coordinates by (J^T J)^-1 J^T zero
+    shift = (inverse @ jnp.sum(rows, 1)) * row.zero
+    half = jnp.hypot(ends.reshape(COUNT, 2) - theta[:, None], shift[:, None])
+    ends = theta[:, None] + half * jnp.array([-1.0, 1.0])
 
     # 4. Whether the tests of the residuals leave a doubt, and how much of the data is explained.
     far = of["slip"], of["outlier"]
@@ -208,7 +193,8 @@ def program() -> Program:
 
 class Curve(NamedTuple):
     """A curve of a map with its test, the starting values of G [Pa] and of the work of adhesion [J/m2], the units of its
-    depth [m] and load [N], a zero of its depth [m], and the coordinates of the search: start, low, high (3,)."""
+    depth [m] and load [N], a zero of its depth [m], the error of the zero of its load [N] at the level, and the coordinates
+    of the search: start, low, high (3,)."""
 
     test: AdhesiveTest
     G: float
@@ -216,13 +202,14 @@ class Curve(NamedTuple):
     depth_unit: float
     load_unit: float
     zero: float
+    load_error: float
     box: np.ndarray
 
     @classmethod
     def of(cls, data: IndentationData, body: Any, level: float) -> "Curve":
         """Return a curve; ValueError for one that cannot be fitted."""
         data, zero_sd, seen, weights, _ = read_adhesive(data, body.ball, None, None)
-        test = AdhesiveTest(data, seen, body, JKR, weights, noise.two_sided(level) * zero_sd)
+        test = AdhesiveTest(data, seen, body, JKR, weights)
         start, R = test.start(), float(body.ball.radius)
         K = 4.0 / 3.0 * float(body.modulus(start["G"]))
         depth = float(np.cbrt(math.pi**2 * start["work"] ** 2 * R / K**2))
@@ -233,7 +220,8 @@ class Curve(NamedTuple):
             side[2] = (side[2] * space.unit[2] - zero) / depth
         first = np.clip(np.zeros(COUNT), low, high)
         G, work = start["G"], start["work"]
-        return cls(test, G, work, depth, math.pi * work * R, zero, np.stack([first, low, high]))
+        error = noise.two_sided(level) * zero_sd
+        return cls(test, G, work, depth, math.pi * work * R, zero, error, np.stack([first, low, high]))
 
 
 def fitted_together(
@@ -253,24 +241,17 @@ def fitted_together(
         return
     N = nonlinear.length(max(int(one.test.seen.contact.sum()) for _, one in ready))
 
-    @functools.lru_cache(maxsize=4096)
-    def quantiles(n: int) -> dict[str, float]:
-        share, dof = verdict.CHANCE, max(n - COUNT - 1, 1)
-        return {
-            "level": level, "single": noise.two_sided(level, n - COUNT),
-            "slip": noise.two_sided(1.0 - share / max(n - 2, 1), max(n - 2 - COUNT - 1, 1)),
-            "outlier": noise.two_sided(1.0 - share / n, dof),
-        }  # fmt: skip
-
     def row_of(one: Curve) -> Row:
         test, contact = one.test, one.test.seen.contact
         n, (start, low, high) = int(contact.sum()), one.box
         pad = lambda values: np.pad(values, (0, N - n), mode="edge")
-        constants: dict[str, Any] = {name: np.asarray(value) for name, value in quantiles(n).items()}
+        # approach and retraction are series of their own
+        of = quantiles(n, COUNT, level, blocks=2)
+        constants: dict[str, Any] = {name: np.asarray(value) for name, value in of.items()}
         return Row(
             pad((test.data.depth[contact] - one.zero) / one.depth_unit), pad(test.data.load[contact] / one.load_unit),
             np.asarray(n), np.asarray(body.own * one.G / (1.0 - nu)), start, low, high,
-            np.asarray(test.zero / one.load_unit), constants,
+            np.asarray(one.load_error / one.load_unit), constants,
         )  # fmt: skip
 
     def batch_of(some: list[tuple[int, Curve]]) -> list[dict[str, Any] | None]:
@@ -287,11 +268,17 @@ def fitted_together(
         ]
 
     pieces = [ready[first : first + batch] for first in range(0, len(ready), batch)]
+    in_threads(batch_of, pieces, threads, lambda some, found: done([i for i, _ in some], found))
+
+
+def in_threads(run: Callable, pieces: Sequence[Any], threads: int, done: Callable[[Any, Any], None]) -> None:
+    """Call done(piece, run(piece)) for the batches of a map in their order; ``run`` in some threads at a time, since a
+    compiled program releases the interpreter's lock."""
     with ThreadPoolExecutor(threads) as pool:
-        waiting = [pool.submit(batch_of, some) for some in pieces]
+        waiting = [pool.submit(run, piece) for piece in pieces]
         try:
-            for some, one in zip(pieces, waiting, strict=True):
-                done([i for i, _ in some], one.result())
+            for piece, one in zip(pieces, waiting, strict=True):
+                done(piece, one.result())
         except BaseException:  # Ctrl-C: what waits is not begun
             for one in waiting:
                 one.cancel()

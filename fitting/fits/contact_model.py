@@ -23,6 +23,7 @@ from fitting.data.contact import baseline, directions, sample_noise
 from fitting.data.indentation import IndentationData, read_pull_off, zeroed
 from fitting.fits.adhesion import AdhesiveFit, body_of, fit_adhesive
 from fitting.inference.result import plain
+from fitting.models.adhesive_contact import JKR
 from fitting.search.press import Instrument
 
 DMT_BELOW, JKR_ABOVE = 0.1, 5.0  # of the Tabor number
@@ -169,18 +170,27 @@ def choose_contact_model(
         reason = "no model of adhesion describes the curve, so that its Tabor number means nothing"
         possible = tuple(fits)
     elif len(possible) == 1:
-        name, found = possible[0], fits[possible[0]]
+        name = possible[0]
+        limit = fits[name]
+        within = all(
+            low <= limit.values[each] <= high
+            for each, (low, high) in maugis.intervals.items()
+            if each in JKR._fields
+        )
+        found = limit if within else maugis
         reason = {
             "DMT": f"below {DMT_BELOW:g}", "JKR": f"above {JKR_ABOVE:g}",
             "Maugis": f"between {DMT_BELOW:g} and {JKR_ABOVE:g}",
         }[name]  # fmt: skip
         reason = f"the interval of the Tabor number is {reason}"
+        if not within:
+            reason += f"; the result is Maugis's all the same, since modulus or work of {name} are outside of its intervals"
     else:
         name, found = "cannot tell", maugis
         works = [fits[one].values["work"] for one in possible]
         reason = (
             f"the interval of the Tabor number includes {' and '.join(possible)}, between which the work of adhesion differs"
-            f" by {100.0 * (max(works) / min(works) - 1.0):.2g} %; the result is Maugis's, whose intervals include both"
+            f" by {100.0 * (max(works) / min(works) - 1.0):.2g} %; the result is Maugis's, whose intervals allow for that"
         )
     words = (
         f"Tabor number {tabor[0]:.3g}, {100 * level:g} % interval {tabor[1]:.3g} to {tabor[2]:.3g}; tension"

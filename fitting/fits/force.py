@@ -579,17 +579,25 @@ def fit_force(
                 ' work of adhesion, "fit" and "JKR"'
             )
         beside = {
-            "model": model, "thickness": thickness, "unbonded": unbonded, "fixed": fixed, "errors": errors,
-            "polynomials": polynomials,
+            "model": model, "thickness": thickness, "substrate": substrate, "unbonded": unbonded, "fixed": fixed,
+            "errors": errors, "spring_constant": spring_constant, "polynomials": polynomials,
         }  # fmt: skip
         given = [name for name, value in beside.items() if value]
+        given += [f"bounds of {name}" for name in bounds or {} if name != "G"]
         if given:
             raise ValueError(f"adhesion: expected no {', '.join(given)} beside it, got some")
         shared: dict[str, Any] = {
             "indenter": indenter, "nu": nu, "weights": weights, "sigma": sigma, "bounds": bounds, "level": level,
         }  # fmt: skip
-        elastic = functools.partial(fit_force, data, drag=drag, **shared)
-        return choose_contact_model(data, elastic=elastic, **shared)
+        bare, dragged, notes = without_drag(data, drag)
+        chosen = choose_contact_model(
+            bare, elastic=functools.partial(fit_force, data, drag=drag, **shared), **shared
+        )
+        if not isinstance(chosen, AdhesiveFit):
+            return chosen
+        if dragged is not None and dragged.sd > 0.0:
+            notes = ("the intervals do not include the error of the drag", *notes)
+        return dataclasses.replace(chosen, notes=(*chosen.notes, *notes))
 
     # 2. A viscoelastic model has a fit of its own, to all segments of the curve.
     weights = "estimated" if weights is None and sigma is None else weights

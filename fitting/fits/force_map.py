@@ -32,7 +32,6 @@ import os
 import re
 import zipfile
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -60,7 +59,7 @@ from fitting.fits import adhesive_map, force
 from fitting.fits.force import fit_force
 from fitting.fits.indentation import fit_indentation
 from fitting.inference import noise, verdict
-from fitting.inference.noise_of_many import is_doubted, noise_of_one, orthonormal
+from fitting.inference.noise_of_many import is_doubted, noise_of_one, orthonormal, quantiles
 from fitting.inference.sample import EXACT, FLAT, NEGLIGIBLE, ROUNDING, SAME
 from fitting.models.thin_layer import LARGEST, Base, ThinLayer
 from fitting.search import nonlinear
@@ -445,46 +444,32 @@ def searched(
     called after each batch.
     """
     rows = rows_of(curves)
-    quantiles = {int(n): quantiles_of(int(n), level) for n in np.unique(rows.n)}
+    of = {int(n): quantiles(int(n), COUNT, level) for n in np.unique(rows.n)}
     constants = {
-        name: np.array([quantiles[int(n)][name] for n in rows.n])
-        for name in ("level", "single", "slip", "outlier")
+        name: np.array([of[int(n)][name] for n in rows.n]) for name in ("level", "single", "slip", "outlier")
     }
     run = program(rows.power)
 
-    def batch(count: int, places: np.ndarray) -> dict[str, np.ndarray]:
+    def batch(some: tuple[int, np.ndarray]) -> dict[str, np.ndarray]:
+        count, places = some
         own = {name: values[places] for name, values in constants.items()}
         found = run(rows.at(places), rows.layer, rows.extra[places], own)
         return {name: np.asarray(values)[:count] for name, values in found.items()}
 
     pieces: list[dict[str, np.ndarray]] = []
-    with ThreadPoolExecutor(threads or cores()) as pool:
-        waiting = [pool.submit(batch, *some) for some in rows.batches()]
-        try:
-            for k, one in enumerate(waiting):
-                pieces.append(one.result())
-                if done is not None:
-                    done(k * BATCH, pieces[-1])
-        except BaseException:  # Ctrl-C: what waits is not begun
-            for one in waiting:
-                one.cancel()
-            raise
+
+    def add(_: Any, one: dict[str, np.ndarray]) -> None:
+        pieces.append(one)
+        if done is not None:
+            done((len(pieces) - 1) * BATCH, one)
+
+    adhesive_map.in_threads(batch, rows.batches(), threads or cores(), add)
     return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}, rows
 
 
 def cores() -> int:
     """Return the number of processor cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-@functools.lru_cache(maxsize=4096)
-def quantiles_of(n: int, level: float) -> dict[str, float]:
-    """Return the level and the quantiles of t for n points: of the intervals, and of the tests for a slip and outliers."""
-    share, dof = verdict.CHANCE, max(n - COUNT - 1, 1)
-    return {
-        "level": level, "single": noise.two_sided(level, n - COUNT),
-        "slip": noise.two_sided(1.0 - share / (n - 1), max(dof - 1, 1)), "outlier": noise.two_sided(1.0 - share / n, dof),
-    }  # fmt: skip
 
 
 @functools.partial(Program, static_argnames=("power",))

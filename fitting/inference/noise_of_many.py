@@ -11,6 +11,7 @@ of the padding; the n points of the curve come first. It differs in what costs m
 - Simulations that calibrate the widths are not made here; ``fits/force_map.py`` makes them once for a map.
 """
 
+import functools
 from typing import NamedTuple
 
 import jax
@@ -24,6 +25,18 @@ from fitting.inference.sample import ALIKE, FAINT
 SHAPES = 25  # error models
 NEWTON = 12  # steps for a quantile of the mixture
 SCORING = 20  # Fisher scoring steps for a change of the noise along the curve
+
+
+@functools.lru_cache(maxsize=4096)
+def quantiles(n: int, k: int, level: float, blocks: int = 1) -> dict[str, float]:
+    """Return the level and the quantiles of t of a fit of k coordinates to n points: ``single`` of the intervals, those of
+    the tests for a slip and for outliers. blocks: number of series of neighbours among the points."""
+    jumps = max(n - blocks, 1)
+    return {
+        "level": level, "single": noise.two_sided(level, n - k),
+        "slip": noise.two_sided(1.0 - verdict.CHANCE / jumps, max(jumps - k - 1, 1)),
+        "outlier": noise.two_sided(1.0 - verdict.CHANCE / n, max(n - k - 1, 1)),
+    }  # fmt: skip
 
 
 class NoiseOfOne(NamedTuple):

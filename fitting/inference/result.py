@@ -369,10 +369,12 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
             f"{unfinished} searches along the intervals did not converge within {nonlinear.ITERATIONS} steps: the"
             " intervals may be too short"
         )
+    box = [side[:, None] for side in space.bounds]
+    if solved.shift is not None:  # half an interval w becomes (w^2 + (z shift)^2)^(1/2)
+        half = np.hypot(ends - theta[:, None], two_sided(level) * solved.shift[:, None])
+        ends = np.clip(theta[:, None] + half * np.array([-1.0, 1.0]), *box)
     if solved.systematic is not None:  # a systematic deviation, which the noise does not include
-        ends = np.clip(
-            ends + np.outer(solved.systematic, (-1.0, 1.0)), *(side[:, None] for side in space.bounds)
-        )
+        ends = np.clip(ends + np.outer(solved.systematic, (-1.0, 1.0)), *box)
     # the meaning of a trend that the fit judges comes before what is common to all fits
     why = [*against, *quality.refused] if own_trends else [*quality.refused, *against]
     quality = dataclasses.replace(quality, refused=tuple(dict.fromkeys(why)))
@@ -384,6 +386,8 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     unit, values = space.unit[own], space.values(theta)
     slope = np.where(space.logarithmic[own], values, 1.0) * unit  # of the values in SI by the coordinates
     spread = covariance(J, varied)[np.ix_(own, own)]
+    if solved.shift is not None:
+        spread = spread + np.outer(solved.shift[own], solved.shift[own])
     systematic = np.abs(0.0 if solved.systematic is None else solved.systematic) / two_sided(level)
     systematic = np.broadcast_to(systematic, len(ends))[: theta.size][own]
     sd = np.sqrt(np.maximum(np.diag(spread), 0.0))

@@ -373,7 +373,8 @@ class Solved(NamedTuple, Generic[Search]):
     projection, or that of a search of the fit's own.
 
     notes; moves(name) (m,): derivative of the coordinates with respect to a quantity that was held; landscape: the
-    residuals as a function of the parameters, None where they are expensive; systematic (m,): the systematic
+    residuals as a function of the parameters, None where they are expensive; shift (m,): change of the
+    coordinates by one standard deviation of a cause that is independent of the noise; systematic (m,): the systematic
     error of the coordinates, which the intervals must include; against: reasons for rejection beyond those of the residuals.
     """
 
@@ -388,6 +389,7 @@ class Solved(NamedTuple, Generic[Search]):
     notes: Sequence[str] = ()
     moves: Callable[[str], np.ndarray] | None = None
     landscape: Landscape | None = None
+    shift: np.ndarray | None = None
     systematic: np.ndarray | None = None
     against: tuple[str, ...] = ()
 

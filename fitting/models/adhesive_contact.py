@@ -7,7 +7,8 @@ for loads and (pi^2 w^2 R/K^2)^(1/3) for approaches (D. Maugis, J. Colloid Inter
     P = a^3 - lambda a^2 [q + m^2 t],   approach = a^2 - 4/3 lambda a q,   lambda = 2 s0 (R/(pi w K^2))^(1/3),
 
 for contact up to the radius a and Dugdale's attraction s0 up to the radius m a. In the limit of short range (JKR) P = a^3 -
-a sqrt(6 a) and approach = a^2 - 2/3 sqrt(6 a).
+a sqrt(6 a) and approach = a^2 - 2/3 sqrt(6 a), which is solved in closed form: a = z^2 with z^4 - c z = approach, c = 2/3
+sqrt(6) (``largest_root``).
 
 Under a given approach the stable branch has the larger radius. It ends where the approach is least; below, the curve goes on
 with that radius, dP/d(approach) = 2 E* a, so that a fit can pass through parameters whose branch ends too early.
@@ -27,6 +28,7 @@ from fitting.data.contact import sample_noise
 from fitting.models.thin_layer import Base, clenshaw, paraboloid_terms
 from jaxcontact._support.prefixes import told_apart
 
+NECK = 2.0 / 3.0 * math.sqrt(6.0)  # c of the equation of z
 RADII = 500  # points of the branch between which it is interpolated, of relative error 1e-5
 COARSE = 400  # radii among which the end of the branch is sought
 LEAST = 1e-3  # smallest radius of contact
@@ -57,8 +59,36 @@ def load_at(approach: Array, modulus: Array, work: Array, radius: float, strengt
     return jnp.pi * work * radius * scaled_load(approach / depth, parameter)
 
 
+@jax.custom_jvp
+def largest_root(d: Array, k: Array) -> Array:
+    """Return the largest real root z of z^4 - k z = d, for k >= 0 and a d at which there is one; not for d = k = 0.
+
+    With u^3 + 4 d u = k^2, the resolvent, z^4 - k z - d = (z^2 - sqrt(u) z + v) (z^2 + sqrt(u) z + w); of u = A - B, A B =
+    4 d/3, A^3 - B^3 = k^2, the form k^2/S, S = A^2 + A B + B^2, is free of cancellation.
+    """
+    A = jnp.cbrt(0.5 * k**2 + jnp.sqrt(jnp.maximum(0.25 * k**4 + (4.0 / 3.0 * d) ** 3, 0.0)))
+    B = 4.0 / 3.0 * d / A
+    S = A**2 + A * B + B**2
+    u = k**2 / S
+    return 0.5 * (jnp.sqrt(u) + jnp.sqrt(jnp.maximum(2.0 * jnp.sqrt(S) - u, 0.0)))
+
+
+@largest_root.defjvp
+def _slope_of_root(at: tuple[Array, Array], change: tuple[Array, Array]) -> tuple[Array, Array]:
+    (d, k), (dd, dk) = at, change
+    z = largest_root(d, k)
+    # infinite where z is a double root
+    return z, (dd + z * dk) / jnp.maximum(4.0 * z**3 - k, 1e-6 * k)
+
+
 def scaled_load(approach: Array, parameter: Array | None) -> Array:
     """Return the load (n,) at approaches (n,), in the units of the module; parameter: lambda, None for JKR."""
+    if parameter is None:
+        end = 6.0 ** (-1.0 / 3.0)
+        beyond = approach - (end**2 - NECK * math.sqrt(end))
+        z = largest_root(jnp.where(beyond > 0.0, approach, 1.0), jnp.asarray(NECK))
+        line = end**3 - math.sqrt(6.0 * end**3) + 1.5 * end * beyond
+        return jnp.where(beyond > 0.0, z**6 - math.sqrt(6.0) * z**3, line)
     largest = jnp.sqrt(jnp.maximum(jnp.max(approach), 0.0) + 2.0) + 2.0
     end = jax.lax.stop_gradient(_end(parameter))
     radii = end + (jax.lax.stop_gradient(largest) - end) * jnp.linspace(0.0, 1.0, RADII)
@@ -73,11 +103,12 @@ def scaled_load(approach: Array, parameter: Array | None) -> Array:
 def largest_tension(modulus: Array, work: Array, radius: float, strength: Array | None) -> Array:
     """Return the largest tension [N] of the stable branch under a given approach; arguments as of ``load_at``.
 
-    The radius of contact at which the load is least is held constant in derivatives, which is exact, as the derivative of
-    the load by the radius is zero there or the radius is that of the end of the branch.
+    It is 3/2 pi w R in the limit of JKR. The radius of contact at which the load is least is held constant in derivatives,
+    which is exact, as the derivative of the load by the radius is zero there or the radius is that of the end of the branch.
     """
-    K = 4.0 * modulus / 3.0
-    parameter = None if strength is None else 2.0 * strength * jnp.cbrt(radius / (jnp.pi * work * K**2))
+    if strength is None:
+        return 1.5 * jnp.pi * work * radius
+    parameter = 2.0 * strength * jnp.cbrt(radius / (jnp.pi * work * (4.0 * modulus / 3.0) ** 2))
     end = jax.lax.stop_gradient(_end(parameter))
     radii = end * jnp.geomspace(1.0, 4.0 / end, RADII)
     for _ in range(2):  # a grid of radii, and one between the neighbours of its best
@@ -86,18 +117,14 @@ def largest_tension(modulus: Array, work: Array, radius: float, strength: Array 
     return -jnp.pi * work * radius * jnp.min(_contact(jax.lax.stop_gradient(radii), parameter)[0])
 
 
-def _end(parameter: Array | None) -> Array:
+def _end(parameter: Array) -> Array:
     """Return the radius at which the stable branch ends."""
-    if parameter is None:
-        return jnp.asarray(6.0 ** (-1.0 / 3.0))
     radii = jnp.geomspace(LEAST, 2.0, COARSE)
     return radii[jnp.argmin(_contact(radii, parameter)[1])]
 
 
-def _contact(a: Array, parameter: Array | None) -> tuple[Array, Array]:
+def _contact(a: Array, parameter: Array) -> tuple[Array, Array]:
     """Return load and approach (k,) of contacts of radius a (k,)."""
-    if parameter is None:
-        return a**3 - a * jnp.sqrt(6.0 * a), a**2 - 2.0 / 3.0 * jnp.sqrt(6.0 * a)
     q = _outer(a, parameter)
     load = a**3 - parameter * a**2 * (q + (1.0 + q**2) * jnp.arctan(q))
     return load, a**2 - 4.0 / 3.0 * parameter * a * q
@@ -274,7 +301,6 @@ def _film_contact(
 #     int J dP = y^2 - kappa y,     depth = alpha - 2/3 kappa alpha^(1/4).
 
 
-STEPS = 30  # Newton steps from above; about ten suffice
 FALL = 0.02  # fraction of the largest depth or area by which a growing contact may fall
 FEW, FEW_SHARE = 5, 0.02  # points that may be out of contact, as a number and as a fraction of all
 SURE = 5.0  # significant fall of the load in standard deviations of its noise
@@ -301,17 +327,10 @@ def under_load(total: Array, neck: Array) -> tuple[Array, Array]:
 def at_depth(depth: Array, neck: Array) -> tuple[Array, Array]:
     """Return scaled (y^2 - kappa y, alpha), (n,), at depth >= 0 (n,).
 
-    z = alpha^(1/4) is the largest root of z^4 - 2/3 kappa z = depth. Newton's method converges to it from above; its
-    last step carries the derivative.
+    z = alpha^(1/4) is the largest root of z^4 - 2/3 kappa z = depth.
     """
-    pull = 2.0 / 3.0 * neck
-    flat = (depth <= 0.0) & (pull <= 0.0)
-    depth, pull = jnp.where(flat, 1.0, depth), jnp.where(flat, 0.0, pull)
-    above = jnp.maximum(depth, 0.0) ** 0.25 + pull ** (1.0 / 3.0)
-    step = lambda z, d, k: z - (z**4 - k * z - d) / (4.0 * z**3 - k)
-    fixed = jax.lax.stop_gradient((above, depth, pull))
-    z = jax.lax.fori_loop(0, STEPS, lambda _, z: step(z, *fixed[1:]), fixed[0])
-    z = jnp.where(flat, 0.0, step(z, depth, pull))
+    flat = (depth <= 0.0) & (neck <= 0.0)
+    z = jnp.where(flat, 0.0, largest_root(jnp.where(flat, 1.0, depth), 2.0 / 3.0 * neck))
     return z**6 - neck * z**3, z**4
 
 

@@ -10,6 +10,7 @@ from force_curves import NU, RADIUS, SHIFT, UNITS, WORK, E, G, branch, force_cur
 
 import fitting
 import jaxcontact as jc
+from fitting.data.contact import sample_noise
 from fitting.data.indentation import read_pull_off
 from fitting.models.adhesive_contact import scaled_load
 from jaxcontact.reference import maugis
@@ -22,6 +23,12 @@ def fitted(data, adhesion="JKR", **keywords):
     return fitting.fit_indentation(data, "Elastic", adhesion=adhesion, **given)
 
 
+def first_points(data, n):
+    return fitting.IndentationData(
+        t=data.t[:n], load=data.load[:n], depth=data.depth[:n], marks=data.segments[:n]
+    )
+
+
 @pytest.mark.parametrize("parameter", [0.1, 0.5, 1.0, 2.0, 10.0, None])
 def test_the_model_is_the_closed_form_on_the_stable_branch(parameter):
     """Against the reference, which finds the outer radius by another method; within 1e-4 of the largest load."""
@@ -29,6 +36,17 @@ def test_the_model_is_the_closed_form_on_the_stable_branch(parameter):
     far = approach > approach[0] + 1e-3
     found = jax.jit(scaled_load)(approach, parameter)
     np.testing.assert_allclose(np.asarray(found)[far], load[far], atol=1e-4 * load.max())
+
+
+@pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
+def test_load_and_stiffness_of_short_range_are_those_of_the_radius_of_contact(mode):
+    """P = a^3 - (6 a^3)^(1/2) and d = a^2 - 2/3 (6 a)^(1/2), with dP/dd = (dP/da)/(dd/da), on the stable branch."""
+    a = 6.0 ** (-1.0 / 3.0) * np.geomspace(1.001, 1e4, 200)
+    approach, load = a**2 - 2.0 / 3.0 * np.sqrt(6.0 * a), a**3 - np.sqrt(6.0 * a**3)
+    stiffness = (3.0 * a**2 - 1.5 * np.sqrt(6.0 * a)) / (2.0 * a - np.sqrt(6.0 / a) / 3.0)
+    np.testing.assert_allclose(np.asarray(scaled_load(approach, None)), load, rtol=1e-11, atol=1e-12)
+    slope = np.diag(np.asarray(mode(lambda x: scaled_load(x, None))(approach)))
+    np.testing.assert_allclose(slope, stiffness, rtol=1e-9)
 
 
 def test_the_model_has_a_derivative_beyond_the_end_of_the_branch():
@@ -49,6 +67,41 @@ def test_a_force_curve_gives_back_modulus_work_and_contact_point():
         fit.law is None and math.isnan(fit.tabor_number) and fit.material == jc.Elastic(fit.values["G"], NU)
     )
     assert fit.pull_off[0] == pytest.approx(1.5 * UNITS.load, rel=5e-3)
+
+
+@pytest.mark.parametrize("standard_errors", [2.0, 4.5])
+def test_a_constant_beside_the_load_changes_nothing(standard_errors):
+    """Up to several standard errors of the median at the end of the retraction, which tell nothing of themselves."""
+    data = force_curve(None, noise=0.02)
+    beside = standard_errors * 1.25 * 0.02 * UNITS.load / math.sqrt(6.0)
+    fit, other = fitted(data), fitted(dataclasses.replace(data, load=data.load + beside))
+    for name in ("G", "work"):
+        assert other.values[name] == pytest.approx(fit.values[name], rel=1e-7)
+        assert other.intervals[name] == pytest.approx(fit.intervals[name], rel=1e-6)
+
+
+def test_the_interval_has_the_error_of_the_zero_of_the_load():
+    """Half its width is (w^2 + (z s)^2)^(1/2): w without this error, of a curve that ends in contact, and s the change with
+    a load that is counted from another zero by one standard error of the median of 12 points."""
+    data = force_curve(None, noise=0.02, n=120)
+    end = data.load[-12:]
+    whole, cut = fitted(data), dataclasses.replace(data, load=data.load - np.median(end))
+    cut = first_points(cut, 240 - 18)
+    alone = fitted(cut)
+    assert any("ends in contact" in note for note in alone.notes)
+    assert alone.values == pytest.approx(whole.values, rel=1e-4)
+    error = 1.25 * sample_noise(data.load) / math.sqrt(12.0)
+    moved = fitted(dataclasses.replace(cut, load=cut.load + error))
+    for name, value in whole.values.items():
+        half, least = (
+            0.5 * math.log(fit.intervals[name][1] / fit.intervals[name][0]) for fit in (whole, alone)
+        )
+        shift = math.log(moved.values[name] / alone.values[name])
+        assert half == pytest.approx(math.hypot(least, 1.96 * shift), rel=0.02)
+        assert name == "G" or half > 1.3 * least
+        k = ["G", "work"].index(name)
+        variance = [fit.estimate.covariance[k, k] / value**2 for fit in (whole, alone)]
+        assert variance[0] == pytest.approx(variance[1] + shift**2, rel=0.05)
 
 
 @pytest.mark.slow
@@ -77,6 +130,8 @@ def test_the_interval_of_a_contact_point_ends_where_two_minima_have_different_he
     """Noise of 5 % of the pull-off force. At the upper end two minima exist, and a fit at this contact point finds the
     higher one: its RSS has risen by at least as much as at the other end, and by less than 10 % more."""
     data = force_curve(None, noise=-0.05 * float(branch(None)[1].min()), seed=104)
+    # without the points out of contact, whose median is the zero of the load, with an error that the ends would have too
+    data = first_points(data, 120 - 9)
     fit = fitted(data)
     _, *ends = fit.nuisances["contact_point"]
     low, high = (fitted(data, contact_point=point).rss - fit.rss for point in ends)

@@ -1,5 +1,6 @@
 """Viscous drag on a cantilever in liquid: curves from the equation of motion of the lever, integrated by scipy."""
 
+import dataclasses
 import functools
 import json
 
@@ -9,7 +10,9 @@ from scipy.integrate import solve_ivp
 
 import fitting
 import jaxcontact as jc
+from fitting.data.contact import find_drag
 from jaxcontact.__main__ import main
+from tests.support.force_curves import UNITS, force_curve
 
 E, RADIUS, SPRING, DRAG, SPEED = 2e4, 2.5e-6, 0.03, 5e-6, 5e-5  # Pa, m, N/m, N s/m, m/s
 BALL, NOISE = jc.Sphere(RADIUS), 10e-12
@@ -54,6 +57,18 @@ def test_the_drag_and_the_modulus_are_recovered(flip):
 
 
 @pytest.mark.slow
+def test_the_tension_of_a_tip_that_sticks_is_no_drag():
+    """A constant force of 5 % of the unit of load beside JKR's curve, which parts below the depth of the first contact."""
+    data = force_curve(None, n=400)
+    speed = np.ptp(data.depth) / np.ptp(data.t[:400])
+    force = 0.05 * UNITS.load * np.where(data.segments == "approach", 1.0, -1.0)
+    found = find_drag(dataclasses.replace(data, load=data.load + force))
+    assert found.coefficient == pytest.approx(force[0] / speed, abs=3.0 * found.sd)
+    assert found.sd < 0.05 * force[0] / speed
+    fit = fitting.fit_force(data, indenter=jc.Sphere(5e-6))
+    assert not any("drag" in note for note in fit.notes)
+
+
 def test_the_error_of_the_drag_is_in_the_interval():
     """A retraction whose noise is fifty times larger leaves the fit of the approach as it is."""
     data = curve()

@@ -1,5 +1,6 @@
 """Viscoelastic fits to approach and retraction, against quadratures of Ting's integrals and the contact solver."""
 
+import dataclasses
 import json
 import warnings
 
@@ -14,7 +15,7 @@ import jaxcontact as jc
 from fitting.fits import force_history
 from jaxcontact.__main__ import main
 from tests.support import depth_laws, thin_samples, ting_curves
-from tests.support.force_curves import force_curve
+from tests.support.force_curves import UNITS, G, force_curve
 from tests.support.tables import curve_of, read_back
 
 RADIUS, ANGLE, DEEP, NU = 5e-6, 1.0, 1e-6, 0.5
@@ -352,7 +353,7 @@ def test_the_command_fits_a_pyramid(tmp_path, capsys):
         pytest.param(None, 0.0002, "JKR", marks=pytest.mark.slow),
         (1.0, 0.003, "Maugis"),
         pytest.param(0.05, 0.003, "DMT", marks=pytest.mark.slow),
-        pytest.param(2.0, 0.1, "cannot tell", marks=pytest.mark.slow),
+        pytest.param(None, 0.01, "cannot tell", marks=pytest.mark.slow),
     ],
 )
 def test_the_contact_model_follows_from_the_tabor_number(parameter, noise, name):
@@ -364,8 +365,31 @@ def test_the_contact_model_follows_from_the_tabor_number(parameter, noise, name)
     assert (len(found.possible) > 1) == (name == "cannot tell")
     if parameter is not None:
         assert found.tabor[1] < parameter / 1.157 < found.tabor[2]
+    if name == "DMT":  # whose modulus is 2 % too low here, with an interval of 0.25 %
+        low, high = fit.intervals["G"]
+        assert low < G < high and "the result is Maugis's all the same" in found.words
     assert f"contact model: {name}" in fit.summary() and "Tabor number" in found.words
     assert json.loads(fit.to_json())["contact_model"]["possible"] == list(found.possible)
+
+
+@pytest.mark.slow
+def test_a_drag_is_subtracted_before_the_contact_model_is_chosen():
+    """A constant force of 5 % of the unit of load, against the motion: the fit is that of the curve without it."""
+    data = force_curve(1.0, 0.003, n=120)
+    speed = np.abs(np.gradient(data.depth[:120], data.t[:120])).mean()
+    force = 0.05 * UNITS.load * np.where(data.segments == "approach", 1.0, -1.0)
+    dragged = dataclasses.replace(data, load=data.load + force)
+    given = {"indenter": jc.Sphere(5e-6), "nu": 0.5, "adhesion": "auto"}
+    plain = fitting.fit_force(data, **given)
+    known = fitting.fit_force(dragged, drag=force[0] / speed, **given)
+    read = fitting.fit_force(dragged, drag="fit", **given)
+    unsaid = fitting.fit_force(dragged, **given)
+    for name in ("G", "work"):
+        assert known.values[name] == pytest.approx(plain.values[name], rel=0.01)
+        assert read.values[name] == pytest.approx(plain.values[name], rel=0.01)
+    assert known.verdict == read.verdict == "accepted"
+    assert any("error of the drag" in note for note in read.notes)
+    assert any('drag="fit" subtracts it' in note for note in unsaid.notes)
 
 
 def test_without_tension_or_retraction_the_contact_model_says_so():
@@ -382,6 +406,11 @@ def test_without_tension_or_retraction_the_contact_model_says_so():
     for words, given in (
         ('expected "auto" or None', {"adhesion": 0.05}),
         ("expected no model", {"model": "Maxwell"}),
+        (
+            "expected no substrate, spring_constant",
+            {"substrate": jc.Elastic(1e9, nu=0.3), "spring_constant": 0.1},
+        ),
+        ("expected no bounds of work", {"bounds": {"work": (0.0, 1e-3)}}),
     ):
         with pytest.raises(ValueError, match=words):
             fitting.fit_force(data, indenter=BALL, **({"adhesion": "auto"} | given))
