@@ -72,11 +72,13 @@ OVERSHOOT, SHORTER_STEP = 0.5, 0.3
 class TangentialProblem:
     """A step to be solved, all of order one.
 
-    operator; bound (nx, ny); drift (2, nx, ny); target (2,): sum of the tractions, or the shift.
+    operator; bound (nx, ny); contact (nx, ny): where the surfaces touch, also without friction; drift (2, nx, ny); target
+    (2,): sum of the tractions, or the shift.
     """
 
     operator: TractionOperator
     bound: Array
+    contact: Array
     drift: Array
     target: Array
     load_controlled: bool = static()
@@ -98,13 +100,15 @@ class TangentialSolution:
 class FreeDirections(NamedTuple):
     """Admissible directions of the tractions.
 
-    contact (nx, ny); slips (nx, ny); normal (2, nx, ny) of the discs, zero where the cell sticks; curvature k (nx, ny);
-    load_controlled: whether their sum is held.
+    contact (nx, ny): where there is a disc; slips (nx, ny); normal (2, nx, ny) of the discs, zero where the cell sticks;
+    outwards (2, nx, ny): the direction in which a traction grows with its disc, the normal, and against the slip where there
+    is no disc yet, as without friction; curvature k (nx, ny); load_controlled: whether their sum is held.
     """
 
     contact: Array
     slips: Array
     normal: Array
+    outwards: Array
     curvature: Array
     load_controlled: bool
 
@@ -150,12 +154,15 @@ def clipped(q: Array, bound: Array) -> Array:
 def free_directions(problem: TangentialProblem, q: Array, slip: Array) -> FreeDirections:
     """Return the admissible directions at tractions within their discs and the corresponding slip."""
     bound, contact = problem.bound, problem.bound > 0.0
-    size = length(q)
+    size, slipped = length(q), length(slip)
     normal = q / jnp.where(size > 0.0, size, 1.0)
-    outwards = -jnp.sum(slip * normal, 0)
-    slips = contact & (size >= NEAR_RIM * bound) & (size + outwards / problem.operator.local() > bound)
-    curvature = jnp.where(slips, jnp.maximum(outwards, 0.0) / jnp.where(contact, bound, 1.0), 0.0)
-    return FreeDirections(contact, slips, jnp.where(slips, normal, 0.0), curvature, problem.load_controlled)
+    driven = -jnp.sum(slip * normal, 0)
+    slips = contact & (size >= NEAR_RIM * bound) & (size + driven / problem.operator.local() > bound)
+    curvature = jnp.where(slips, jnp.maximum(driven, 0.0) / jnp.where(contact, bound, 1.0), 0.0)
+    normal = jnp.where(slips, normal, 0.0)
+    against = -slip / jnp.where(slipped > 0.0, slipped, 1.0)
+    outwards = jnp.where(problem.contact & ~contact, against, normal)
+    return FreeDirections(contact, slips, normal, outwards, curvature, problem.load_controlled)
 
 
 def _solve_symmetric(xx: Array, yy: Array, xy: Array, right: Array) -> Array:
@@ -359,11 +366,12 @@ def solve(
     s = jax.lax.while_loop(lambda s: jnp.isinf(s.error) | further(s), improve, first)
 
     # Where a sum is not held nothing determines the shift: it is the mean movement of the surface.
-    contact, moved, room = bound > 0.0, s.displacement + problem.drift, jnp.sum(bound)
+    moved, room = s.displacement + problem.drift, jnp.sum(bound)
     mean = jnp.sum(bound * moved, (1, 2)) / jnp.where(room > 0.0, room, 1.0)
     shift = jnp.where(possible, s.shift, mean)
-    slip = jnp.where(contact, moved - shift[:, None, None], 0.0)
-    stick = contact & ~free_directions(problem, s.traction, slip).slips
+    slip = jnp.where(problem.contact, moved - shift[:, None, None], 0.0)
+    free = free_directions(problem, s.traction, slip)
+    stick = free.contact & ~free.slips
     error = jnp.where(possible, s.error, jnp.where(jnp.any(asked != 0.0), 1.0, 0.0))
     taken = jnp.where(possible, s.iterations, 0)
     return TangentialSolution(s.traction, s.displacement, slip, stick, shift, error, taken)
@@ -428,8 +436,9 @@ class SlipProblem:
     def sheared(self, pressure: Array, tangential_shift: Array | float) -> TangentialProblem:
         """Return the tangential problem under a pressure and the tangential displacement (2, nx, ny) by it."""
         bound, target = self.coefficient * pressure, self.tangential_target
+        drift = self.drift + tangential_shift
         return TangentialProblem(
-            self.operator, bound, self.drift + tangential_shift, target, self.tangential_load_controlled
+            self.operator, bound, pressure > 0.0, drift, target, self.tangential_load_controlled
         )
 
 

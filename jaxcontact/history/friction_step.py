@@ -134,7 +134,12 @@ class ShearStepper(Stepper):
             bound = largest_traction(self.coefficient, carried, self.strength)
             bounds = carry.bound, bound
             tangential = TangentialProblem(
-                operator, bound, problem.drift, problem.tangential_target, self.tangential_load_controlled
+                operator,
+                bound,
+                carried > 0.0,
+                problem.drift,
+                problem.tangential_target,
+                self.tangential_load_controlled,
             )
             displacement = operator.tangential_from_tangential(start)
             left = self.max_iterations - pressed.iterations

@@ -424,6 +424,11 @@ class Motion(NamedTuple):
         return self._replace(shift=Shift(jnp.zeros(()), None), aside=None)
 
 
+def distance(way: Array) -> Array:
+    """Return the size of a component of a way; at zero its derivative is zero, the mean of those on either side."""
+    return jnp.where(way == 0.0, 0.0, jnp.abs(way))
+
+
 def phase_and_loss(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
     """Return the phase k . shift of each Fourier mode in a shift, and the exponent of the loss of modes without a direction.
 
@@ -434,13 +439,16 @@ def phase_and_loss(shape: tuple[int, int], shift: Shift, ratio: Array | float) -
     mx, my = shape
     m = 2.0 * jnp.pi * jnp.fft.fftfreq(mx)
     highest = (jnp.arange(mx) == mx // 2) & (mx % 2 == 0)
-    phase, loss = jnp.where(highest, 0.0, m) * shift.x, jnp.where(highest, jnp.abs(m * shift.x), 0.0)
+    phase, loss = (
+        jnp.where(highest, 0.0, m) * shift.x,
+        jnp.where(highest, jnp.abs(m), 0.0) * distance(shift.x),
+    )
     if shift.y is None:
         return phase[None], loss[None]
     n = 2.0 * jnp.pi * jnp.fft.rfftfreq(my) / ratio
     highest = (jnp.arange(n.size) == my // 2) & (my % 2 == 0)
     phase = phase + (jnp.where(highest, 0.0, n) * shift.y)[:, None]
-    return phase, loss + jnp.where(highest, jnp.abs(n * shift.y), 0.0)[:, None]
+    return phase, loss + (jnp.where(highest, jnp.abs(n), 0.0) * distance(shift.y))[:, None]
 
 
 def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Array) -> tuple[Array, ...]:
@@ -712,8 +720,8 @@ def absorb(
         return fields
     (nx, ny), (mx, my) = shape, spectral.padded_shape(shape, periodic)
     across = motion.shift.y is not None
-    way_y = jnp.abs(motion.shift.y) / (ratio * my) if across else jnp.zeros(())
-    moved = fields.moved + jnp.stack([jnp.abs(motion.shift.x) / mx, way_y])
+    way_y = distance(motion.shift.y) / (ratio * my) if across else jnp.zeros(())
+    moved = fields.moved + jnp.stack([distance(motion.shift.x) / mx, way_y])
 
     def act(fields: Fields) -> tuple[Array, Array]:
         rows = jnp.fft.ifft(fields.eta, axis=-1) * jnp.exp(-absorption(nx, mx) * mx * moved[0])

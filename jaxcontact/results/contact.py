@@ -763,10 +763,12 @@ class InteriorFields:
 
     @property
     def von_mises(self) -> Array:
-        """The von Mises stress, sqrt(3/2 s : s) of the stress deviator s [Pa], (nz, nx, ny)."""
+        """The von Mises stress, sqrt(3/2 s : s) of the stress deviator s [Pa], (nz, nx, ny); where that is zero its
+        derivative is zero."""
         mean = jnp.trace(self.stress, axis1=1, axis2=2) / 3.0
         deviator = self.stress - mean[:, None, None] * jnp.eye(3)[:, :, None, None]
-        return jnp.sqrt(1.5 * jnp.sum(deviator**2, (1, 2)))
+        square = 1.5 * jnp.sum(deviator**2, (1, 2))
+        return jnp.where(square > 0.0, jnp.sqrt(jnp.where(square > 0.0, square, 1.0)), 0.0)
 
     @property
     def peak(self) -> tuple[Array, Array]:

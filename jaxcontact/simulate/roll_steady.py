@@ -290,7 +290,8 @@ class RollingContact:
         displacement = relaxed.tangential_from_tangential(traction)
         drift = moved - ahead(moved, self.way) - displacement - self.turn
         bound, target = self.bound(pressed), self.tangential_target
-        problem = TangentialProblem(relaxed, bound, drift, target, self.tangential_load_controlled)
+        contact, forced = pressed.carried > 0.0, self.tangential_load_controlled
+        problem = TangentialProblem(relaxed, bound, contact, drift, target, forced)
         return problem, displacement
 
     def steady(self, state: Rolled) -> Array:
@@ -412,12 +413,15 @@ def _law(held: _Held, state: tuple[Array, Array]) -> tuple[Array, Array]:
 
 def ahead(field: Array, step: Array) -> Array:
     """A field (2, nx, ny) a step further, (2,) of at most a cell each way; linear between cells, and at the grid's end as
-    on its last cell."""
+    on its last cell.
+
+    By a component of zero the derivative is the mean of those on either side, the central difference of the field.
+    """
     for axis, way in ((1, step[0]), (2, step[1])):
         first, last = jnp.take(field, jnp.array([0]), axis), jnp.take(field, jnp.array([-1]), axis)
         later = jnp.concatenate([jnp.delete(field, 0, axis), last], axis)
         earlier = jnp.concatenate([first, jnp.delete(field, -1, axis)], axis)
-        field = field + jnp.abs(way) * (jnp.where(way > 0.0, later, earlier) - field)
+        field = field + jnp.maximum(way, 0.0) * (later - field) + jnp.minimum(way, 0.0) * (field - earlier)
     return field
 
 

@@ -10,8 +10,10 @@ from benchmarks.friction_problems import HALF_SPACE, RESIDUAL, problem, rectangl
 from scipy.optimize import minimize
 
 import jaxcontact as jc
+from jaxcontact._support.pytree import replace
 from jaxcontact.contact import friction
 from jaxcontact.contact.friction import TangentialProblem
+from jaxcontact.contact.implicit import solve_tangential
 from jaxcontact.operators.coupled import Tangential, TractionOperator
 from jaxcontact.response.coefficients import SurfaceKernels
 
@@ -46,7 +48,8 @@ def drawn_problem(seed, load_controlled):
     way = rng.normal(size=2)
     target = way / np.linalg.norm(way) * (np.sum(bound) * rng.uniform(0.0, 0.95) if load_controlled else 3.0)
     drift = rng.uniform(0.0, 4.0) * rng.normal(size=(2, N, N))
-    return TangentialProblem(operator()[0], *map(jnp.asarray, (bound, drift, target)), load_controlled)
+    given = map(jnp.asarray, (bound, bound > 0.0, drift, target))
+    return TangentialProblem(operator()[0], *given, load_controlled)
 
 
 def minimised(p):
@@ -101,7 +104,7 @@ def test_tractions_do_not_depend_on_the_start(load_controlled):
 @pytest.mark.parametrize("shift", [1e1, 1e3, 1e6])
 def test_in_gross_slip_all_tractions_are_as_large_as_they_may_be_and_against_the_slip(shift):
     p = drawn_problem(3, False)
-    p = TangentialProblem(p.operator, p.bound, p.drift, jnp.array([-0.6 * shift, 0.8 * shift]), False)
+    p = replace(p, target=jnp.array([-0.6 * shift, 0.8 * shift]))
     drawn = np.random.default_rng(0).normal(size=(2, N, N))
     for start in (jnp.zeros((2, N, N)), jnp.asarray(drawn)):
         found = solve(p, start)
@@ -114,13 +117,36 @@ def test_a_sum_at_or_above_what_friction_holds_ends_at_once():
     p = drawn_problem(0, True)
     room = float(jnp.sum(p.bound))
     for share in (1.0, 1.5):
-        given = TangentialProblem(p.operator, p.bound, p.drift, jnp.array([0.6, 0.8]) * share * room, True)
+        given = replace(p, target=jnp.array([0.6, 0.8]) * share * room)
         found = solve(given, jnp.zeros((2, N, N)))
         assert float(found.error) == 1.0 and int(found.iterations) == 0
         np.testing.assert_allclose(np.sum(found.traction, (1, 2)), [0.6 * room, 0.8 * room], rtol=1e-12)
-    nothing = TangentialProblem(p.operator, 0.0 * p.bound, p.drift, jnp.zeros(2), True)
+    nothing = replace(p, bound=0.0 * p.bound, contact=p.bound < 0.0, target=jnp.zeros(2))
     found = solve(nothing, jnp.ones((2, N, N)))
     assert float(found.error) == 0.0 and not np.any(found.traction) and not np.any(found.slip)
+
+
+def test_without_friction_all_that_touches_slips_and_tractions_grow_against_the_slip():
+    """The derivative by a coefficient of zero is that of gross slip, -p slip/|slip|."""
+    p = drawn_problem(2, False)
+    pressure, nothing = p.bound, jnp.zeros((2, N, N))
+    slip = np.where(p.contact, np.asarray(p.drift) - np.asarray(p.target)[:, None, None], 0.0)
+    expected = -np.asarray(pressure) * slip / np.maximum(np.hypot(*slip), 1e-300)
+
+    @jax.jit
+    def rubbed(coefficient):
+        found = solve_tangential(
+            replace(p, bound=coefficient * pressure), nothing, nothing, jnp.asarray(1e-14), 300
+        )
+        return found.traction, found.slip, found.stick
+
+    traction, slipped, stick = rubbed(0.0)
+    assert not np.any(traction) and not np.any(stick)
+    np.testing.assert_allclose(slipped, slip, rtol=1e-12)
+    by_coefficient = lambda mode: jax.jit(mode(lambda mu: rubbed(mu)[0]))(0.0)
+    np.testing.assert_allclose(by_coefficient(jax.jacfwd), expected, atol=1e-12)
+    np.testing.assert_allclose(by_coefficient(jax.jacrev), expected, atol=1e-12)
+    np.testing.assert_allclose(rubbed(1e-7)[0] / 1e-7, expected, atol=1e-5)
 
 
 @pytest.mark.slow

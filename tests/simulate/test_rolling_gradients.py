@@ -8,8 +8,7 @@ from bodies import STEEL
 from tolerances import CENTRAL_DIFFERENCE, MODES
 
 import jaxcontact as jc
-
-pytestmark = pytest.mark.slow
+from jaxcontact.simulate.roll_steady import ahead
 
 RUBBER = jc.StandardLinearSolid(2e6, 1e6, 1e3, nu=0.45)
 LINE = jc.Grid((48, 1), (6e-6, 1e-3), periodic=(False, True))
@@ -22,6 +21,16 @@ CASES = {
 }  # fmt: skip
 
 
+@pytest.mark.parametrize("way", [(0.5, 0.0), (0.0, 0.3), (-0.4, 0.0), (0.0, 0.0)])
+def test_by_a_component_of_zero_a_step_has_the_mean_derivative_of_both_sides(way):
+    """The step is linear on either side of it, so that central differences are exact."""
+    field, way = jnp.asarray(np.random.default_rng(1).normal(size=(2, 5, 4))), jnp.asarray(way)
+    slopes = jax.jit(jax.jacfwd(ahead, 1))(field, way)
+    differences = [(ahead(field, way + h) - ahead(field, way - h)) / 0.2 for h in 0.1 * jnp.eye(2)]
+    np.testing.assert_allclose(slopes, jnp.stack(differences, -1), atol=1e-13)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "forced"),
     [
@@ -60,6 +69,7 @@ def test_derivatives_reverse_forward_and_central(name, forced):
         np.testing.assert_allclose(alone, forward[1], rtol=10 * MODES)
 
 
+@pytest.mark.slow
 def test_a_strict_tolerance_holds_for_the_steady_state():
     """At a tolerance of 1e-11 the derivatives of the force are its central differences within 2e-7.
 
@@ -83,6 +93,7 @@ def test_a_strict_tolerance_holds_for_the_steady_state():
     np.testing.assert_allclose(jax.grad(force)(one), differences, rtol=2e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("velocity", [(0.7, 0.0), (0.0, -0.7)])
 def test_the_speed_has_no_effect_on_elastic_bodies(velocity):
     """Only the direction of rolling matters: the derivative along the velocity is zero, that across it is not."""
@@ -102,6 +113,7 @@ def test_the_speed_has_no_effect_on_elastic_bodies(velocity):
     assert np.all(np.isfinite(slopes)) and np.any(slopes @ np.abs(np.sign(along[::-1])) != 0.0)
 
 
+@pytest.mark.slow
 def test_the_slope_of_free_rolling_is_that_of_both_modes():
     """At a creepage of zero, where no cell slips, and all lengths of slip and traction are zero."""
     body, ball = jc.LayeredHalfSpace([], STEEL), jc.Sphere(9.5e-3, STEEL)

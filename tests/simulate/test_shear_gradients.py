@@ -64,3 +64,40 @@ def test_gradients_through_partial_slip(control, coupled):
     np.testing.assert_allclose(forward, differences, atol=CENTRAL_DIFFERENCE)
     np.testing.assert_allclose(reverse, forward, atol=MODES)
     assert np.all(np.max(np.abs(differences), 0) > 0.01), NAMES
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["alone", "coupled", "adhesive"])
+def test_without_friction_the_derivative_by_its_coefficient_is_that_of_gross_slip(kind):
+    """No cell has a traction yet: the force grows by the load along the way of the indenter, and the work by that times the
+    way. With coupling the pressure moves the surface too: one-sided differences stand in the place of the closed form.
+    """
+    way, more = np.array([3e-6, 4e-6]), {"coupled": kind == "coupled", "tolerance": 1e-12}
+    if kind == "adhesive":
+        more |= {"adhesion": jc.ExponentialAdhesion(0.5, 2e-6), "shear_strength": 0.0}
+
+    @jax.jit
+    def sheared(mu):
+        history = jc.shear(
+            jc.LayeredHalfSpace([], jc.Elastic(1e9, 0.3)), jc.Sphere(10e-3), jc.Load(10.0),
+            jc.TangentialDisplacement(jnp.stack([jnp.zeros(2), way])), [0.0, 1.0], friction=mu, grid=GRID, **more,
+        )  # fmt: skip
+        carried = history.pressure if kind != "adhesive" else history.contact_pressure
+        force, work = history.tangential_load[-1], history.dissipated[-1]
+        return jnp.append(force, work / 1e-6), GRID.cell_area * jnp.sum(carried[-1]), history.slip[-1]
+
+    _, carried, slip = sheared(0.0)
+    touched = np.hypot(*slip) > 0.0
+    force = float(carried) * way / 5e-6
+    # the work of a step is the mean of the bounds before and after it times the slip, and the load is constant
+    expected = np.append(force, float(carried) * 5e-6 / 1e-6)
+    if kind == "coupled":
+        steps = (1e-4, 2e-4)
+        once, twice = ((sheared(h)[0] - sheared(0.0)[0]) / h for h in steps)
+        expected = 2.0 * once - twice
+    else:
+        np.testing.assert_allclose(slip[:, touched], -np.broadcast_to(way[:, None], slip[:, touched].shape))
+    forward = jax.jit(jax.jacfwd(lambda mu: sheared(mu)[0]))(0.0)
+    reverse = jax.jit(jax.jacrev(lambda mu: sheared(mu)[0]))(0.0)
+    np.testing.assert_allclose(forward, expected, rtol=1e-5)
+    np.testing.assert_allclose(reverse, forward, rtol=MODES)

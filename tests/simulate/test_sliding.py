@@ -12,7 +12,7 @@ import jaxcontact as jc
 from jaxcontact import kernels as make_kernels
 from jaxcontact import slide as public_slide
 from jaxcontact.contact.normal import Problem, solve
-from jaxcontact.history.memory import RecursiveMemory
+from jaxcontact.history.memory import Motion, RecursiveMemory, Shift, step_weights
 
 TIMES = jnp.linspace(0.0, 600.0, 13)
 GRID = jc.Grid.square(64, 500e-6)
@@ -279,6 +279,21 @@ def solid_run(x):
     )
     forces = jnp.sum(run.tangential_force) + jnp.sum(run.power) + jnp.sum(run.stored_energy)
     return jnp.sum(run.pressure**2) + jnp.sum(run.approach) + 10.0 * forces
+
+
+@pytest.mark.parametrize("shape", [(6, 4), (5, 4), (6, 3)])
+@pytest.mark.parametrize("way", [(0.0, 0.0), (0.3, 0.0), (0.0, 0.3)])
+def test_derivatives_of_the_memory_by_a_component_of_the_motion_that_is_zero(shape, way):
+    """Those of central differences, of the highest mode of an even grid too, which decays with the size of the motion."""
+    rates, still = jnp.asarray([0.0, 0.2]), jnp.zeros(2)
+
+    def weights(way):
+        motion = Motion(jnp.asarray(1.5), Shift(*way), still)
+        return jnp.stack(step_weights(rates, motion, shape, jnp.asarray(1.2)))
+
+    slopes = jax.jit(jax.jacfwd(weights))(jnp.asarray(way))
+    differences = [(weights(way + h) - weights(way - h)) / 2e-4 for h in 1e-4 * np.eye(2)]
+    np.testing.assert_allclose(slopes, jnp.stack(differences, -1), atol=1e-6)
 
 
 @pytest.mark.slow

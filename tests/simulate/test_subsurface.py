@@ -243,3 +243,15 @@ def test_the_derivative_of_the_displacement_by_depth_is_the_strain_of_hookes_law
         rate = np.asarray(one - two)[2:] / (2 * step).reshape(-1, *[1] * (one.ndim - 1))
         difference = np.max(np.abs(rate - np.asarray(given)[2:]).reshape(step.size, -1), 1)
         assert np.max(difference / np.max(np.abs(rate).reshape(step.size, -1), 1)) < 1e-5
+
+
+def test_the_von_mises_stress_of_no_stress_has_a_derivative_of_zero():
+    """And that of uniaxial stress is its size, with the derivative 1."""
+    grid = jc.Grid((2, 1), (1e-6, 1e-6))
+    stress = jnp.zeros((1, 3, 3, 2, 1)).at[0, 2, 2, 0, 0].set(-3e6)
+    largest = lambda stress: jc.InteriorFields(grid, jnp.zeros(1), stress, jnp.zeros((1, 3, 2, 1))).von_mises
+    np.testing.assert_allclose(largest(stress)[0, :, 0], [3e6, 0.0])
+    for mode in (jax.jacfwd, jax.jacrev):
+        slopes = mode(largest)(stress)[0, :, 0, 0]  # (2, 3, 3, 2, 1)
+        assert not np.any(slopes[1])
+        np.testing.assert_allclose(slopes[0, 2, 2, 0, 0], -1.0, rtol=1e-14)
