@@ -178,7 +178,9 @@ class StressActivated(KineticLaw):
 @_with_rate
 @pytree
 class ProportionalRemoval(KineticLaw):
-    """Removal in proportion to the thickness where there is contact: dh/dt = -rate h.
+    """Removal in proportion to the thickness where there is contact: dh/dt = -rate h, h > 0.
+
+    Where an indenter is worn below its first surface (h < 0) there is no film to remove.
 
     Args:
         rate: rate constant [1/s] >= 0; the field is ``rate_constant``, since ``rate`` is a method.
@@ -194,7 +196,8 @@ class ProportionalRemoval(KineticLaw):
         def __init__(self, rate: Array | float) -> None: ...
 
     def rate(self, step: RubbingState) -> Array:
-        return jnp.where(step.pressure > 0.0, -self.rate_constant * step.thickness, 0.0)
+        film = (step.pressure > 0.0) & (step.thickness >= 0.0)
+        return jnp.where(film, -self.rate_constant * step.thickness, 0.0)
 
     def check(self) -> Verdict:
         return checks.non_negative("ProportionalRemoval rate [1/s]", self.rate_constant)

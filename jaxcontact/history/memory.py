@@ -787,12 +787,14 @@ class Observer:
     """Forces on the indenter and the place of the contact, from a pressure and the profile.
 
     slopes of the profile and coordinates (places) of the cells, each (2, nx, ny) [in units of dx]; ratio: dy/dx, ();
+    walls: whether there is a wall beside the cell along x and along y, whose slope is left out, (2, nx, ny) bool;
     periodic: along which axes differences go around, static.
     """
 
     slopes: Array
     places: Array
     ratio: Array
+    walls: Array
     periodic: spectral.Periodic = static(default=spectral.FREE)
 
     @classmethod
@@ -803,7 +805,13 @@ class Observer:
         )
         x, y = jnp.arange(nx) - (nx - 1) / 2, (jnp.arange(ny) - (ny - 1) / 2) * ratio
         places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
-        return cls(jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0), places, jnp.asarray(ratio), periodic)
+        slopes = jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0)
+        return cls(slopes, places, jnp.asarray(ratio), walls_beside(profile, ratio, periodic), periodic)
+
+    def walled(self, pressure: Array, direction: Array) -> Array:
+        """Return whether a cell under pressure is at a wall that the motion meets, whose force the slopes leave out, ()."""
+        met = self.walls & (direction != 0.0)[:, None, None]
+        return jnp.any(met & (pressure != 0.0))
 
     def hysteresis(self, pressure: Array, displaced: Array | None, direction: Array) -> Array:
         """Return F_h against the motion, (); displaced: by other than the body's memory of the pressure, (nx, ny): u_q with
@@ -827,6 +835,21 @@ class Observer:
         centre = jnp.sum(self.places * pressure, (1, 2)) / jnp.where(total > 0.0, total, 1.0)
         ahead = jnp.tensordot(direction, self.places, 1) >= 0.0
         return force, centre, jnp.max(jnp.where(ahead, pressure, 0.0))
+
+
+def walls_beside(profile: Array, ratio: Array | float, periodic: spectral.Periodic) -> Array:
+    """Return whether there is a wall between a cell and one of its neighbours along x and along y, (2, nx, ny) bool.
+
+    profile: in units of dx; ratio: dy/dx.
+    """
+    found = []
+    for axis, wraps in enumerate(periodic):
+        ahead = jnp.abs(jnp.roll(profile, -1, axis) - profile) >= WALL * (1.0, ratio)[axis]
+        if not wraps:
+            last = jnp.arange(profile.shape[axis]) == profile.shape[axis] - 1
+            ahead = ahead & ~jnp.expand_dims(last, 1 - axis)
+        found.append(ahead | jnp.roll(ahead, 1, axis))
+    return jnp.stack(found)
 
 
 def _central(field: Array, axis: int, wraps: bool) -> Array:

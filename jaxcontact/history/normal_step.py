@@ -211,6 +211,10 @@ def status_of(
         least = LOAD_MET if solution.separated is None else jnp.maximum(LOAD_MET, tolerance)
         met = met & (jnp.abs(load - problem.target) <= least * size)
     coarse = some & (cells < (LEAST_ACROSS if plane_strain(active) else LEAST_CELLS))
+    if not plane_strain(active):
+        # a long contact has many cells, and few across: columns and rows of the grid in which there is any
+        across = [jnp.sum(jnp.any(active, axis)) for axis in (0, 1)]
+        coarse = coarse | (some & (jnp.minimum(*across) < LEAST_ACROSS))
     separated = jnp.asarray(False) if solution.separated is None else solution.separated
     finite = jnp.isfinite(problem.operator.confined_compliance(p.shape)) & (
         jnp.isfinite(moved + size) | separated

@@ -65,8 +65,11 @@ class Diagnostics:
     relative_step_error: of a film or an indenter that is rubbed in place, the error by the time steps relative to the
     largest change of its thickness, and step_limit: the error above which there is a note; bare_from [s]: the
     first time at which a film that wears is worn to its base at a place that is then in contact, inf if at none, and
-    bare_share: the largest share of the contact over which the base is bare; ball_radius [m]: of a ``Sphere``, or
-    that which an ``Ellipsoid`` counts as in the note on its depth, inf for any other indenter; size_error: relative
+    bare_share: the largest share of the contact over which the base is bare; ball_radius [m]: of a ``Sphere`` or a
+    ``Cylinder``, or that which an ``Ellipsoid`` counts as in the note on its depth, inf for any other indenter;
+    roller_length [m]: of a ``Cylinder`` on the grid, inf for any other indenter; elongation: of the contact of any other
+    indenter, the number of cells across it along its longer direction over that along its shorter one; walled: whether
+    walls of the indenter are met in a slide, whose part of hysteresis_force is missing; size_error: relative
     error of a size of the indenter that is rounded to whole cells; coldest [K]: the lowest temperature that a law of
     growth or ``Thermal`` is given, inf without any.
     """
@@ -86,12 +89,16 @@ class Diagnostics:
     bare_from: Any = np.float64(np.inf)
     bare_share: Any = np.float64(0.0)
     ball_radius: Any = np.float64(np.inf)
+    roller_length: Any = np.float64(np.inf)
+    elongation: Any = np.float64(1.0)
+    walled: Any = np.bool_(False)
     coldest: Any = np.float64(np.inf)
     size_error: Any = np.float64(0.0)
 
 
 class _Run(NamedTuple):
-    """The numbers of one run that notes depend on: those over time, (nt,), cell_area and width (), and its diagnostics."""
+    """The numbers of one run that notes depend on: those over time, (nt,), cell_area, side (that of a cell along x) and
+    width (), and its diagnostics."""
 
     status: np.ndarray
     film_strain: np.ndarray
@@ -101,6 +108,7 @@ class _Run(NamedTuple):
     cohesive_cells: np.ndarray
     time_step_error: np.ndarray
     cell_area: np.ndarray
+    side: np.ndarray
     width: np.ndarray
     told: Diagnostics
 
@@ -184,13 +192,17 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
         "time_step_error": given("time_step_error", 0.0),
     }
     series = {name: np.broadcast_to(np.asarray(a), batch + steps) for name, a in series.items()}
-    single = {"cell_area": result.grid.cell_area, "width": result.grid.width[0]} | vars(result.diagnostics)
+    single = {
+        "cell_area": result.grid.cell_area,
+        "side": result.grid.spacing[0],
+        "width": result.grid.width[0],
+    } | vars(result.diagnostics)
     single = {name: np.broadcast_to(np.asarray(a), batch) for name, a in single.items()}
     for index in np.ndindex(batch):
         own = {name: np.atleast_1d(a[index]) for name, a in series.items()}
         told = {name: a[index] for name, a in single.items()}
-        cell_area, width = told.pop("cell_area"), told.pop("width")
-        yield index, _Run(**own, cell_area=cell_area, width=width, told=Diagnostics(**told))
+        sizes = {name: told.pop(name) for name in ("cell_area", "side", "width")}
+        yield index, _Run(**own, **sizes, told=Diagnostics(**told))
 
 
 def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
@@ -239,8 +251,11 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
         adheres = bool(np.any(np.isfinite(run.cohesive_cells)))
         area = np.where(run.contact_area > 0.0, run.contact_area, 0.0 if adheres else np.inf)
         step = int((np.argmax if adheres else np.argmin)(area))
+        # the cells of a roller's contact are a rectangle, those of another one an ellipse, whose shorter axis counts
         cells = area[step] / float(run.cell_area)
-        across = cells if plane_strain else 2.0 * np.sqrt(cells / np.pi)
+        across = cells if plane_strain else 2.0 * np.sqrt(cells / (np.pi * told.elongation))
+        if np.isfinite(told.roller_length):
+            across = area[step] / told.roller_length / run.side
         if 0.0 < across < FEW_CELLS:
             which = "largest" if adheres else "smallest"
             yield Note(
@@ -250,20 +265,23 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
                 -float(across),
             )
 
-    # 4. A ball pressed in so deep that its surface in the contact is no paraboloid. In an elliptic contact of area pi a b
-    # the half-axis b along the smaller radius R is the deeper one: a/b is nearly the ratio of the radii to 2/3, so that b/R
-    # is sqrt(a b) over R times the ratio to 1/3.
-    if not plane_strain:
-        area = np.where(np.isnan(run.contact_area), 0.0, run.contact_area)
-        step = int(np.argmax(area))
-        share = float(np.sqrt(area[step] / np.pi) / told.ball_radius)
-        if share > DEEP:
-            yield Note(
-                f"the contact radius reaches {told_apart(share, DEEP)} of the ball's radius{_at(run, step)}:"
-                " above a third a paraboloid, which stands for the ball, and the theory of small strains are inaccurate",
-                "contact radius above a third of the ball's radius",
-                share,
-            )
+    # 4. A ball or a roller pressed in so deep that its surface in the contact is no parabola. In an elliptic contact of area
+    # pi a b the half-axis b along the smaller radius R is the deeper one: a/b is nearly the ratio of the radii to 2/3, so
+    # that b/R is sqrt(a b) over R times the ratio to 1/3.
+    area = np.where(np.isnan(run.contact_area), 0.0, run.contact_area)
+    step, roller = int(np.argmax(area)), bool(np.isfinite(told.roller_length))
+    reach = area[step] / (2.0 * told.roller_length) if roller else np.sqrt(area[step] / np.pi)
+    share = float(reach / told.ball_radius)
+    if share > DEEP:
+        half, indenter, shape = ("radius", "ball", "paraboloid")
+        if roller:
+            half, indenter, shape = ("half-width", "roller", "parabola")
+        yield Note(
+            f"the contact {half} reaches {told_apart(share, DEEP)} of the {indenter}'s radius{_at(run, step)}:"
+            f" above a third a {shape}, which stands for the {indenter}, and the theory of small strains are inaccurate",
+            f"contact {half} above a third of the {indenter}'s radius",
+            share,
+        )
 
     # 5. The input: sizes in whole cells, temperatures, and a grid that was widened.
     if told.size_error > ROUNDED:
@@ -273,6 +291,13 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
             " %: use a finer grid, or cells that divide it",
             f"size of the indenter rounded by more than {100.0 * ROUNDED:g} %",
             share,
+        )
+    if told.walled:
+        yield Note(
+            "the indenter has slopes above 1 along the motion at its contact (the wall of a punch): hysteresis_force,"
+            " tangential_force and friction_coefficient leave out their part; in steady sliding the force is"
+            " hysteresis_power over the speed, which slide_steady takes",
+            "the hysteresis force leaves out slopes above 1",
         )
     if told.coldest < COLD:
         text = f"a temperature of {float(told.coldest):g} K was given: temperatures are in kelvin, not in °C"

@@ -285,7 +285,10 @@ NOTES = {  # notes and diagnostics, stored with any result
     "stiff_film": "1 if a film whose thickness varies in the plane is stiffer than its base, 0 if not",
     "bare_from": "first time at which a part of the contact was worn to the base, inf if at none [s]",
     "bare_share": "largest share of the contact over which the base was bare [1]",
-    "ball_radius": "radius of a ball, inf for any other indenter [m]",
+    "ball_radius": "radius of a ball or a cylinder, inf for any other indenter [m]",
+    "roller_length": "length of a cylinder on the grid, inf for any other indenter [m]",
+    "elongation": "cells along the longer side of the contact over cells across it, 1 of a cylinder [1]",
+    "walled": "1 if the hysteresis force leaves out walls of the indenter",
     "size_error": "relative error of a size of the indenter that is rounded to whole cells [1]",
     "coldest": "lowest temperature given for growth or heat, inf without any [K]",
 }

@@ -35,6 +35,7 @@ from jaxcontact.bodies.controls import Control, Load, check_control
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.bodies.laws import Adhesion, check_hardness
 from jaxcontact.contact.law import Hardness
+from jaxcontact.history.memory import walls_beside
 from jaxcontact.history.motion import TooFewSubstepsError
 from jaxcontact.history.time_loop import (
     Carry,
@@ -49,6 +50,7 @@ from jaxcontact.history.time_loop import (
     march_from_rest,
 )
 from jaxcontact.indenters.shapes import (
+    Cylinder,
     Ellipsoid,
     HeightField,
     Indenter,
@@ -495,25 +497,35 @@ ROUNDED = 1e-12  # relative change of a thickness below which it counts as round
 def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """Return a result with diagnostics for its notes and statuses of known errors; all nan where values were out of
     range."""
-    indenter = experiment.indenter
+    indenter, (dx, dy) = experiment.indenter, experiment.grid.spacing
     radius: Any = jnp.inf
+    roller_length: Any = jnp.inf
+    longer: Any = dx / dy  # cells along y over cells along x that cross the contact
     if isinstance(indenter, Sphere):
         radius = indenter.radius
+    elif isinstance(indenter, Cylinder):
+        radius, roller_length = indenter.radius, jnp.minimum(indenter.length, experiment.grid.width[1])
     elif isinstance(indenter, Ellipsoid):
         # the radius of a ball with the same error, which is governed by the section of the smaller radius
         low, high = jnp.min(jnp.asarray(indenter.radii)), jnp.max(jnp.asarray(indenter.radii))
         radius = low * (high / low) ** (1.0 / 3.0)
+        # the axes of the contact, nearly in the ratio of the radii to 2/3
+        longer = longer * (indenter.radii[1] / indenter.radii[0]) ** (2.0 / 3.0)
     found = {
         "separation_error": errors.separation,
         "image_error": errors.images,
         "single_contact": jnp.asarray(not isinstance(experiment.indenter, HeightField)),
         "widenings": jnp.zeros((), int),
         "ball_radius": jax.lax.stop_gradient(jnp.asarray(radius, float)),
+        "roller_length": jax.lax.stop_gradient(jnp.asarray(roller_length, float)),
+        "elongation": jax.lax.stop_gradient(jnp.maximum(longer, 1.0 / longer)),
         "size_error": jax.lax.stop_gradient(experiment.indenter.size_error(experiment.grid)),
     }
     if experiment.temperatures:
         each = [jnp.min(jnp.asarray(value, float)) for value in experiment.temperatures]
         found["coldest"] = jax.lax.stop_gradient(jnp.min(jnp.stack(each)))
+    if hasattr(result, "times") and hasattr(result, "hysteresis_force"):
+        found["walled"] = _meets_walls(result, indenter)
     if experiment.film_map is not None:
         found["thickness_error"] = jnp.asarray(errors.thickness)
         grown = getattr(result, "thickness", None)
@@ -539,6 +551,19 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
     result = finished(result, errors, experiment)
     announce(result, stacklevel=3)
     return result
+
+
+@jax.jit
+def _meets_walls(result: Any, indenter: Indenter) -> Array:
+    """Return whether a slide has a force at walls of the indenter, which ``hysteresis_force`` leaves out, ()."""
+    grid = result.grid
+    beside = walls_beside(
+        indenter.profile(grid) / grid.spacing[0], grid.spacing[1] / grid.spacing[0], grid.periodic
+    )
+    met = beside & jnp.any(result.velocity != 0.0, 0)[:, None, None]
+    pressed = jnp.any(result.pressure != 0.0, tuple(range(result.pressure.ndim - 2)))
+    resisted = jnp.any(result.hysteresis_power > 0.0) | (result.dent is not None)
+    return jnp.any(met & pressed) & resisted
 
 
 @functools.partial(Program, optimised=False)

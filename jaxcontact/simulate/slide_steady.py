@@ -767,7 +767,12 @@ def _run(
         shown = {"indenter_displacement": moved, "indenter_film_strain": strain}
     observer = Observer.of(experiment.indenter.profile(grid) / scale.length, wake.ratio, wake.periodic)
     pushed, centre, leading = observer.surface(p, direction)
-    hysteresis = observer.hysteresis(p, displaced, direction) if wake.kernels.rates.size else zero
+    hysteresis, lost = zero, wake.lost_power(symbols, p)
+    if wake.kernels.rates.size:
+        # a wall at the contact, as of a punch, has no slope on the grid: there by the work of the force in the steady state
+        speed = jnp.sqrt(jnp.maximum(jnp.sum(cells_per_second**2), AT_REST**2))
+        by_slopes = observer.hysteresis(p, displaced, direction)
+        hysteresis = jnp.where(observer.walled(p, direction), lost / speed, by_slopes)
     fields = (
         contact_outcome(problem, solution)
         | shown
@@ -783,7 +788,7 @@ def _run(
             + (zero if sheared_wake is None else sheared_wake.drift(sheared)),
             "pressure_centre": centre,
             "leading_peak": leading,
-            "hysteresis_power": wake.lost_power(symbols, p),
+            "hysteresis_power": lost,
             "status": status,
         }
     )

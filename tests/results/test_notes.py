@@ -167,6 +167,55 @@ def test_a_ball_pressed_in_by_more_than_a_third_of_its_radius_is_noted():
 
 
 @pytest.mark.slow
+def test_few_cells_across_a_long_contact_are_noted():
+    """A roller's contact is few cells wide and many long. Hertz's line contact has a half-width b = 2 sqrt(P R/(pi E*)) and
+    the peak p0 = 2 P/(pi b) under a load P per length; with 2.3 cells across, the largest pressure is 10 % too small."""
+    body, R, per_length = jc.LayeredHalfSpace([], jc.Elastic(80e9, nu=0.3)), 10e-3, 5e4
+    half = 2.0 * np.sqrt(per_length * R / (np.pi * 2.0 * 80e9 / 0.7))
+    peak = 2.0 * per_length / (np.pi * half)
+    found = {}
+    for cells in (2.3, 5.3, 12.0):
+        dx = 2.0 * half / cells
+        grid = jc.Grid((32, 64), (dx, dx), periodic=(False, True))
+        roller = jc.Cylinder(R, length=64 * dx)
+        rolled, notes = said(
+            lambda g=grid, r=roller: jc.indent(
+                body, r, jc.Load(per_length * 64 * g.spacing[1]), [0.0], grid=g
+            )
+        )
+        found[cells] = float(rolled.peak_pressure[0]) / peak - 1.0, int(rolled.status[0]), " ".join(notes)
+    assert found[2.3][0] < -0.09 and found[2.3][1] == jc.Status.TOO_COARSE
+    assert found[5.3][1] == 0 and "only 6.0 cells across the smallest contact" in found[5.3][2]
+    assert abs(found[12.0][0]) < 0.01 and found[12.0][1:] == (0, "")
+
+    # cells that are not square, and an ellipse: seven cells along x
+    for indenter, spacing in ((jc.Sphere(1e-3), (3e-6, 1e-6)), (jc.Ellipsoid((1e-3, 8e-3)), (2e-6, 2e-6))):
+        pressed, notes = said(
+            lambda i=indenter, d=spacing: jc.indent(body, i, jc.Load(0.3), [0.0], grid=jc.Grid((16, 64), d))
+        )
+        across = int(np.sum(np.any(np.asarray(pressed.pressure[0]) > 0.0, 1)))
+        assert across <= 8 and np.sum(np.any(np.asarray(pressed.pressure[0]) > 0.0, 0)) > 15
+        assert any(re.search("only [5-8][.0-9]* cells across", note) for note in notes)
+
+
+@pytest.mark.slow
+def test_a_roller_pressed_in_by_more_than_a_third_of_its_radius_is_noted():
+    """As a ball is, in plane strain and with ends: a parabola is then 3 % lower than the circle."""
+    rubber, R = jc.LayeredHalfSpace([], jc.Elastic(1e6, nu=0.3)), 1e-3
+    for load, share in (
+        (1e6 / 0.7 * np.pi * 0.16 * R / 2.0, 0.4),
+        (1e6 / 0.7 * np.pi * 0.09 * R / 2.0, 0.3),
+    ):
+        strip = jc.Grid((48, 1), (R / 40.0, R), periodic=(False, True))
+        row = jc.Grid((48, 4), (R / 40.0, R / 4.0), periodic=(False, True))
+        for grid in (strip, row):
+            _, notes = said(
+                lambda g=grid, w=load: jc.indent(rubber, jc.Cylinder(R, R), jc.Load(w * R), [0.0], grid=g)
+            )
+            assert any("of the roller's radius" in note for note in notes) == (share > 1.0 / 3.0)
+
+
+@pytest.mark.slow
 def test_a_size_that_is_rounded_by_much_is_noted():
     """A cylinder of 20 um along cells of 1.5 um takes 14 of them, 5 % more; along cells of 2 um it has its length. The cells
     under a punch are those of a circle with nearly its radius."""

@@ -48,6 +48,19 @@ def test_archard_wears_coefficient_times_load_times_path():
     assert work == 0.0 and np.all(worn.converged)
 
 
+def test_removal_of_a_film_adds_nothing_to_an_indenter_that_is_worn():
+    """Below its first surface there is no film to remove: the volume is Archard's, coefficient x load x path."""
+    half_space = jc.LayeredHalfSpace([], BASE)
+    law = jc.Archard(2e-18) + jc.ProportionalRemoval(rate=0.005)
+    worn = jc.rub(
+        half_space, ROLLER, jc.Load(50.0), TIMES, velocity=0.1, law=law, grid=LINE, wears="indenter"
+    )
+    assert np.all(worn.status == 0)
+    np.testing.assert_allclose(
+        -worn.thickness[-1].sum() * LINE.cell_area, 2e-18 * 50.0 * 0.1 * 100.0, rtol=1e-3
+    )
+
+
 def test_an_indenter_worn_in_plane_strain_against_an_integration_of_its_own():
     """A rigid roller on a half-space: influence of strips in closed form, sets of contact, fine midpoint steps."""
     coefficient, load, n, dx = 2e-17, 50.0, 32, 4e-6

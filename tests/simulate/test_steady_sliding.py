@@ -155,6 +155,34 @@ def test_force_times_speed_is_the_power_of_the_dashpots(body, ball, speed):
 
 
 @pytest.mark.slow
+def test_walls_and_steep_slopes_have_the_force_of_the_power():
+    """In linear theory a profile and a load that are four times as large have four times the pressure in the same contact,
+    and sixteen times the force: so have cones of slopes 0.5 and 2. The edge of a punch has a force without a slope, that of
+    the power over the speed; the note on a slide says that its own force leaves it out."""
+    rubber, v = jc.LayeredHalfSpace([], jc.StandardLinearSolid(G1=1e9, G2=0.5e9, eta2=0.5e9, nu=0.4)), 2e-5
+    grid = jc.Grid.square(32, 128e-6)
+    flat, steep = (
+        slide_steady(rubber, jc.Cone(np.arctan(1.0 / slope)), jc.Load(0.5 * slope), velocity=v, grid=grid)
+        for slope in (0.5, 2.0)
+    )
+    assert float(flat.tangential_force) > 0.01 * 0.25
+    np.testing.assert_allclose(steep.tangential_force, 16.0 * flat.tangential_force, rtol=0.01)
+    assert float(steep.hysteresis_power) == pytest.approx(16.0 * float(flat.hysteresis_power), rel=1e-6)
+    punch, times = jc.FlatPunch(40e-6), np.linspace(0.0, 3.0, 7)
+    moved = slide_steady(rubber, punch, jc.Load(0.2), velocity=v, grid=grid)
+    np.testing.assert_allclose(moved.tangential_force * v, moved.hysteresis_power, rtol=1e-9)
+    assert float(moved.friction_coefficient) > 0.01
+    for velocity, indenter, said in (
+        (v, punch, True),
+        (v, jc.Cylinder(1e-3, 60e-6), False),
+        (0.0, punch, False),
+    ):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            slid = jc.slide(rubber, indenter, jc.Load(0.2), times, velocity=velocity, grid=grid)
+        assert any("leave out their part" in note for note in slid.notes) == said
+
+
 def test_directions_mirror_and_agree(body, ball):
     v = 0.4e-6
     x, back, y, diagonal = (
