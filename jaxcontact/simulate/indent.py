@@ -224,7 +224,7 @@ class Indentation(Experiment):
             if creep.fluidity is not None:
                 rates = jnp.append(rates, 0.0)
                 shares = jnp.append(shares, creep.fluidity / creep.instantaneous)
-            memory = DirectMemory(images, jnp.zeros(when.size), Delayed(rates, shares))
+            memory = DirectMemory(images, Delayed(rates, shares), when.size)
             scale, errors = images.scale, Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
         elif film is not None:
             # a film whose thickness varies in the plane, or in the plane and in time

@@ -368,7 +368,7 @@ def spectrum_on_grid(
 
 @pytree
 class FilmWake:
-    """The wake over a film whose thickness varies across the track; the methods are those of ``Wake``.
+    """The wake over a film whose thickness varies across the track; its methods are those of ``Wake`` that depend on it.
 
     terms: the wakes of the terms of the series, with a first axis (n, ...); one: that of a film of one thickness, for all
     that does not depend on the thickness; shares: T_0, T_1, ... at each cell, (n, nx, ny); film: the strain of the film.
@@ -378,30 +378,6 @@ class FilmWake:
     one: Wake
     shares: Array
     film: VaryingFilmStrain
-
-    @property
-    def kernels(self) -> Kernels:
-        return self.one.kernels
-
-    @property
-    def ratio(self) -> Array:
-        return self.one.ratio
-
-    @property
-    def periodic(self) -> spectral.Periodic:
-        return self.one.periodic
-
-    @property
-    def direction(self) -> Array:
-        return self.one.direction
-
-    def symbols(self) -> Array:
-        """As ``Wake`` does."""
-        return self.one.symbols()
-
-    def drift(self, total: Array) -> Array:
-        """As ``Wake`` does; zero, since the base is elastic."""
-        return jnp.zeros(())
 
     def operator(self, symbols: Array) -> Operator:
         """As ``Wake`` does."""
@@ -416,13 +392,13 @@ class FilmWake:
 
     def film_strain(self, symbols: Array, pressure: Array) -> Array:
         """As ``Wake`` does, with a film that is as thick everywhere as at its deepest point."""
-        history = spectral.convolve(self.one.film_history(symbols), pressure, self.periodic)
+        history = spectral.convolve(self.one.film_history(symbols), pressure, self.one.periodic)
         weights = jnp.stack([self.film.weights[0], jnp.ones(())])
         return replace(self.film, weights=weights).strain(pressure, history[None])
 
     def _varying(self, spectra: Array, circulant: Array) -> Operator:
         entries = series_entries(len(spectra))
-        return Operator(spectra, circulant, self.shares[1:], periodic=self.periodic, entries=entries)
+        return Operator(spectra, circulant, self.shares[1:], periodic=self.one.periodic, entries=entries)
 
 
 def film_wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, thickness: Array) -> FilmWake:
@@ -693,7 +669,8 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
         wake = film_wake_of(experiment, kernels, cells_per_second, experiment.film_map.values)
     else:
         wake = wake_of(experiment.body, grid, kernels, cells_per_second, across=velocity.ndim > 0)
-    scale, symbols, direction = wake.kernels.scale, wake.symbols(), wake.direction
+    one = wake.one if isinstance(wake, FilmWake) else wake
+    scale, symbols, direction = one.kernels.scale, one.symbols(), one.direction
     operator = wake.operator(symbols)
 
     # the traction moves the surface too: in one operator with the pressure or, with adhesion, separately as a drag, which
@@ -754,9 +731,9 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
         moved = pressed if sheared_wake is None else pressed + sheared_wake.displacement_of_indenter(sheared)
         strain = indenter.observe(eta, p, zero)["film_strain"]
         shown = {"indenter_displacement": moved, "indenter_film_strain": strain}
-    observer = Observer.of(experiment.indenter.profile(grid) / scale.length, wake.ratio, wake.periodic)
+    observer = Observer.of(experiment.indenter.profile(grid) / scale.length, one.ratio, one.periodic)
     pushed, centre, leading = observer.surface(p, direction)
-    hysteresis = observer.hysteresis(p, displaced, direction) if wake.kernels.rates.size else zero
+    hysteresis = observer.hysteresis(p, displaced, direction) if one.kernels.rates.size else zero
     fields = (
         contact_outcome(problem, solution)
         | shown
@@ -768,7 +745,7 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
             "lateral_force": pushed,
             "hysteresis_force": hysteresis,
             "coulomb_force": zero if sheared_wake is None else sheared_wake.coulomb_force(sheared),
-            "approach_drift": wake.drift(jnp.sum(p))
+            "approach_drift": one.drift(jnp.sum(p))
             + (zero if sheared_wake is None else sheared_wake.drift(sheared)),
             "pressure_centre": centre,
             "leading_peak": leading,

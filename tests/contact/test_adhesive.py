@@ -42,7 +42,7 @@ def nothing(shape):
 
 @jax.jit
 def solved(problem, start):
-    return implicit.solve_adhesive(problem, start, TOLERANCE, MOST)
+    return implicit.solve_attracted(problem, start, TOLERANCE, MOST)
 
 
 def bumps(shape):
@@ -214,7 +214,7 @@ def test_derivatives_are_those_of_central_differences(kind, load, name):
             target=target * q[-1],
             law=Attraction(laws, GRIDS[kind]),
         )
-        found = implicit.solve_adhesive(problem, start, TOLERANCE, MOST)
+        found = implicit.solve_attracted(problem, start, TOLERANCE, MOST)
         sums = jnp.sum(found.pressure), jnp.sum(found.pressure**2), jnp.sum(found.contact_pressure**2)
         return jnp.stack([*sums, found.approach, found.displacement[3, 0]])
 
@@ -246,7 +246,7 @@ def test_a_derivative_under_a_load_is_nan_where_only_the_approach_makes_the_stat
 
     def under_load(load, most):
         problem = problem_of(gap, load, load=True)
-        return implicit.solve_adhesive(problem, again, jnp.asarray(1e-2), most).approach
+        return implicit.solve_attracted(problem, again, jnp.asarray(1e-2), most).approach
 
     assert np.isfinite(jax.grad(energy_of)(approach))
     assert np.isnan(jax.grad(partial(under_load, most=jnp.asarray(0)))(load))
