@@ -60,7 +60,7 @@ class Progress:
 # Exit statuses, and the line on stderr that accompanies those other than 0.
 
 
-FINE, BAD_INPUT, NOT_CONVERGED = 0, 2, 3  # 128 + the signal after an interrupt: see ``interrupts``
+FINE, BAD_INPUT, NOT_CONVERGED = 0, 2, 3  # 128 + the signal after an interrupt: see ``interruptible``
 
 COLOURS = {"error": 31, "warning": 33, "can run": 32}  # red, yellow, green: ANSI codes
 

@@ -261,8 +261,7 @@ def _known_contact_jvp(primals, tangents):
     (problem, found), (change, _) = primals, tangents
     if found.contact_pressure is None:
         return _moved_contact(problem, found, change)
-    moved = _moved_in_turn if _needs_turns(problem) else _moved_solution
-    return found, moved(problem, found, change)
+    return found, _moved_attracted(problem, found, change)
 
 
 @solve_contact.defjvp
@@ -309,9 +308,14 @@ def _moved_contact(problem: Problem, solution: Solution, change: Problem) -> tup
         d_approach = jnp.where(total > 0.0, d_approach, without)
 
     du = forcing - change.gap + lifted
-    zero_iterations = jnp.zeros((), dtype=jax.dtypes.float0)
-    tangent = Solution(dp + prescribed, du, d_approach, jnp.zeros_like(solution.error), zero_iterations)
+    zero = jnp.zeros_like(solution.error), no_tangent(solution.iterations)
+    tangent = Solution(dp + prescribed, du, d_approach, *zero)
     return replace(solution, pressure=p, displacement=u, approach=approach), tangent
+
+
+def no_tangent(a: Array) -> np.ndarray:
+    """Return the tangent of an array of integers or bools, which by convention of jax has the type float0."""
+    return np.zeros(jnp.shape(a), jax.dtypes.float0)
 
 
 def _first_touch(problem: Problem | SlipProblem, change: Problem | SlipProblem, lifted: Array) -> Array:
@@ -334,11 +338,24 @@ def solve_partial_slip(
     return friction.solve_partial_slip(problem, pressure, traction, tolerance, max_iterations)
 
 
+@jax.custom_jvp
 def solve_attracted(problem: Problem, start: Start, tolerance: Array, max_iterations: Array) -> Solution:
     """Solve a contact with adhesion; differentiable in everything in ``problem``. With an operator that is not one even
     kernel, or with friction, a sequence of contacts is solved."""
-    method = solve_adhesive_in_turn if _needs_turns(problem) else solve_adhesive
+    method = adhesive.solve_in_turn if _needs_turns(problem) else adhesive.solve
     return method(problem, start, tolerance, max_iterations)
+
+
+@solve_attracted.defjvp
+def _solve_attracted_jvp(primals, tangents):
+    found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), solve_attracted(*primals))
+    return found, _moved_attracted(primals[0], found, tangents[0])
+
+
+def _moved_attracted(problem: Problem, found: Solution, change: Problem) -> Solution:
+    """Return the change of the solution of a contact with adhesion; linear in the change of the problem."""
+    moved = _moved_in_turn if _needs_turns(problem) else _moved_solution
+    return moved(problem, found, change)
 
 
 def _needs_turns(problem: Problem) -> bool:
@@ -346,21 +363,8 @@ def _needs_turns(problem: Problem) -> bool:
     return not operator.symmetric or operator.weights is not None or problem.drag is not None
 
 
-@jax.custom_jvp
-def solve_adhesive(problem: Problem, start: Start, tolerance: Array, max_iterations: Array) -> Solution:
-    """``solve`` of contact.adhesive, differentiable in everything in ``problem``."""
-    return adhesive.solve(problem, start, tolerance, max_iterations)
-
-
-@solve_adhesive.defjvp
-def _solve_adhesive_jvp(primals, tangents):
-    found = solve_adhesive(*primals)
-    found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
-    return found, _moved_solution(primals[0], found, tangents[0])
-
-
 def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solution:
-    """Return the change of the solution of a contact with adhesion; linear in the change of the problem."""
+    """``_moved_attracted`` of a contact that is solved at once."""
     # The right side: the change of K p and of the gap, and of the attraction where the law itself changes.
     tangent = AdhesiveTangent.at_solution(problem, found)
     model = tangent.model
@@ -383,37 +387,20 @@ def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solut
 
     # Surfaces that a tensile load has separated stay as they are.
     apart = lambda a, otherwise: jnp.where(found.separated, otherwise, a)
-    no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
     return Solution(
         apart(dp, nowhere),
         apart(du + forcing - change.gap, nowhere),
         apart(d_approach, _first_touch(problem, change, nowhere)),
         jnp.zeros_like(found.error),
-        no(found.iterations),
+        no_tangent(found.iterations),
         apart(jnp.where(held, dp + attraction, 0.0), nowhere),
-        no(found.separated),
-        no(found.unstable),
+        no_tangent(found.separated),
+        no_tangent(found.unstable),
     )
 
 
-@jax.custom_jvp
-def solve_adhesive_in_turn(
-    problem: Problem, start: Start, tolerance: Array, max_iterations: Array
-) -> Solution:
-    """``solve_in_turn`` of contact.adhesive, differentiable in everything in ``problem``."""
-    return adhesive.solve_in_turn(problem, start, tolerance, max_iterations)
-
-
-@solve_adhesive_in_turn.defjvp
-def _solve_adhesive_in_turn_jvp(primals, tangents):
-    problem, change = primals[0], tangents[0]
-    found = solve_adhesive_in_turn(*primals)
-    found = jax.tree.map(lambda a: checkpoint_name(a, KEPT), found)
-    return found, _moved_in_turn(problem, found, change)
-
-
 def _moved_in_turn(problem: Problem, found: Solution, change: Problem) -> Solution:
-    """``_moved_solution`` of a contact that is the fixed point of a sequence."""
+    """``_moved_attracted`` of a contact that is the fixed point of a sequence."""
     p, carried = found.pressure, found.carried
     # the uniform operator is held: the fixed point does not depend on it
     held = adhesive.with_given(problem, p, carried)
@@ -484,14 +471,19 @@ def _solve_partial_slip_jvp(primals, tangents):
         d_approach = jnp.where(jnp.any(p > 0.0), masked_mean(followed[2], p > 0.0), without)
 
     along, tangential_shift, normal_shift, normal = jax.tree.map(jnp.add, by_operator, lifted)
-    no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
     pressed, sheared = found.normal, found.tangential
-    d_normal = Solution(dp, normal, d_approach, 0.0 * pressed.error, no(pressed.iterations))
+    d_normal = Solution(dp, normal, d_approach, 0.0 * pressed.error, no_tangent(pressed.iterations))
     d_slip = jnp.where(p > 0.0, moved[:2] - d_shift[:, None, None], 0.0)
     d_tangential = TangentialSolution(
-        dq, along, d_slip, no(sheared.stick), d_shift, 0.0 * sheared.error, no(sheared.iterations)
+        dq,
+        along,
+        d_slip,
+        no_tangent(sheared.stick),
+        d_shift,
+        0.0 * sheared.error,
+        no_tangent(sheared.iterations),
     )
-    counts = no(found.taken), no(found.rounds), no(found.settled)
+    counts = no_tangent(found.taken), no_tangent(found.rounds), no_tangent(found.settled)
     return found, Round(d_normal, d_tangential, tangential_shift, normal_shift, *counts)
 
 
@@ -532,9 +524,14 @@ def _solve_tangential_jvp(primals, tangents):
     if sum_given:
         d_shift = free.push(jnp.sum(free.along(moved + turned(dq)), (1, 2)))
     d_slip = jnp.where(problem.contact, moved - d_shift[:, None, None], 0.0)
-    no = lambda a: np.zeros(jnp.shape(a), jax.dtypes.float0)
     return found, TangentialSolution(
-        dq, by_operator + lifted, d_slip, no(found.stick), d_shift, 0.0 * found.error, no(found.iterations)
+        dq,
+        by_operator + lifted,
+        d_slip,
+        no_tangent(found.stick),
+        d_shift,
+        0.0 * found.error,
+        no_tangent(found.iterations),
     )
 
 

@@ -175,8 +175,8 @@ class RecursiveMemory(Memory):
         return decay[:, None, None] * before.eta + added
 
     def stored_energy(self, eta: Array, pressure: Array) -> Array:
-        """Return 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, lambda_k C_k eta_k>, the energy of the springs of
-        ``history.memory``, ().
+        """Return 1/2 <p, C_0 p> + 1/2 sum_k lambda_k <eta_k, lambda_k C_k eta_k>, the energy of the springs
+        (*Energy* below), ().
         """
         k = self.kernels
         work = lambda weights, field: jnp.sum(field * k.family.combined(list(weights))(field))
@@ -1100,17 +1100,17 @@ class DirectMemory(Memory):
     compliance of the material at the surface."""
 
     images: ImageKernels
-    n_steps: Array  # an array of that length, for its shape alone
     surface: Delayed
+    n_steps: int = static()
 
     def start(self, shape: tuple[int, int]) -> Array:
-        return jnp.zeros((self.n_steps.shape[0], *shape))
+        return jnp.zeros((self.n_steps, *shape))
 
     def predict(self, increments: Array, pressure: Array, row: LagRow) -> Prediction:
         """Return the prediction. The operator acts on the whole new pressure, of which the previous one has been counted
         already, and is therefore subtracted."""
         now = row.weights[row.index]
-        past = jnp.where(jnp.arange(self.n_steps.shape[0])[:, None] <= row.index, row.weights, 0.0)
+        past = jnp.where(jnp.arange(self.n_steps)[:, None] <= row.index, row.weights, 0.0)
         earlier = self.images.family.total(
             jnp.tensordot(past.T, increments, 1) - now[:, None, None] * pressure
         )

@@ -69,6 +69,15 @@ class Errors(NamedTuple):
     horizon: Array
     thickness: Array | float = 0.0
 
+    def joined(self, other: Errors) -> Errors:
+        """Return the larger ones of two errors, which hold until the earlier one of their horizons."""
+        return Errors(
+            jnp.maximum(self.separation, other.separation),
+            jnp.maximum(self.images, other.images),
+            jnp.minimum(self.horizon, other.horizon),
+            jnp.maximum(self.thickness, other.thickness),
+        )
+
 
 @pytree
 class Kernels:
@@ -136,11 +145,7 @@ class Kernels:
         images = largest_until(self.image_errors, jnp.minimum(duration, self.horizon))
         thickness = 0.0 if self.varying is None else self.varying.error
         own = Errors(self.separation_error, images, self.horizon, thickness)
-        if self.indenter is None:
-            return own
-        other = self.indenter.errors(duration)
-        separation, images = jnp.maximum(own.separation, other.separation), jnp.maximum(images, other.images)
-        return Errors(separation, images, jnp.minimum(own.horizon, other.horizon), thickness)
+        return own if self.indenter is None else own.joined(self.indenter.errors(duration))
 
     def at(self, thickness: Array) -> Kernels:
         """Return the kernels for a thickness (nx, ny) [m] of a film that varies in the plane."""
@@ -577,26 +582,18 @@ class TractionKernels:
     def errors(self, duration: Array | float = jnp.inf) -> Errors:
         """Return the errors of a run of a duration [s], the larger ones of the normal and the tangential response."""
         found = joint_errors(self.normal, self.expansion, duration=duration)
-        if self.indenter is None:
-            return found
-        other = self.indenter.errors(duration)
-        separation = jnp.maximum(found.separation, other.separation)
-        images = jnp.maximum(found.images, other.images)
-        return Errors(separation, images, jnp.minimum(found.horizon, other.horizon))
+        return found if self.indenter is None else found.joined(self.indenter.errors(duration))
 
 
 def joint_errors(
     normal: Kernels, *expansions: TangentialExpansion, duration: Array | float = jnp.inf
 ) -> Errors:
     """Return the larger errors of normal and tangential responses in a run of a duration [s]."""
-    separation, images, horizon, _ = normal.errors(duration)
+    errors = normal.errors(duration)
     for expansion in expansions:
-        tangential = largest_until(expansion.image_errors, jnp.minimum(duration, horizon))
-        images, separation = (
-            jnp.maximum(images, tangential),
-            jnp.maximum(separation, expansion.separation_error),
-        )
-    return Errors(separation, images, horizon)
+        images = largest_until(expansion.image_errors, jnp.minimum(duration, errors.horizon))
+        errors = errors.joined(Errors(expansion.separation_error, images, errors.horizon))
+    return errors
 
 
 @functools.partial(

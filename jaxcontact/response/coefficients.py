@@ -200,19 +200,9 @@ def _thicknesses(images: Images) -> Array:
 # thinner than a cell do not suffer from cancellation.
 
 
-class Kinds(NamedTuple):
-    """The quantities for m^2/alpha^3, n^2/alpha^3, m n/alpha^3, i m/alpha^2 and i n/alpha^2."""
-
-    xx: Array
-    yy: Array
-    xy: Array
-    x: Array
-    y: Array
-
-
-@pytree
-class SurfaceKernels:
-    """Coefficients at offsets (i, j) >= 0, (..., nx, ny).
+class SurfaceKernels(NamedTuple):
+    """Coefficients at offsets (i, j) >= 0, (..., nx, ny), or the integrals for m^2/alpha^3, n^2/alpha^3, m n/alpha^3,
+    i m/alpha^2 and i n/alpha^2 that they consist of.
 
     xx, yy, xy: displacement along the first index per traction along the second, xy odd in both offsets; x and y:
     displacement along x (odd in it) and y per pressure; the normal displacement due to a traction along x or y is minus
@@ -226,10 +216,10 @@ class SurfaceKernels:
     y: Array
 
 
-def on_surface(x: Array, y: Array) -> Kinds:
+def on_surface(x: Array, y: Array) -> SurfaceKernels:
     """Return 2 pi times the integrals of the formulas above at z = 0; x and y not zero."""
     r = jnp.sqrt(x**2 + y**2)
-    return Kinds(
+    return SurfaceKernels(
         xx=x * jnp.log(y + r),
         yy=y * jnp.log(x + r),
         xy=r,
@@ -238,7 +228,7 @@ def on_surface(x: Array, y: Array) -> Kinds:
     )
 
 
-def of_image(x: Array, y: Array, z: Array) -> Kinds:
+def of_image(x: Array, y: Array, z: Array) -> SurfaceKernels:
     """Return 2 pi times the differences of the integrals at depth z from those at z = 0; z may be zero, x and y not.
 
     Multiples of z alone, which cancel in the differences over a cell, are omitted, and the remainder is written without
@@ -256,7 +246,7 @@ def of_image(x: Array, y: Array, z: Array) -> Kinds:
     log_x = jnp.log1p((x + r_less_z + lifted) / safe_z)  # ln((x + r)/z)
     log_y = jnp.log1p((y + r_less_z + lifted) / safe_z)
     log_ratio = jnp.log1p((r_less_rho + z) / rho)  # ln((r + z)/rho)
-    return Kinds(
+    return SurfaceKernels(
         xx=x * jnp.log1p(r_less_rho / (y + rho)) - z * difference_x,
         yy=y * jnp.log1p(r_less_rho / (x + rho)) - z * difference_y,
         xy=r_less_z - rho - z * jnp.log1p((r_less_z + 2.0 * lifted) / (2.0 * safe_z)),
@@ -265,13 +255,13 @@ def of_image(x: Array, y: Array, z: Array) -> Kinds:
     )
 
 
-def tangential_over_cells(grid: Grid, integrals: Callable[[Array, Array], Kinds]) -> Kinds:
+def tangential_over_cells(grid: Grid, integrals: Callable[[Array, Array], SurfaceKernels]) -> SurfaceKernels:
     """Return dx times the differences over a cell's corners at offsets (i, j) >= 0, each (nx, ny)."""
     (nx, ny), (dx, dy) = grid.shape, grid.spacing
     x, y = jnp.arange(nx + 1) - 0.5, (jnp.arange(ny + 1) - 0.5) * (dy / dx)  # in units of dx
     corners = integrals(x[:, None], y[None, :])
     difference = lambda f: f[1:, 1:] - f[:-1, 1:] - f[1:, :-1] + f[:-1, :-1]
-    return Kinds(*(dx * difference(f) / (2.0 * jnp.pi) for f in corners))
+    return SurfaceKernels(*(dx * difference(f) / (2.0 * jnp.pi) for f in corners))
 
 
 @pytree
@@ -298,7 +288,7 @@ def tangential_coefficients(grid: Grid, images: TangentialImages) -> SurfaceKern
     return jax.lax.scan(add, start, others)[0]
 
 
-def _weighted(kinds: Kinds, weights: Array) -> SurfaceKernels:
+def _weighted(kinds: SurfaceKernels, weights: Array) -> SurfaceKernels:
     """Return the entries for weights of alpha (L, T, K), (3, ...)."""
     L, T, K = weights[..., None, None]
     return SurfaceKernels(

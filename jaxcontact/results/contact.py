@@ -430,11 +430,7 @@ class SteadyRolling(SteadyContact):
     tabor_number: Array | None = field(kw_only=True, default=None)
     indenter_displacement: Array | None = field(kw_only=True, default=None)
     indenter_film_strain: Array | None = field(kw_only=True, default=None)
-    grid: Grid
     velocity: Array
-    profile: Array
-    pressure: Array
-    displacement: Array
     traction: Array
     slip_ratio: Array
     stick: Array
@@ -446,14 +442,11 @@ class SteadyRolling(SteadyContact):
     power: Array
     hysteresis_power: Array
     friction_power: Array
-    approach: Array
     load: Array
     contact_area: Array
-    smooth_area: Array
     film_strain: Array
     iterations: Array
     error: Array
-    status: Array
 
     @property
     def sticking_share(self) -> Array:
@@ -695,16 +688,10 @@ class SteadySliding(SteadyContact):
     tabor_number: Array | None = field(kw_only=True, default=None)
     indenter_displacement: Array | None = field(kw_only=True, default=None)
     indenter_film_strain: Array | None = field(kw_only=True, default=None)
-    grid: Grid
     velocity: Array
-    profile: Array
-    pressure: Array
-    displacement: Array
-    approach: Array
     approach_drift: Array
     load: Array
     contact_area: Array
-    smooth_area: Array
     film_strain: Array
     friction: Array
     lateral_force: Array
@@ -718,7 +705,6 @@ class SteadySliding(SteadyContact):
     friction_power: Array
     iterations: Array
     error: Array
-    status: Array
 
     @property
     def friction_coefficient(self) -> Array:

@@ -91,8 +91,8 @@ class FinishedRun:
     """The finished steps, together.
 
     history: of the kind of the experiment, with the maps of the last step; chosen: the indices of the times of ``maps``,
-    none for those of the last alone; first_pressure (nx, ny) [Pa]: of the first of them; lines: those of ``FROM_MAPS`` that
-    the history has, over all times.
+    none for those of the last alone; first_pressure (nx, ny) [Pa]: of the first of them; lines: those of
+    ``following_from_maps``, over all times.
     """
 
     history: ContactHistory

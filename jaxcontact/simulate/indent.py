@@ -10,13 +10,12 @@ import numpy as np
 from jax import Array
 
 from jaxcontact._support import checks
-from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace
+from jaxcontact._support.pytree import is_concrete, pytree, replace
 from jaxcontact._support.status import Status
 from jaxcontact.bodies.body import LayeredHalfSpace, body_at_first, separate_map
 from jaxcontact.bodies.controls import Control
 from jaxcontact.bodies.grid import Grid
-from jaxcontact.bodies.laws import Adhesion, check_adhesion
-from jaxcontact.contact.adhesive import Attraction
+from jaxcontact.bodies.laws import Adhesion
 from jaxcontact.history.memory import (
     DirectMemory,
     GrowingMemory,
@@ -42,7 +41,6 @@ from jaxcontact.simulate.run import (
     fine_steps,
     fine_values,
     refined,
-    tabor_numbers,
 )
 
 # factor on the width of a grid that the contact outgrows, and how often it is applied
@@ -137,19 +135,13 @@ def indent(
         >>> f"{history.approach[0] * 1e6:.2f} um"         # Hertz: (9 W^2 (1 - nu)^2/(64 G^2 R))^(1/3)
         '1.92 um'
     """
-    given = {
-        "tolerance": tolerance,
-        "max_iterations": max_iterations,
-        "kernels": kernels,
-        "save": save,
-        "correspondence": correspondence,
-        "checkpoint": checkpoint,
-        "adhesion": adhesion,
-        "hardness": hardness,
-    }
 
     def solve_on(grid: Any) -> Any:
-        make = lambda count: Indentation.of(body, indenter, control, times, grid, substeps=count, **given)
+        make = lambda count: Indentation.of(
+            body, indenter, control, times, grid, substeps=count, tolerance=tolerance, max_iterations=max_iterations,
+            kernels=kernels, save=save, correspondence=correspondence, checkpoint=checkpoint, adhesion=adhesion,
+            hardness=hardness,
+        )  # fmt: skip
         return refined(make, substeps)
 
     if not isinstance(grid, str):
@@ -178,12 +170,10 @@ def indent(
 class Indentation(Experiment):
     """The checked arguments of ``indent``.
 
-    thicknesses: of layers that grow or wear, at each time, (nt, layers) [m], None where they are constant; adhesion: a law
-    of adhesion, or None.
+    thicknesses: of layers that grow or wear, at each time, (nt, layers) [m], None where they are constant.
     """
 
     thicknesses: Array | None
-    adhesion: Adhesion | None
 
     @classmethod
     def of(  # type: ignore[override]
@@ -193,32 +183,20 @@ class Indentation(Experiment):
         control: Control,
         times: Any,
         grid: Grid,
-        *,
-        adhesion: Adhesion | None = None,
         **given: Any,
     ) -> Self:
         """Check the arguments of ``indent``; given: further arguments of ``Experiment.of``."""
         # A thickness that varies over times or in the plane is separated from the body, whose layers have a constant one.
-        law_valid, count = check_adhesion(adhesion), np.size(times)
+        count = np.size(times)
         body, thicknesses, thicknesses_valid = body_at_first(body, count)
         body, film_map, map_valid = separate_map(body, getattr(grid, "shape", ()), count)
-        adhesive = adhesion is not None
-        experiment = Experiment.of(
-            body,
-            indenter,
-            control,
-            times,
-            grid,
-            film_map=film_map,
-            adhesive=adhesive,
-            **given,
-        ).also(law_valid)
+        experiment = Experiment.of(body, indenter, control, times, grid, film_map=film_map, **given)
         if thicknesses is not None or film_map is not None:
             plain = experiment.kernels is None and experiment.correspondence == "exact"
             varies = "over times" if film_map is None else "in the plane"
             checks.require(plain, f'layer thickness {varies}: expected no kernels and correspondence="exact"')
             experiment = experiment.also(thicknesses_valid).also(map_valid)
-        return cls(**vars(experiment), thicknesses=thicknesses, adhesion=as_float64(adhesion))
+        return cls(**vars(experiment), thicknesses=thicknesses)
 
     @property
     def has_prescribed_changes(self) -> bool:
@@ -246,7 +224,7 @@ class Indentation(Experiment):
             if creep.fluidity is not None:
                 rates = jnp.append(rates, 0.0)
                 shares = jnp.append(shares, creep.fluidity / creep.instantaneous)
-            memory = DirectMemory(images, jnp.zeros(when.size), Delayed(rates, shares))
+            memory = DirectMemory(images, Delayed(rates, shares), when.size)
             scale, errors = images.scale, Errors(jnp.zeros(()), images.image_error, jnp.asarray(jnp.inf))
         elif film is not None:
             # a film whose thickness varies in the plane, or in the plane and in time
@@ -273,18 +251,7 @@ class Indentation(Experiment):
         if self.kernels is not None:
             memory = with_indenter(memory, self.kernels)
 
-        # the contact law is hard contact or a hardness (``contact``), with adhesion an attraction
-        time_fields, result_class = (
-            {"times": self.times},
-            ContactHistory if self.adhesion is None else AdhesiveHistory,
-        )
-        contact = self.contact(scale)
-        if self.adhesion is not None:
-            contact["law"] = Attraction(
-                self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic
-            )
-            time_fields["tabor_number"] = tabor_numbers(self.adhesion, self)
-        stepper = PressStepper(memory, **contact)
-        return Plan(
-            stepper, self.steps(scale, more), scale, errors, time_fields, {"grid": self.grid}, result_class
-        )
+        stepper, steps = PressStepper(memory, **self.contact(scale)), self.steps(scale, more)
+        known = {"times": self.times} | self.tabor_number, {"grid": self.grid}
+        result_class = ContactHistory if self.adhesion is None else AdhesiveHistory
+        return Plan(stepper, steps, scale, errors, *known, result_class)

@@ -31,7 +31,7 @@ from jaxcontact.bodies.controls import (
     check_tangential,
 )
 from jaxcontact.bodies.grid import Grid, check_free_along_x
-from jaxcontact.bodies.laws import Adhesion, check_adhesion, check_shear_strength
+from jaxcontact.bodies.laws import Adhesion
 from jaxcontact.contact import friction, nonsymmetric
 from jaxcontact.contact.adhesive import Attraction, Start
 from jaxcontact.contact.friction import TangentialProblem, TangentialSolution, largest_traction
@@ -46,7 +46,7 @@ from jaxcontact.operators.coupled import Tangential, TractionOperator
 from jaxcontact.operators.kernels import Errors, TractionKernels, build_traction, scaled_coefficients
 from jaxcontact.operators.operator import Operator
 from jaxcontact.results.contact import SteadyRolling
-from jaxcontact.simulate.run import Experiment, reported, tabor_numbers
+from jaxcontact.simulate.run import Experiment, reported
 from jaxcontact.simulate.slide_steady import (
     Wake,
     check_steady,
@@ -490,10 +490,10 @@ def roll_steady(
         >>> bool(0.0 < rolling.tangential_load[0] < 0.3 * 20.0)
         True
     """
-    solver = {"tolerance": tolerance, "max_iterations": max_iterations}
-    adhesive, valid = adhesion is not None, check_adhesion(adhesion)
-    experiment = Experiment.of(body, indenter, control, np.zeros(1), grid, adhesive=adhesive, **solver)
-    experiment = experiment.also(valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive))
+    experiment = Experiment.of(
+        body, indenter, control, np.zeros(1), grid, tolerance=tolerance, max_iterations=max_iterations, adhesion=adhesion,
+        shear_strength=shear_strength,
+    )  # fmt: skip
     check_free_along_x(grid, "roll_steady")
     for each in experiment.surfaces:
         check_bonded(each, "roll_steady")
@@ -532,8 +532,7 @@ def roll_steady(
     speed, value, friction, spin = (jnp.asarray(as_float64(a)) for a in (velocity, value, friction, spin))
     kernels = build_traction(experiment.body, experiment.indenter, experiment.grid, coupled=bool(coupled))
     options = {"forced": forced, "coupled": bool(coupled)}
-    given = (speed, value, friction, spin, *as_float64((adhesion, shear_strength)))
-    result, errors = _run(experiment, kernels, *given, **options)
+    result, errors = _run(experiment, kernels, speed, value, friction, spin, **options)
     return reported(result, errors, experiment)
 
 
@@ -549,8 +548,6 @@ def _run(
     value: Array,
     friction: Array,
     spin: Array,
-    adhesion: Adhesion | None,
-    shear_strength: Array | None,
     *,
     forced: bool,
     coupled: bool,
@@ -589,10 +586,11 @@ def _run(
 
     # with adhesion a law of attraction in the place of hard contact, and the shear strength
     law: Any = UNILATERAL
-    strength = jnp.zeros(()) if shear_strength is None else scale.from_si("pressure", shear_strength)
-    if adhesion is not None:
-        law = Attraction(adhesion.scaled(scale.length, scale.compliance), grid.periodic)
-        law = resolved(law, surface.normal, grid.shape)
+    strength = jnp.zeros(())
+    if experiment.shear_strength is not None:
+        strength = scale.from_si("pressure", experiment.shear_strength)
+    if experiment.adhesion is not None:
+        law = resolved(experiment.attraction(scale), surface.normal, grid.shape)
 
     # the contact, in steps of a cell along x, or in other directions of the shorter side of a cell
     profile = experiment.indenter.profile(grid) / scale.length
@@ -646,13 +644,12 @@ def _run(
         status = with_no_steady_state(status, experiment, each, vector)
     numbers["status"] = status
 
-    if adhesion is not None:
+    if experiment.adhesion is not None:
         numbers |= {
             "contact_pressure": pressed.carried,
             "shear_strength": jnp.broadcast_to(strength, profile.shape),
             "cohesive_cells": cohesive_cells(problem, pressed),
-            "tabor_number": tabor_numbers(adhesion, experiment)[0],
-        }
+        } | {name: values[0] for name, values in experiment.tabor_number.items()}
 
     # what each surface shows of the pressure; both lose power
     numbers |= observe_body(pressed.pressure)

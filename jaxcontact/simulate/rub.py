@@ -23,14 +23,11 @@ from jaxcontact.bodies.laws import (
     Adhesion,
     SumOfLaws,
     Thermal,
-    check_adhesion,
     check_law,
-    check_shear_strength,
     check_thermal,
     is_sheared,
     temperatures_of,
 )
-from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.history.growth_step import Heated, RubStep, RubStepper, Track, check_path
 from jaxcontact.history.memory import Memory, RecursiveMemory, VaryingMemory, with_indenter
 from jaxcontact.history.motion import as_array, at_fine_times, mean_speed, over_times, speed_of
@@ -50,7 +47,6 @@ from jaxcontact.simulate.run import (
     marched,
     profile_over_film,
     refined,
-    tabor_numbers,
 )
 
 REACH = 0.125  # least thickness, in cells, up to which a film that may grow has kernels
@@ -152,23 +148,11 @@ def rub(
         >>> f"{volume * 1e18:.1f} um3"                     # 4e-18/Pa x 5 N x 10 m
         '200.0 um3'
     """
-    given = {
-        "velocity": velocity,
-        "law": law,
-        "path": path,
-        "friction": friction,
-        "wears": wears,
-        "thermal": thermal,
-        "thickest": thickest,
-        "tolerance": tolerance,
-        "max_iterations": max_iterations,
-        "save": save,
-        "checkpoint": checkpoint,
-        "hardness": hardness,
-        "adhesion": adhesion,
-        "shear_strength": shear_strength,
-    }
-    make = lambda count: RubExperiment.of(body, indenter, control, times, grid, substeps=count, **given)
+    make = lambda count: RubExperiment.of(
+        body, indenter, control, times, grid, substeps=count, velocity=velocity, law=law, path=path, friction=friction,
+        wears=wears, thermal=thermal, thickest=thickest, tolerance=tolerance, max_iterations=max_iterations, save=save,
+        checkpoint=checkpoint, hardness=hardness, adhesion=adhesion, shear_strength=shear_strength,
+    )  # fmt: skip
     history: RubbingHistory = refined(make, substeps, _noted, _is_short)
     announce(history, stacklevel=2)
     return history
@@ -207,8 +191,6 @@ class RubExperiment(Experiment):
     friction: Any
     thermal: Thermal | None
     thickest: Any
-    adhesion: Adhesion | None
-    shear_strength: Any
     wears: str = static()
     exchanged: bool = static()
 
@@ -227,7 +209,6 @@ class RubExperiment(Experiment):
         friction: Any = 0.0,
         thermal: Thermal | None = None,
         thickest: Any = None,
-        adhesion: Any = None,
         shear_strength: Any = None,
         wears: str = "film",
         **given: Any,
@@ -254,10 +235,8 @@ class RubExperiment(Experiment):
                 f"{'indenter material' if exchanged else 'body'}: expected one Layer of a thickness that is a number or"
                 " (nx, ny) in rub",
             )
-        valid, adhesive = valid & check_adhesion(adhesion), adhesion is not None
-        valid = valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
         experiment = Experiment.of(
-            body, indenter, control, times, grid, film_map=film_map, adhesive=adhesive, **given
+            body, indenter, control, times, grid, film_map=film_map, shear_strength=shear_strength, **given
         )
         if experiment.indenter.surface() is not None:
             moves, warms = (
@@ -321,14 +300,10 @@ class RubExperiment(Experiment):
             cell = grid.spacing[0] if grid.plane_strain else jnp.minimum(*grid.spacing)
             thickest = jnp.maximum(2.0 * jnp.max(film_map.values), REACH * cell)  # type: ignore[union-attr]
         valid = valid & checks.positive("thickest [m]", thickest)
-        values = as_float64((velocity, path, law, friction, thermal, thickest, adhesion, shear_strength))
-        names = ("velocity", "path", "law", "friction", "thermal", "thickest", "adhesion", "shear_strength")
-        return cls(
-            **vars(experiment.also(valid)),
-            **dict(zip(names, values, strict=True)),
-            wears=wears,
-            exchanged=exchanged,
+        own = dict(
+            velocity=velocity, path=path, law=law, friction=friction, thermal=thermal, thickest=thickest
         )
+        return cls(**vars(experiment.also(valid)), **as_float64(own), wears=wears, exchanged=exchanged)
 
     @property
     def moves(self) -> bool:
@@ -356,7 +331,7 @@ class RubExperiment(Experiment):
 
         # speed and length of way of the inner steps: in place from the velocity, else constant between two times
         dt, when = fine_steps(self.times, substeps), fine_values(self.times, substeps)
-        time_fields = {"times": self.times}
+        time_fields = {"times": self.times} | self.tabor_number
         if self.path is None:
             start, end = at_fine_times(over_times(self.velocity, self.times), substeps)
             before, after, mean = speed_of(start), speed_of(end), mean_speed(start, end)
@@ -374,19 +349,15 @@ class RubExperiment(Experiment):
                 track = Track(self.indenter, grid, self.path[0], scale.length)
                 time_fields["position"] = self.path
 
-        # the temperature that the heat of friction causes, and the law of adhesion
+        # the temperature that the heat of friction causes
         heated, thermal = None, self.thermal
         if thermal is not None:
             rises = coefficients_at_rest(grid.shape, grid.spacing) / thermal.conductivity
             response = spectral.kernel_spectrum(rises)
             heated = Heated(response, thermal.ambient, thermal.share, thermal.shift)
-        contact = self.contact(scale)
-        if self.adhesion is not None:
-            contact["law"] = Attraction(self.adhesion.scaled(scale.length, scale.compliance), grid.periodic)
-            time_fields["tabor_number"] = tabor_numbers(self.adhesion, self)
         stepper = RubStepper(
             memory,
-            **contact,
+            **self.contact(scale),
             kinetics=self.law,
             friction=self.friction,
             strength=self.shear_strength,

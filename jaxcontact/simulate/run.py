@@ -33,7 +33,8 @@ from jaxcontact._support.status import LARGEST_ERROR, LARGEST_STEP_ERROR, REFINE
 from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, checked_body
 from jaxcontact.bodies.controls import Control, Load, check_control
 from jaxcontact.bodies.grid import Grid, check_grid
-from jaxcontact.bodies.laws import Adhesion, check_hardness
+from jaxcontact.bodies.laws import Adhesion, check_adhesion, check_hardness, check_shear_strength
+from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.contact.law import Hardness
 from jaxcontact.history.memory import walls_beside
 from jaxcontact.history.motion import TooFewSubstepsError
@@ -86,7 +87,8 @@ class Experiment:
 
     kernels: given by the user or built by ``with_kernels``, None until then. valid: whether the values that jax traces are
     in range, (), None where all values are known. film_map: the thickness of a film that varies in the plane, or None; the
-    layer of ``body`` has its largest thickness. hardness: of surfaces that yield [Pa], or None.
+    layer of ``body`` has its largest thickness. hardness: of surfaces that yield [Pa], or None. adhesion: a law, or None;
+    shear_strength: of an adhesive contact [Pa], a number or (nx, ny), or None.
     """
 
     body: LayeredHalfSpace
@@ -100,6 +102,8 @@ class Experiment:
     valid: Array | None
     film_map: ThicknessMap | None
     hardness: Array | None
+    adhesion: Adhesion | None
+    shear_strength: Array | None
     save: Save = static()
     substeps: int = static()
     correspondence: str = static()
@@ -123,18 +127,20 @@ class Experiment:
         checkpoint: str = "pressures",
         film_map: ThicknessMap | None = None,
         hardness: Any = None,
-        adhesive: bool = False,
+        adhesion: Any = None,
+        shear_strength: Any = None,
     ) -> Self:
-        """Check the arguments that all public functions have in common; ValueError for what cannot be computed.
-
-        adhesive: whether surfaces attract each other, so that loads may be negative.
-        """
+        """Check the arguments that several public functions have in common; ValueError for what cannot be computed."""
         # 1. Each argument by itself.
         times = untupled(times)
         body, valid = checked_body(body)
         valid = valid & check_grid(grid)
         indenter, good = checked_indenter(indenter, grid)
         valid = valid & good & checks.not_decreasing("times [s]", times)
+        # surfaces that attract each other can be pulled, by a negative load
+        adhesive = adhesion is not None
+        valid = valid & check_adhesion(adhesion)
+        valid = valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
         valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
         if hardness is not None:
             valid = valid & check_hardness(hardness, grid.shape)
@@ -189,21 +195,25 @@ class Experiment:
             highest = jnp.mean(profile_over_film(indenter, grid, film_map))
             valid = valid & check_approach_range(control, highest, on_base)
 
-        body, indenter, control, times, grid, tolerance, film_map, hardness = as_float64(
-            (body, indenter, control, times, grid, tolerance, film_map, hardness)
+        numbers = as_float64(
+            dict(
+                body=body,
+                indenter=indenter,
+                control=control,
+                times=times,
+                grid=grid,
+                tolerance=tolerance,
+                film_map=film_map,
+                hardness=hardness,
+                adhesion=adhesion,
+                shear_strength=shear_strength,
+            )
         )
         return cls(
-            body=body,
-            indenter=indenter,
-            control=control,
-            times=times,
-            grid=grid,
-            tolerance=tolerance,
+            **numbers,
             max_iterations=jnp.asarray(max_iterations, int),
             kernels=kernels,
             valid=None if valid is True else jnp.asarray(valid),
-            film_map=film_map,
-            hardness=hardness,
             save=save,
             substeps=substeps,
             correspondence=correspondence,
@@ -276,11 +286,32 @@ class Experiment:
         """The control, scaled: the sum of pressures or the approach."""
         return scale.from_si("load" if self.load_controlled else "approach", self.control.value)
 
+    def attraction(self, scale: Scale) -> Attraction:
+        """Return the law of adhesion, scaled, on the cells of the grid."""
+        assert self.adhesion is not None
+        return Attraction(self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic)
+
+    @property
+    def tabor_number(self) -> dict[str, Array]:
+        """The field ``tabor_number`` of the result, none without adhesion: of a ball with the compliance of the surface at
+        each time, (nt,), and nan of other indenters."""
+        if self.adhesion is None:
+            return {}
+        since = self.times - self.times[0]
+        if not isinstance(self.indenter, Sphere):
+            return {"tabor_number": jnp.full(since.shape, jnp.nan)}
+        compliance = short_wave_compliance(self.body, since)
+        compliance = compliance + self.indenter.compliance_of_short_waves(since)
+        return {"tabor_number": self.adhesion.tabor_number(self.indenter.radius, 2.0 / compliance)}
+
     def contact(self, scale: Scale) -> dict[str, Any]:
-        """Return the arguments that every stepper has in common; ``law`` among them only for surfaces that yield."""
-        law = {}
+        """Return the arguments that every stepper has in common; ``law`` only for surfaces that yield or attract each
+        other, since hard contact is the law of a stepper that is given none."""
+        law: dict[str, Any] = {}
         if self.hardness is not None:
             law = {"law": Hardness(scale.from_si("pressure", self.hardness))}
+        if self.adhesion is not None:
+            law = {"law": self.attraction(scale)}
         return {
             "profile": self.profile / scale.length,
             "tolerance": self.tolerance,
@@ -369,17 +400,6 @@ def fine_values(values: Array, substeps: int) -> Array:
     before = jnp.concatenate([values[:1], values[:-1]])
     share = (jnp.arange(1, substeps + 1) / substeps).reshape(-1, *[1] * (values.ndim - 1))
     return before[:, None] + (values - before)[:, None] * share
-
-
-def tabor_numbers(law: Adhesion, experiment: Experiment) -> Array:
-    """Return the Tabor number of a ball with the compliance of the surface at each time, (nt,); nan without a ball."""
-    times, indenter = experiment.times, experiment.indenter
-    if not isinstance(indenter, Sphere):
-        return jnp.full(times.shape, jnp.nan)
-    since = times - times[0]
-    compliance = short_wave_compliance(experiment.body, since)
-    compliance = compliance + indenter.compliance_of_short_waves(since)
-    return law.tabor_number(indenter.radius, 2.0 / compliance)
 
 
 # The march: its plan, the compiled program of all its steps, and the choice of ``substeps="auto"``.

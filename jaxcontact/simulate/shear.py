@@ -22,15 +22,14 @@ from jaxcontact.bodies.controls import (
     check_tangential,
 )
 from jaxcontact.bodies.grid import Grid, check_free_along_x
-from jaxcontact.bodies.laws import Adhesion, check_adhesion, check_shear_strength
-from jaxcontact.contact.adhesive import Attraction
+from jaxcontact.bodies.laws import Adhesion
 from jaxcontact.history.friction_step import ShearStepper
 from jaxcontact.history.memory import TractionMemory, with_indenter
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.kernels import TractionKernels, build_traction
 from jaxcontact.results.contact import ShearHistory, ShearStep
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.run import Experiment, Plan, Save, fine_values, refined, tabor_numbers
+from jaxcontact.simulate.run import Experiment, Plan, Save, fine_values, refined
 
 
 def shear(
@@ -107,18 +106,11 @@ def shear(
         >>> f"{np.sqrt(sticking/touching):.2f} of the contact radius sticks"   # Mindlin: (1 - 0.5)^(1/3)
         '0.79 of the contact radius sticks'
     """
-    given = {
-        "tolerance": tolerance,
-        "max_iterations": max_iterations,
-        "save": save,
-        "checkpoint": checkpoint,
-        "tangential": tangential,
-        "friction": friction,
-        "coupled": coupled,
-        "adhesion": adhesion,
-        "shear_strength": shear_strength,
-    }
-    make = lambda count: Shearing.of(body, indenter, control, times, grid, substeps=count, **given)
+    make = lambda count: Shearing.of(
+        body, indenter, control, times, grid, substeps=count, tolerance=tolerance, max_iterations=max_iterations, save=save,
+        checkpoint=checkpoint, tangential=tangential, friction=friction, coupled=coupled, adhesion=adhesion,
+        shear_strength=shear_strength,
+    )  # fmt: skip
     history: ShearHistory = refined(make, substeps)
     announce(history, stacklevel=2)
     return history
@@ -126,12 +118,10 @@ def shear(
 
 @pytree
 class Shearing(Experiment):
-    """Pressing and shearing; tangential, friction, coupled, adhesion and shear_strength: as given to ``shear``."""
+    """Pressing and shearing; tangential, friction and coupled: as given to ``shear``."""
 
     tangential: TangentialControl
     friction: Array
-    adhesion: Adhesion | None
-    shear_strength: Array | None
     coupled: bool = static()
 
     @classmethod
@@ -141,17 +131,12 @@ class Shearing(Experiment):
         tangential: TangentialControl,
         friction: Any,
         coupled: bool = True,
-        adhesion: Any = None,
-        shear_strength: Any = None,
         **given: Any,
     ) -> Self:
         """Check the arguments of ``shear``; contact and given: the arguments of ``Experiment.of``."""
-        # What all verbs have in common, and adhesion.
-        adhesive, valid = adhesion is not None, check_adhesion(adhesion)
-        experiment = Experiment.of(*contact, adhesive=adhesive, **given)
-        valid = valid & check_shear_strength(shear_strength, experiment.grid.shape, adhesive=adhesive)
+        experiment = Experiment.of(*contact, **given)
         checks.require(
-            not (adhesive and coupled),
+            experiment.adhesion is None or not coupled,
             "coupled: expected False with adhesion, got True: the traction is computed without its effect on the pressure",
         )
 
@@ -159,11 +144,10 @@ class Shearing(Experiment):
         check_free_along_x(experiment.grid, "shear")
         for each in experiment.surfaces:
             check_bonded(each, "shear")
-        valid = valid & check_tangential(tangential, experiment.times.size)
+        valid = check_tangential(tangential, experiment.times.size)
         experiment = experiment.also(valid & check_friction(friction, experiment.grid.shape))
-        names = ("tangential", "friction", "adhesion", "shear_strength")
-        own = as_float64((tangential, friction, adhesion, shear_strength))
-        return cls(**vars(experiment), **dict(zip(names, own, strict=True)), coupled=bool(coupled))
+        own = as_float64({"tangential": tangential, "friction": friction})
+        return cls(**vars(experiment), **own, coupled=bool(coupled))
 
     def with_kernels(self) -> Self:
         """Return the experiment with the kernels of tractions."""
@@ -179,13 +163,9 @@ class Shearing(Experiment):
         kernels: TractionKernels = self.kernels
         scale = kernels.normal.scale
 
-        # With adhesion a law of attraction in the place of hard contact, and the shear strength at each cell.
-        time_fields, contact, strength = {"times": self.times}, self.contact(scale), None
+        # With adhesion the shear strength at each cell.
+        strength = None
         if self.adhesion is not None:
-            contact["law"] = Attraction(
-                self.adhesion.scaled(scale.length, scale.compliance), self.grid.periodic
-            )
-            time_fields["tabor_number"] = tabor_numbers(self.adhesion, self)
             strength = 0.0 if self.shear_strength is None else self.shear_strength
             strength = scale.from_si("pressure", jnp.broadcast_to(strength, self.grid.shape))
 
@@ -196,7 +176,7 @@ class Shearing(Experiment):
             tangential_load_controlled=load_given,
             coupled=self.coupled,
             strength=strength,
-            **contact,
+            **self.contact(scale),
         )
 
         # The tangential control at the inner steps, (nt, substeps, 2).
@@ -204,4 +184,5 @@ class Shearing(Experiment):
         at_times = jnp.broadcast_to(scale.from_si(name, self.tangential.value), (self.times.size, 2))
         targets = jnp.stack([fine_values(at_times[:, axis], self.substeps) for axis in (0, 1)], -1)
         steps, errors = self.steps(scale, targets), kernels.errors(self.duration)
-        return Plan(stepper, steps, scale, errors, time_fields, {"grid": self.grid}, ShearHistory, ShearStep)
+        known = {"times": self.times} | self.tabor_number, {"grid": self.grid}
+        return Plan(stepper, steps, scale, errors, *known, ShearHistory, ShearStep)

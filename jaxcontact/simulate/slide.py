@@ -26,11 +26,8 @@ from jaxcontact.bodies.grid import Grid
 from jaxcontact.bodies.laws import (
     Adhesion,
     Thermal,
-    check_adhesion,
-    check_shear_strength,
     check_thermal,
 )
-from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.contact.law import Hardness
 from jaxcontact.history.growth_step import Heated, in_reduced_time, reduced
 from jaxcontact.history.memory import BothSurfaces, Memory, Motion, Shift, moving_memory, with_indenter
@@ -54,7 +51,7 @@ from jaxcontact.operators.heat import Solid, rise_coefficients
 from jaxcontact.operators.kernels import Kernels, friction_kernels, friction_kernels_of_indenter, joint_errors
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined, tabor_numbers
+from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined
 from jaxcontact.simulate.temperature import check_peclet
 
 TRUNCATION_LIMIT = 0.01  # largest truncation bound, over the largest approach so far
@@ -159,20 +156,11 @@ def slide(
         >>> bool(history.tangential_force[-1] > 0.0)             # a force that resists the motion
         True
     """
-    given = {
-        "tolerance": tolerance,
-        "max_iterations": max_iterations,
-        "save": save,
-        "kernels": kernels,
-        "checkpoint": checkpoint,
-        "velocity": velocity,
-        "friction": friction,
-        "thermal": thermal,
-        "adhesion": adhesion,
-        "hardness": hardness,
-        "shear_strength": shear_strength,
-    }
-    make = lambda count: Sliding.of(body, indenter, control, times, grid, substeps=count, **given)
+    make = lambda count: Sliding.of(
+        body, indenter, control, times, grid, substeps=count, tolerance=tolerance, max_iterations=max_iterations, save=save,
+        kernels=kernels, checkpoint=checkpoint, velocity=velocity, friction=friction, thermal=thermal, adhesion=adhesion,
+        hardness=hardness, shear_strength=shear_strength,
+    )  # fmt: skip
     history: SlidingHistory = refined(make, substeps)
     announce(history, stacklevel=2)
     return history
@@ -185,8 +173,6 @@ class Sliding(Experiment):
     velocity: Array
     friction: Array | None
     thermal: Thermal | None
-    adhesion: Adhesion | None
-    shear_strength: Array | None
 
     @classmethod
     def of(  # type: ignore[override]
@@ -205,13 +191,11 @@ class Sliding(Experiment):
         **given: Any,
     ) -> Self:
         """Check the arguments of ``slide``; given: further arguments of ``Experiment.of``."""
-        adheres = check_adhesion(adhesion)
         checks.require(
             adhesion is None or thermal is None,
             "thermal: expected None with adhesion, got Thermal: the heat of the pressure that contact carries is available"
             " in rub alone",
         )
-        adheres = adheres & check_shear_strength(shear_strength, grid.shape, adhesive=adhesion is not None)
         friction = 0.0 if friction is None and shear_strength is not None else friction
         experiment = Experiment.of(
             body,
@@ -219,7 +203,8 @@ class Sliding(Experiment):
             control,
             times,
             grid,
-            adhesive=adhesion is not None,
+            adhesion=adhesion,
+            shear_strength=shear_strength,
             **given,
         )
         velocity = as_array(velocity)
@@ -248,10 +233,8 @@ class Sliding(Experiment):
             )
             valid = valid & check_peclet(experiment.grid, velocity, thermal.diffusivity)
         rubs = check_sliding_friction(friction, experiment.grid, experiment.body, experiment.indenter)
-        valid = valid & adheres & rubs
-        names = ("velocity", "friction", "thermal", "adhesion", "shear_strength")
-        own = as_float64((velocity, friction, thermal, adhesion, shear_strength))
-        return cls(**vars(experiment.also(valid)), **dict(zip(names, own, strict=True)))
+        own = as_float64({"velocity": velocity, "friction": friction, "thermal": thermal})
+        return cls(**vars(experiment.also(valid & rubs)), **own)
 
     def planned(self) -> Plan:
         """Return the march: the memory of a moving body, the heat of friction, and the motion in the inner steps."""
@@ -307,18 +290,14 @@ class Sliding(Experiment):
             heating = Heating(heated, self.friction * speed * scale.unit("pressure"))
 
         stepper = SlideStepper(memory, **contact, farthest=farthest, heating=heating)
-        time_fields, result_class = {"velocity": over_times(self.velocity, self.times)}, sliding_history
-        if self.adhesion is not None:
-            law = Attraction(self.adhesion.scaled(scale.length, scale.compliance), grid.periodic)
-            stepper = replace(stepper, law=law)
-            time_fields["tabor_number"], result_class = (
-                tabor_numbers(self.adhesion, self),
-                adhesive_sliding_history,
-            )
+        time_fields = {
+            "times": self.times,
+            "velocity": over_times(self.velocity, self.times),
+        } | self.tabor_number
+        result_class = sliding_history if self.adhesion is None else adhesive_sliding_history
         fixed_fields = {"grid": grid, "friction": jnp.broadcast_to(friction, grid.shape)}
         if shear is not None:
             fixed_fields["shear_strength"] = jnp.broadcast_to(strength, grid.shape)
-        time_fields["times"] = self.times
         return Plan(
             stepper, self.steps(scale, motion), scale, errors, time_fields, fixed_fields, result_class
         )

@@ -24,9 +24,9 @@ from jaxcontact._support.status import Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, separate_map
 from jaxcontact.bodies.controls import Approach, Control
 from jaxcontact.bodies.grid import Grid
-from jaxcontact.bodies.laws import Adhesion, check_adhesion, check_shear_strength
+from jaxcontact.bodies.laws import Adhesion
 from jaxcontact.contact import nonsymmetric
-from jaxcontact.contact.adhesive import Attraction, Drag
+from jaxcontact.contact.adhesive import Drag
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
 from jaxcontact.history.memory import Observer, RecursiveMemory, Shift, phase_and_loss
@@ -48,7 +48,7 @@ from jaxcontact.operators.kernels import (
 from jaxcontact.operators.operator import Family, Operator, series_entries
 from jaxcontact.response.stack import creeps_far, is_fluid
 from jaxcontact.results.contact import SteadySliding, with_totals
-from jaxcontact.simulate.run import Experiment, reported, tabor_numbers
+from jaxcontact.simulate.run import Experiment, reported
 
 # The displacement under an indenter in steady sliding, as one operator on its pressure.
 #
@@ -368,7 +368,7 @@ def spectrum_on_grid(
 
 @pytree
 class FilmWake:
-    """The wake over a film whose thickness varies across the track; the methods are those of ``Wake``.
+    """The wake over a film whose thickness varies across the track; its methods are those of ``Wake`` that depend on it.
 
     terms: the wakes of the terms of the series, with a first axis (n, ...); one: that of a film of one thickness, for all
     that does not depend on the thickness; shares: T_0, T_1, ... at each cell, (n, nx, ny); film: the strain of the film.
@@ -378,30 +378,6 @@ class FilmWake:
     one: Wake
     shares: Array
     film: VaryingFilmStrain
-
-    @property
-    def kernels(self) -> Kernels:
-        return self.one.kernels
-
-    @property
-    def ratio(self) -> Array:
-        return self.one.ratio
-
-    @property
-    def periodic(self) -> spectral.Periodic:
-        return self.one.periodic
-
-    @property
-    def direction(self) -> Array:
-        return self.one.direction
-
-    def symbols(self) -> Array:
-        """As ``Wake`` does."""
-        return self.one.symbols()
-
-    def drift(self, total: Array) -> Array:
-        """As ``Wake`` does; zero, since the base is elastic."""
-        return jnp.zeros(())
 
     def operator(self, symbols: Array) -> Operator:
         """As ``Wake`` does."""
@@ -416,13 +392,13 @@ class FilmWake:
 
     def film_strain(self, symbols: Array, pressure: Array) -> Array:
         """As ``Wake`` does, with a film that is as thick everywhere as at its deepest point."""
-        history = spectral.convolve(self.one.film_history(symbols), pressure, self.periodic)
+        history = spectral.convolve(self.one.film_history(symbols), pressure, self.one.periodic)
         weights = jnp.stack([self.film.weights[0], jnp.ones(())])
         return replace(self.film, weights=weights).strain(pressure, history[None])
 
     def _varying(self, spectra: Array, circulant: Array) -> Operator:
         entries = series_entries(len(spectra))
-        return Operator(spectra, circulant, self.shares[1:], periodic=self.periodic, entries=entries)
+        return Operator(spectra, circulant, self.shares[1:], periodic=self.one.periodic, entries=entries)
 
 
 def film_wake_of(experiment: Experiment, kernels: Kernels, velocity: Array, thickness: Array) -> FilmWake:
@@ -604,14 +580,11 @@ def slide_steady(
     name, shape = type(control).__name__, np.shape(getattr(control, "value", 0.0))
     checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
     body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
-    solver = {"tolerance": tolerance, "max_iterations": max_iterations, "kernels": kernels}
-    valid = valid & check_adhesion(adhesion)
-    adhesive = adhesion is not None
-    valid = valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
     friction = 0.0 if friction is None and shear_strength is not None else friction
     experiment = Experiment.of(
-        body, indenter, control, np.zeros(1), grid, film_map=film_map, adhesive=adhesive, **solver
-    )
+        body, indenter, control, np.zeros(1), grid, tolerance=tolerance, max_iterations=max_iterations, kernels=kernels,
+        film_map=film_map, adhesion=adhesion, shear_strength=shear_strength,
+    )  # fmt: skip
     valid = valid & check_steady(experiment, experiment.body, velocity)
     valid = valid & check_sliding_friction(friction, grid, experiment.body, experiment.indenter)
     flows = experiment.indenter.flows()
@@ -645,8 +618,7 @@ def slide_steady(
                 f" to {float(change):g}: the film would move through the frame of the indenter; rub with path= computes it",
             )
     experiment = experiment.also(valid)
-    given = as_float64((velocity, friction, adhesion, shear_strength))
-    result, errors = _run(experiment.with_kernels(), *given)
+    result, errors = _run(experiment.with_kernels(), *as_float64((velocity, friction)))
     return reported(result, errors, experiment)
 
 
@@ -686,13 +658,7 @@ def _tilts_or_thins(grid: Grid, body: LayeredHalfSpace) -> bool:
 
 
 @functools.partial(Program, work=lambda experiment, *_: 8.0 * experiment.work)
-def _run(
-    experiment: Experiment,
-    velocity: Array,
-    friction: Array | None,
-    adhesion: Adhesion | None,
-    shear_strength: Array | None,
-) -> tuple[SteadySliding, Errors]:
+def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SteadySliding, Errors]:
     """Solve the steady contact and compute all fields of its result; compiled once for equal shapes and flags."""
     # the wake: the response of a body that pressure in this place has passed over for ever
     vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
@@ -703,7 +669,8 @@ def _run(
         wake = film_wake_of(experiment, kernels, cells_per_second, experiment.film_map.values)
     else:
         wake = wake_of(experiment.body, grid, kernels, cells_per_second, across=velocity.ndim > 0)
-    scale, symbols, direction = wake.kernels.scale, wake.symbols(), wake.direction
+    one = wake.one if isinstance(wake, FilmWake) else wake
+    scale, symbols, direction = one.kernels.scale, one.symbols(), one.direction
     operator = wake.operator(symbols)
 
     # the traction moves the surface too: in one operator with the pressure or, with adhesion, separately as a drag, which
@@ -711,14 +678,14 @@ def _run(
     sheared_wake, drag, mu = None, None, jnp.zeros(()) if friction is None else friction
     if friction is not None and not isinstance(wake, FilmWake):
         wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
-        coefficient = friction if adhesion is None else jnp.ones(())
+        coefficient = friction if experiment.adhesion is None else jnp.ones(())
         of_body = friction_kernels(experiment.body, experiment.indenter, wide, scale, coefficient)
         of_indenter = friction_kernels_of_indenter(experiment.indenter, grid, scale, coefficient)
         sheared_wake = FrictionWake(wake, of_body, direction, of_indenter)
-        if adhesion is None:
+        if experiment.adhesion is None:
             operator = sheared_wake.added_to(operator)
         else:
-            strength = jnp.zeros(()) if shear_strength is None else shear_strength
+            strength = jnp.zeros(()) if experiment.shear_strength is None else experiment.shear_strength
             strength = scale.from_si("pressure", strength)
             drag = Drag(replace(operator, spectra=sheared_wake.spectrum()[None]), mu, strength)
 
@@ -732,11 +699,11 @@ def _run(
     target, solver = experiment.target(scale), (experiment.tolerance, experiment.max_iterations)
     problem = Problem(operator, profile, target, jnp.min(profile), experiment.load_controlled)
     adheres: dict[str, Array] = {}
-    if adhesion is None:
+    if experiment.adhesion is None:
         start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))
         solution = solve_contact(problem, start, *solver)
     else:
-        law = Attraction(adhesion.scaled(scale.length, scale.compliance), grid.periodic)
+        law = experiment.attraction(scale)
         problem = replace(problem, law=law, drag=drag)
         solution, _, adhesion_numbers = solve_step(
             problem, jnp.zeros_like(profile), initial_adhesion(law, profile), *solver
@@ -744,8 +711,7 @@ def _run(
         adheres = {
             "contact_pressure": solution.carried,
             "cohesive_cells": adhesion_numbers["cohesive_cells"],
-            "tabor_number": tabor_numbers(adhesion, experiment)[0],
-        }
+        } | {name: values[0] for name, values in experiment.tabor_number.items()}
     status = status_of(problem, solution, experiment.tolerance, experiment.edges)
     status = with_no_steady_state(status, experiment, experiment.body, vector)
     status = most_serious((jnp.asarray(experiment.indenter.flows()), Status.NOT_STEADY), status=status)
@@ -765,10 +731,10 @@ def _run(
         moved = pressed if sheared_wake is None else pressed + sheared_wake.displacement_of_indenter(sheared)
         strain = indenter.observe(eta, p, zero)["film_strain"]
         shown = {"indenter_displacement": moved, "indenter_film_strain": strain}
-    observer = Observer.of(experiment.indenter.profile(grid) / scale.length, wake.ratio, wake.periodic)
+    observer = Observer.of(experiment.indenter.profile(grid) / scale.length, one.ratio, one.periodic)
     pushed, centre, leading = observer.surface(p, direction)
     hysteresis, lost = zero, wake.lost_power(symbols, p)
-    if wake.kernels.rates.size:
+    if one.kernels.rates.size:
         # a wall at the contact, as of a punch, has no slope on the grid: there by the work of the force in the steady state
         speed = jnp.sqrt(jnp.maximum(jnp.sum(cells_per_second**2), AT_REST**2))
         by_slopes = observer.hysteresis(p, displaced, direction)
@@ -784,7 +750,7 @@ def _run(
             "lateral_force": pushed,
             "hysteresis_force": hysteresis,
             "coulomb_force": zero if sheared_wake is None else sheared_wake.coulomb_force(sheared),
-            "approach_drift": wake.drift(jnp.sum(p))
+            "approach_drift": one.drift(jnp.sum(p))
             + (zero if sheared_wake is None else sheared_wake.drift(sheared)),
             "pressure_centre": centre,
             "leading_peak": leading,

@@ -106,7 +106,7 @@ def test_long_cylinder_has_the_line_contacts_width_and_pressure_in_its_middle():
     assert float(jnp.sum(middle > 0) * grid.spacing[0]) == pytest.approx(2 * a, rel=0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_pressure_at_a_sharp_edge_grows_as_one_over_the_root_of_the_cell():
     """Of a flat strip of width 2 a, p = P'/(pi sqrt(a^2 - x^2)): K. L. Johnson, Contact Mechanics (1985), section 2.8."""
     a, width, edges = 1e-4, 1e-3, []
@@ -164,7 +164,9 @@ ONE, TWO = [(9.3, 29.0)], [(5.0, 6.0), (27.0, 34.0)]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("lowest", "load"), [(ONE, 4.0), (TWO, 4.0), ([(16.0, 20.0)], 120.0)])
+@pytest.mark.parametrize(
+    ("lowest", "load"), [pytest.param(ONE, 4.0, marks=pytest.mark.long), (TWO, 4.0), ([(16.0, 20.0)], 120.0)]
+)
 def test_the_window_changes_nothing_but_the_cost(lowest, load):
     """A contact off the middle, two that no window holds, one that outgrows it: solution and tangent."""
     problem = problem_at(lowest, load)
@@ -231,7 +233,7 @@ def test_no_contact_and_zero_load():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("control", [jc.Load(20.0), jc.Approach(2e-6)])
+@pytest.mark.parametrize("control", [pytest.param(jc.Load(20.0), marks=pytest.mark.long), jc.Approach(2e-6)])
 def test_unit_systems_agree(control):
     """SI, mm-N-MPa and nm-nN-GPa give one dimensionless result to 1e-10."""
     film = jc.Burgers(1e9, 3e8, 1e11, 5e10, 0.35)

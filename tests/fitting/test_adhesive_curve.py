@@ -222,7 +222,7 @@ def test_a_curve_without_pull_off_or_of_another_kind_is_refused():
         fitted(plain, jc.ExponentialAdhesion(WORK, 1e-9))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_intervals_of_modulus_and_work_cover_the_truth():
     """300 simulated curves of short range: the 95 % intervals contain the truth in 92 to 98 %."""
     inside = []

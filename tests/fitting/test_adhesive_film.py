@@ -96,7 +96,7 @@ def test_a_curve_on_a_film_gives_back_modulus_work_and_contact_point(ratio, thic
     assert fit.nuisances["contact_point"][0] == pytest.approx(SHIFT, abs=0.01 * UNITS.approach)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("ratio, thickness", [(0.1, 0.5)])
 def test_intervals_on_a_film_cover_the_truth(ratio, thickness):
     """60 simulated curves; with a coverage of 95 %, 52 intervals or more hold the truth with a probability of 99.8 %."""

@@ -142,7 +142,7 @@ def test_what_has_no_posterior_is_refused(monkeypatch):
         fitting.posterior(good)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_indentation_with_its_contact_point_has_the_density_of_a_grid():
     """depth^(3/2) = 3 (1 - nu)/(8 sqrt R) P J(t) under a step of load, and a shift of all depths."""
     R, P = 5e-6, 1e-8

@@ -143,7 +143,14 @@ def test_lines_of_blocks_are_series():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["pressure", "gap", "contact"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "pressure",
+        pytest.param("gap", marks=pytest.mark.long),
+        pytest.param("contact", marks=pytest.mark.long),
+    ],
+)
 def test_every_field_finds_the_modulus_and_the_shift_of_hertz(name):
     data = contact_data()
     data = dataclasses.replace(data, fields={name: data.fields[name]})
@@ -159,10 +166,8 @@ def test_every_field_finds_the_modulus_and_the_shift_of_hertz(name):
     assert fit.to_dict()["parameters"] == {"G_Pa": fit.values["G"]}
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "blur", [pytest.param(0.0, marks=pytest.mark.long), 1.5], ids=["white", "correlated"]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("blur", [0.0, 1.5], ids=["white", "correlated"])
 def test_the_standard_deviation_of_a_fit_is_the_scatter_of_repeated_fits(blur):
     rng, clean, logs, sds = np.random.default_rng(3), seen(IMAGE)[0], [], []
     for _ in range(60):

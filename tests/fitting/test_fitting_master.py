@@ -124,7 +124,10 @@ def test_a_held_parameter_stays():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "row",
-    [pytest.param(row, marks=pytest.mark.long if "2 %" in row else ()) for row in master_coverage.ROWS],
+    [
+        pytest.param(row, marks=() if "relaxation" in row else pytest.mark.long)
+        for row in master_coverage.ROWS
+    ],
 )
 def test_intervals_hold_the_truth(row):
     """The full table, with 200 sets a row, is made by tests/benchmarks/master_coverage.py; here 50 sets, in which a

@@ -151,7 +151,7 @@ def test_the_summary_the_dictionary_and_the_figure(tmp_path):
     assert bottom.get_xlabel().startswith("depth below the contact point [")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_intervals_hold_the_modulus_and_the_contact_point():
     held = np.zeros(2)
     clean, count = hertz(Z * DEEP), 120

@@ -310,7 +310,7 @@ def test_a_table_over_the_depth_does_not_begin_far_above_the_sample(shape, seeds
         assert np.all((low < truth) & (truth < high)) and np.all(np.abs(found / truth - 1.0)[1:] < 0.15)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("noise, size", [("constant", 0.001), ("correlated", 0.003)])
 def test_intervals_of_the_modulus_over_the_depth_hold_it(noise, size):
     """Of 40 simulated curves at least 85 % of the intervals hold the true modulus at each depth: three standard errors
@@ -350,10 +350,10 @@ def test_the_command_fits_a_pyramid(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("parameter", "noise", "name"),
     [
-        pytest.param(None, 0.0002, "JKR", marks=pytest.mark.slow),
+        pytest.param(None, 0.0002, "JKR", marks=pytest.mark.long),
         (1.0, 0.003, "Maugis"),
-        pytest.param(0.05, 0.003, "DMT", marks=pytest.mark.slow),
-        pytest.param(None, 0.01, "cannot tell", marks=pytest.mark.slow),
+        pytest.param(0.05, 0.003, "DMT", marks=pytest.mark.long),
+        pytest.param(None, 0.01, "cannot tell", marks=pytest.mark.long),
     ],
 )
 def test_the_contact_model_follows_from_the_tabor_number(parameter, noise, name):

@@ -321,7 +321,7 @@ def test_what_cannot_be_fitted_is_refused(data, options, message):
         fitting.fit_growth(data, **options)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "row", [pytest.param("constant, estimated", marks=pytest.mark.long), "relative, estimated"]
 )
@@ -378,7 +378,7 @@ def test_the_shell_fits_several_files(tmp_path, capsys):
         main(["growth", files[0], "--stress", "1e8", "--temperature", "0", "-o", str(tmp_path / "c")])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_fit_in_a_contact_repeats_the_notes_of_the_solver():
     """A grid with a contact of few cells, and a film that is compressed by more than a fifth of its thickness."""
     film = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e8, 0.3), 0.0)], jc.Elastic(80e9, 0.3))

@@ -137,7 +137,7 @@ def test_unloading_is_tings():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("rates", [None, np.array([9.0, 0.7])])
+@pytest.mark.parametrize("rates", [pytest.param(None, marks=pytest.mark.long), np.array([9.0, 0.7])])
 def test_unloading_has_exact_slopes(rates):
     """The Jacobian through t1(t) against central differences; times that are sought, and times that are given."""
     t, depth, load = unloading(61)
@@ -201,7 +201,7 @@ def test_optimum_and_intervals_are_those_of_scipy():
             np.testing.assert_allclose(height / rise, 1.0, rtol=1e-2)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_intervals_cover_the_truth():
     """60 seeds of 0.5 % noise: each interval holds the truth as often as a 95 % one should (binomial, 3 sd)."""
     found = [fit(hold(noise=0.005, seed=seed), weights="relative") for seed in range(60)]
@@ -376,7 +376,7 @@ def test_no_start_finds_a_lower_minimum(seed):
     assert f"{agreed} of {sought} starts converged to this minimum" in found.summary()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_another_number_of_points_does_not_compile_again_and_a_turn_takes_few_runs():
     """Depth up and down again: thousands of forward runs, each number of points with programs of its own, in the past."""
     counts, rng = [], np.random.default_rng(0)

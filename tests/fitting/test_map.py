@@ -191,7 +191,7 @@ def test_arguments_that_do_not_fit_together_are_refused():
     assert few.verdict[0] == "failed" and "at least 10 points" in few.reasons[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_thin_sample_and_a_cone_of_a_map_are_those_of_fit_force():
     depth, force = thin(0.5, 1.5)
     loads = np.array([noisy(force, seed) for seed in range(4)])

@@ -65,7 +65,7 @@ def test_design_states_which_second_depth_would_tell():
     assert fitting.relaxation_cause(pair, indenter=BEAD).cause == "poroelastic"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS[:2])
 def test_the_second_depth_that_design_states_tells_most_gels_and_a_smaller_one_does_not(kind):
     ratios, told, smaller = designs(2, seed=5, kinds=(kind,))[kind]

@@ -346,9 +346,8 @@ def random_body(rng):
     return jc.LayeredHalfSpace(tuple(layers), material(rng.random() < 0.3))
 
 
-@pytest.mark.parametrize(
-    "count", [pytest.param(3, marks=pytest.mark.slow), pytest.param(40, marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("count", [40])
 def test_random_bodies_against_interface_conditions_and_de_hoogs_inversion(count):
     rng = np.random.default_rng(22)
     for _ in range(count):
@@ -382,7 +381,7 @@ ON_MELT = {  # with the longest relaxation time [s], and the error after 500 of 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long if "standard" in name else ()) for name in ON_MELT]
+    "name", [pytest.param(name, marks=() if name == "on a melt" else pytest.mark.long) for name in ON_MELT]
 )
 def test_layers_over_what_flows_against_interface_conditions_and_de_hoogs_inversion(name):
     """The sum of products and its images, up to a thousand relaxation times, at all wavenumbers from a thousandth of 1/h:
@@ -480,10 +479,8 @@ CREEPING = {  # with the largest error of derivatives of the sum of products, an
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if "fluid" in name else pytest.mark.long) for name in CREEPING]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", CREEPING)
 def test_images_of_creeping_bodies_have_the_derivatives_of_the_response(name):
     """By every leaf of film and base, at first and later, from waves of a thousand thicknesses on: first of the sum of
     products, then of its images, against those of the exact response; in reverse mode as in forward mode."""

@@ -274,7 +274,7 @@ def pressed(approach, kernels=None):
     return jc.indent(COATED, BALL, jc.Approach(approach), [0.0], grid=WIDE, kernels=kernels)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_design_under_jit_says_that_its_film_is_strained():
     """Newton's method for an approach at which the load is 100 N; the film is 0.3 um shorter for each um of approach."""
 

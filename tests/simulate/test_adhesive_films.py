@@ -95,7 +95,7 @@ CREEPING = jc.StandardLinearSolid(0.9 * G, 0.45 * G, 0.45 * G, nu=0.45)
     [
         (False, SOFT),
         pytest.param(True, CREEPING, marks=pytest.mark.slow),
-        pytest.param(False, CREEPING, marks=pytest.mark.slow),
+        pytest.param(False, CREEPING, marks=pytest.mark.long),
     ],
     ids=["approach", "load, creeping", "approach, creeping"],
 )

@@ -97,7 +97,7 @@ def test_without_attraction_it_is_the_contact_without_adhesion():
             np.testing.assert_allclose(getattr(weak, name), expected, atol=atol, err_msg=name)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_without_friction_and_where_all_slips_it_is_steady_sliding():
     """On a solid that creeps and is compressible, whose pressure the traction changes; there ``slide_steady`` finds the
     traction together with the pressure."""
@@ -120,7 +120,7 @@ def test_without_friction_and_where_all_slips_it_is_steady_sliding():
     assert changed > 0.02 * float(expected.pressure.max()) and float(expected.hysteresis_power) > 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_what_cannot_be_solved_has_a_status():
     alone = {"law": SMOOTH, "grid": SMALL, "coupled": False}
     few = rolled(SOFT, BALL, NEAR, (0.1, 0.0), 0.3, 0.0, max_iterations=2, **alone)

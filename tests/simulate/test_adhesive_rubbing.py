@@ -57,7 +57,7 @@ def test_without_wear_it_is_the_contact_at_rest_and_wear_is_that_of_the_pressure
     assert work == pytest.approx(0.3 * SPEED * np.trapezoid(forces, TIMES), rel=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_shear_strength_acts_on_all_that_touches_beside_friction_and_drives_growth():
     """Work: the strength times the way times the area in contact, here of the cells whose gap is zero. Growth by shear
     stress at a given temperature: exp(-(Q - tau V)/(k T)) times the rate, in contact alone, without friction."""

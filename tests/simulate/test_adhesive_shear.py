@@ -64,7 +64,7 @@ def test_a_contact_that_sticks_is_a_disc_and_one_that_slips_carries_friction_on_
     np.testing.assert_allclose(slid.pressure[1], held.pressure[1], atol=1e-6 * float(held.pressure.max()))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_function_that_saves_sees_the_pressure_that_contact_carries():
     """The net pressure plus the attraction at a gap of zero, w/z, less where it is linear to a neighbour with a gap."""
     grid, path = jc.Grid.square(16, 6.0 * UNITS.radius), moved([0.0, 0.1])
@@ -79,7 +79,7 @@ def test_a_function_that_saves_sees_the_pressure_that_contact_carries():
     assert none.saved is None
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_constant_shear_strength_slips_from_the_edge_as_a_cohesive_zone():
     """A ring c < r < a at the strength around a disc that sticks, at nu = 0 (the mode II counterpart of D. Maugis, J.
     Colloid Interface Sci. 150 (1992) 243, with 4 G* in place of E*, 1/G* = 2/G):
@@ -128,7 +128,7 @@ def test_the_loop_of_a_cycle_is_the_work_of_friction_and_too_large_a_load_slips(
         assert int(sheared(push, 0.0, tau, grid=run.grid).status[1]) == status
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_vanishing_attraction_leaves_the_contact_without_and_a_contact_that_is_pulled_off_lets_go():
     weak = jc.ExponentialAdhesion(1e-7 * WORK, 0.05 * REACH)
     path = moved([0.0, 0.02, 0.03])
@@ -145,8 +145,8 @@ def test_a_vanishing_attraction_leaves_the_contact_without_and_a_contact_that_is
     assert np.all(away.traction[-1] == 0.0) and float(away.tangential_load[-1, 0]) == 0.0
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("forced", [pytest.param(False, marks=pytest.mark.long), True])
+@pytest.mark.long
+@pytest.mark.parametrize("forced", [False, True])
 def test_derivatives_are_those_of_central_differences(forced):
     """On a creeping solid in partial slip: by modulus, work and range of the attraction, friction, shear strength, approach
     or load, and what shears."""

@@ -310,7 +310,7 @@ def test_derivatives_of_a_slide_with_friction_are_those_of_central_differences()
     np.testing.assert_allclose(jax.jit(jax.jacrev(of))(at), forward, atol=1e-6 * np.abs(forward).max())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("velocity", [0.7, -0.7])
 def test_the_speed_of_a_steady_slide_has_no_effect_on_an_elastic_body(velocity):
     """The derivative by the speed is zero in forward mode too, in which the contact with friction is a linear system whose

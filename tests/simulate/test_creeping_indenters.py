@@ -195,8 +195,8 @@ def test_friction_under_a_creeping_ball_on_a_stiff_flat_is_that_of_a_stiff_ball_
     assert np.max(np.abs(same.pressure - expected.pressure)) > 0.1 * np.max(same.pressure)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("friction", [MU[0], pytest.param(MU[1], marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("friction", MU[:2])
 def test_slide_with_friction_of_two_creeping_surfaces_tends_to_slide_steady(friction):
     body, ball = as_body(solid(1.5)), jc.Sphere(R, coated())
     times = np.array([0.0, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 12.0])
@@ -209,8 +209,8 @@ def test_slide_with_friction_of_two_creeping_surfaces_tends_to_slide_steady(fric
         np.testing.assert_allclose(a, b, rtol=0.0, atol=rtol * np.max(np.abs(b)), err_msg=name)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("steady", [True, pytest.param(False, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("steady", [True, False])
 def test_gradients_of_friction_under_a_creeping_ball(steady):
     """By the ball's moduli and viscosity, and the coefficient: both modes and central differences."""
 
@@ -291,7 +291,7 @@ SHEARED = (
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("coupled", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("coupled", [pytest.param(False, marks=pytest.mark.long), True])
 @pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.long)])
 def test_shear_of_two_equal_bodies_is_that_on_twice_the_compliance(material, coupled):
     expected = sheared(as_body(material(0.5)), jc.Sphere(R), coupled=False)
@@ -319,7 +319,7 @@ def test_shear_of_a_creeping_ball_on_a_stiff_base_is_the_opposite_one_of_a_stiff
         )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rub_under_a_creeping_ball_is_the_wear_of_a_stiff_ball_on_the_solid():
     """Where all of the deformation is the ball's, a film that wears and an indenter that wears open the same gap."""
     law, given = jc.Archard(4e-12), {"velocity": 1.0, "grid": GRID, "substeps": 4}
@@ -388,16 +388,8 @@ def sheared_in_steps(body, ball, grid):
     return found.pressure[-1], found.tangential_displacement[-1, 0], found.indenter_film_strain[-1]
 
 
-@pytest.mark.parametrize(
-    "verb",
-    [
-        pytest.param(pressed, marks=pytest.mark.slow),
-        pytest.param(sheared_in_steps, marks=pytest.mark.long),
-        pytest.param(rolled_for_ever, marks=pytest.mark.long),
-        pytest.param(slid, marks=pytest.mark.long),
-        pytest.param(slid_for_ever, marks=pytest.mark.long),
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("verb", [pressed, sheared_in_steps, rolled_for_ever, slid, slid_for_ever])
 def test_derivatives_by_each_leaf_of_the_indenters_material(verb):
     """Both modes against central differences, in relative changes of film, thickness and base of a coated ball."""
     grid = jc.Grid.square(n=12, width=2.2e-3)
@@ -429,7 +421,14 @@ def test_derivatives_by_each_leaf_of_the_indenters_material(verb):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("material", [solid(), burgers(), coated()])
+@pytest.mark.parametrize(
+    "material",
+    [
+        pytest.param(solid(), marks=pytest.mark.long),
+        pytest.param(burgers(), marks=pytest.mark.long),
+        coated(),
+    ],
+)
 def test_a_grid_around_holds_the_contact_of_a_creeping_ball(material):
     """The estimate is made with the largest compliance of the ball, so that the contact is a part of the width."""
     grid = jc.Grid.around(as_body(solid()), jc.Sphere(R, material), LOADS, TIMES, n=24)
@@ -477,16 +476,9 @@ def rolled(body, ball, **given):
     return jc.roll_steady(body, ball, STEADY, **given)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("material", "coupled"),
-    [
-        (burgers, False),
-        pytest.param(burgers, True, marks=pytest.mark.long),
-        pytest.param(coated, False, marks=pytest.mark.long),
-        (coated, True),
-    ],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("coupled", [False, True])
+@pytest.mark.parametrize("material", [burgers, coated])
 def test_rolling_of_two_equal_rollers_is_that_on_twice_the_compliance(material, coupled):
     """The couplings of two equal solids cancel: with them, too, the contact is that of one body without coupling. With and
     without spin."""

@@ -58,7 +58,7 @@ def creep(t):
     return 1.0 + delayed, t + (t - delayed)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_batch_of_hardnesses_is_one_after_the_other():
     """Two that yield and one that does not, pressed and unloaded, with their derivatives; one out of range."""
     run = lambda hardness: press(jc.Load(np.array([100.0, 300.0, 100.0])), hardness=hardness)
@@ -351,7 +351,7 @@ def test_hardness_of_a_film_that_wears_in_place():
     assert np.all(np.diff(np.asarray(worn.peak_dent)) >= 0.0)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_hardness_gradients_of_a_track():
     """By forward and reverse mode and by differences, for load, hardness, radius and velocity."""
     weights = np.random.default_rng(1).random((32, 32))

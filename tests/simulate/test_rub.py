@@ -158,6 +158,7 @@ def test_a_step_that_is_too_long_says_so():
     assert int(thick.status[-1]) == jc.Status.TOO_THICK
 
 
+@pytest.mark.long
 def test_automatic_substeps_of_a_law_that_is_too_stiff_for_one():
     """Wear of a cylinder that one step between two times cannot follow: against many short steps."""
     law, times = jc.Archard(2e-17), np.array([0.0, 50.0, 100.0])
@@ -197,6 +198,7 @@ def test_a_law_of_a_user_adds_to_others():
     assert np.all(off <= run.step_error + 1e-15) and run.step_error[-1] < 50 * off.max()
 
 
+@pytest.mark.long
 def test_derivatives_by_law_load_and_speed():
     """Forward and reverse mode, and central differences, of final thickness and pressure."""
     point = jnp.array([1e-9, 2e-20, 4e-30, 5e-18, 50.0, 0.1])
@@ -305,6 +307,7 @@ def warmed(film, thermal, times, **options):
 
 
 @pytest.mark.filterwarnings("ignore:the time steps have an estimated error")  # which both runs share
+@pytest.mark.long
 def test_a_body_at_one_temperature_has_the_times_of_the_shifted_material():
     """At rest the contact is at ambient temperature: ln a_T = E/k (1/T - 1/T0), and log10 a_T of WLF."""
     times = np.linspace(0.0, 8.0, 5)

@@ -10,7 +10,7 @@ GRID, BALL, LOAD = jc.Grid.square(16, 400e-6), jc.Sphere(5e-3), jc.Load(0.5)
 BODIES = [jc.LayeredHalfSpace([], MAXWELL), jc.LayeredHalfSpace([jc.Layer(MAXWELL, 2e-5)], MAXWELL)]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")
 def test_shear_of_a_layer_on_its_own_material():
     times, push = [0.0, 0.3, 0.6], jc.TangentialLoad([[0.0, 0.0], [0.05, 0.0], [0.1, 0.02]])
@@ -108,7 +108,7 @@ def test_rolling_on_a_layer_on_its_own_material():
     np.testing.assert_allclose(plain.approach, elastic.approach, rtol=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")
 def test_an_inaccurate_response_is_told_by_steady_states_with_friction():
     """A plate on an incompressible fluid layer on steel, all far thinner than the contact: it sinks at rates as the sixth

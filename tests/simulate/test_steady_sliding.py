@@ -230,7 +230,7 @@ def test_exponential_integral():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("speed", [3.2e-8, 1e-7])
+@pytest.mark.parametrize("speed", [pytest.param(3.2e-8, marks=pytest.mark.long), 1e-7])
 def test_a_half_space_that_relaxes_as_the_contact_passes(ball, film, speed):
     """The operator is far from symmetric; the sets of active cells alone cycle for ever. Also (vx, vy) as a tuple."""
     for material in (film, jc.StandardLinearSolid(film.G1, film.G2, film.eta2)):

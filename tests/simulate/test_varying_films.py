@@ -178,7 +178,7 @@ def test_no_film_at_all_is_the_bare_base():
     np.testing.assert_allclose(none.pressure, bare.pressure, atol=1e-6 * bare.pressure.max())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_pressure_converges_with_the_grid():
     """Of a flat punch in full contact with a wavy film, which no edge of contact makes rough; on a periodic grid."""
 
@@ -211,8 +211,8 @@ def test_relief_enters_the_gap_and_growth_raises_the_surface():
     np.testing.assert_allclose(touch.gap[0], ball - bump - lowest + ball.min(), atol=1e-15)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("over_times", [pytest.param(False, marks=pytest.mark.long), True])
+@pytest.mark.long
+@pytest.mark.parametrize("over_times", [False, True])
 def test_derivatives_by_the_map(over_times):
     """Along a direction in the space of maps: forward, reverse, central differences."""
     grid = GRIDS["plane strain"]
