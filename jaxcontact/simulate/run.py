@@ -2,7 +2,7 @@
 
 The stages of every public function that computes a history:
 
-1. ``Experiment.of`` of its class checks the arguments, raises each ``ValueError``, and converts numbers to float64;
+1. ``Experiment.of`` of its class checks the arguments, which raises ``ValueError``, and converts numbers to float64;
 2. ``with_kernels`` builds the response of the body on the grid, in compiled programs of their own;
 3. ``planned`` makes a ``Plan``: the stepper and the input of its steps, scaled. ``history.time_loop`` computes the steps, in
    one compiled program (``marched``), or in blocks for ``jaxcontact run --resume`` (``blocks``);
