@@ -386,7 +386,7 @@ def test_a_drag_is_subtracted_before_the_contact_model_is_chosen():
     unsaid = fitting.fit_force(dragged, **given)
     for name in ("G", "work"):
         assert known.values[name] == pytest.approx(plain.values[name], rel=0.01)
-        assert read.values[name] == pytest.approx(plain.values[name], rel=0.01)
+        assert read.values[name] == pytest.approx(plain.values[name], rel=0.02)
     assert known.verdict == read.verdict == "accepted"
     assert any("error of the drag" in note for note in read.notes)
     assert any('drag="fit" subtracts it' in note for note in unsaid.notes)
