@@ -586,8 +586,11 @@ def check_signs(data: IndentationData, radius: float) -> None:
         )
 
 
-def read_pull_off(data: IndentationData) -> PullOff:
-    """Return what an adhesive force curve tells without a model; ValueError for a curve without a pull-off."""
+def read_pull_off(data: IndentationData, zero_sd: float = 0.0) -> PullOff:
+    """Return what an adhesive force curve tells without a model; ValueError for a curve without a pull-off.
+
+    zero_sd: standard deviation of the zero of the load [N].
+    """
     marks, load = data.segments, data.load
     back = np.flatnonzero(marks == "retract")
     spread = sample_noise(load)
@@ -616,14 +619,17 @@ def read_pull_off(data: IndentationData) -> PullOff:
         x = x / max(float(np.ptp(x)), 1e-300)
         A = np.stack([np.ones(x.size), x, x**2], -1)
         force = -float(np.min(A @ np.linalg.lstsq(A, after[near], rcond=None)[0]))
-    return PullOff(force, *_work(depth, after, on, spread), contact)
+    return PullOff(force, *_work(depth, after, on, spread, zero_sd), contact)
 
 
 def _work(
-    depth: np.ndarray, load: np.ndarray, contact: np.ndarray, spread: float
+    depth: np.ndarray, load: np.ndarray, contact: np.ndarray, spread: float, zero_sd: float
 ) -> tuple[float, float, float]:
-    """Return the work of the tension, its standard deviation for noise that is independent from point to point, and its
-    largest error from the depth at which the contact breaks, which is half way to the next point or up to that from it."""
+    """Return the work of the tension, its standard deviation, and its largest error from the depth at which the contact
+    breaks, which is half way to the next point or up to that from it.
+
+    The standard deviation is that of noise ``spread`` that is independent from point to point and of the zero of the load.
+    """
     on = np.flatnonzero(contact)
     tension = np.flatnonzero(load[on] < 0.0)
     on = on[tension[0] :] if tension.size else on[:0]
@@ -634,7 +640,8 @@ def _work(
     half = 0.5 * abs(float(depth[on[-1]] - depth[on[-1] + 1])) if on[-1] + 1 < depth.size else 0.0
     weights[-1] += half
     end = half * float(np.median(np.abs(load[on[-IN_A_ROW:]])))
-    return -float(weights @ load[on]), float(spread * np.sqrt(np.sum(weights**2))), end
+    sd = np.hypot(spread * np.sqrt(np.sum(weights**2)), zero_sd * np.sum(weights))
+    return -float(weights @ load[on]), float(sd), end
 
 
 CLOCK = Wanted("t", ("time", "step time"))

@@ -696,7 +696,7 @@ def read_adhesive(
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
     data, zero_sd = zeroed(data)
     check_signs(data, float(ball.radius))
-    seen = read_pull_off(data)
+    seen = read_pull_off(data, zero_sd)
     return data, zero_sd, seen, *indentation_weights(data, seen.contact, "depth", weights, sigma)
 
 

@@ -145,6 +145,8 @@ def choose_contact_model(
     # Maugis's theory, whose strength and work give the Tabor number with its interval, and the limits for comparison.
     known = None if bounds is None else {name: pair for name, pair in bounds.items() if name == "G"}
     instrument = Instrument(contact_point="fit")
+    # errors that follow the load are estimated in elastic fits alone: points out of contact have no weight here
+    weights = None if weights == "estimated" else weights
     fitted = functools.partial(
         fit_adhesive, turned, body=body, instrument=instrument, weights=weights, sigma=sigma, bounds=known, level=level,
     )  # fmt: skip

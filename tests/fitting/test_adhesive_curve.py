@@ -104,6 +104,16 @@ def test_the_interval_has_the_error_of_the_zero_of_the_load():
         assert variance[0] == pytest.approx(variance[1] + shift**2, rel=0.05)
 
 
+def test_the_work_of_separation_has_the_error_of_the_zero_of_the_load():
+    """By the work of the same curve with a load that is counted from another zero."""
+    data, error = force_curve(None, noise=0.002, n=400), 0.01 * UNITS.load
+    moved = read_pull_off(dataclasses.replace(data, load=data.load + error))
+    alone, both = read_pull_off(data), read_pull_off(data, error)
+    assert both.work == alone.work
+    assert both.work_sd == pytest.approx(math.hypot(alone.work_sd, moved.work - alone.work), rel=0.03)
+    assert both.work_sd > 5.0 * alone.work_sd
+
+
 @pytest.mark.slow
 def test_a_known_contact_point_tells_the_strength_of_the_attraction():
     fit = fitted(force_curve(1.0, noise=0.003), "fit", contact_point=SHIFT)

@@ -372,6 +372,27 @@ def test_the_contact_model_follows_from_the_tabor_number(parameter, noise, name)
     assert json.loads(fit.to_json())["contact_model"]["possible"] == list(found.possible)
 
 
+def test_the_command_chooses_a_contact_model(tmp_path, capsys):
+    data = force_curve(1.0, 0.003, n=120)
+    rows = "".join(
+        f"{t:.9g},{P:.9g},{d:.9g}\n" for t, P, d in zip(data.t, data.load, data.depth, strict=True)
+    )
+    (tmp_path / "curve.csv").write_text("Time (s),Load (N),Depth (m)\n" + rows)
+    words = [
+        "fit",
+        "force",
+        str(tmp_path / "curve.csv"),
+        "--radius",
+        "5e-6",
+        "--adhesion",
+        "auto",
+        "-o",
+        str(tmp_path / "out"),
+    ]
+    assert main(words) == 0
+    assert "contact model: Maugis" in capsys.readouterr().out
+
+
 @pytest.mark.slow
 def test_a_drag_is_subtracted_before_the_contact_model_is_chosen():
     """A constant force of 5 % of the unit of load, against the motion: the fit is that of the curve without it."""
@@ -386,7 +407,7 @@ def test_a_drag_is_subtracted_before_the_contact_model_is_chosen():
     unsaid = fitting.fit_force(dragged, **given)
     for name in ("G", "work"):
         assert known.values[name] == pytest.approx(plain.values[name], rel=0.01)
-        assert read.values[name] == pytest.approx(plain.values[name], rel=0.01)
+        assert read.values[name] == pytest.approx(plain.values[name], rel=0.02)
     assert known.verdict == read.verdict == "accepted"
     assert any("error of the drag" in note for note in read.notes)
     assert any('drag="fit" subtracts it' in note for note in unsaid.notes)
