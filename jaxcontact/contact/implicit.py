@@ -13,9 +13,9 @@ linear in its leaves, so that dK p is the operator of the tangent. ``custom_line
 solve, so forward and reverse mode and their compositions all follow from this one rule.
 
 A cell that is just entering or leaving contact (p = 0 and g = 0) counts as outside, so that the derivative is the one-sided
-derivative with the cell outside. Without contact the derivative of the pressure is zero, except by a load of zero, which can
-only grow: the lowest cell carries what is added to it. There the approach is the lowest point of the surface less that of
-the profile. A derivative whose linear solve fails is nan.
+derivative with the cell outside. Without contact the derivative of the pressure is zero. Under a load of zero the approach
+is the lowest point of the surface less that of the profile; without history its derivative is zero. A derivative whose
+linear solve fails is nan.
 
 With adhesion (``contact.adhesive``) the set of cells that touch is constant, in the others the attraction follows the gap,
 and the tangent is that of Newton's method, found by conjugate gradients for the displacement. Under the given control it is
@@ -296,18 +296,14 @@ def _moved_contact(problem: Problem, solution: Solution, change: Problem) -> tup
         dp = share * free + solve_in_contact(problem, mask, -(forcing + share * operator(free)))
         # <free, K dp + forcing> = d approach sum free, with K^T free in place of the convolution of dp
         d_approach = jnp.sum(operator.transpose()(free) * dp + free * forcing) * over_total
-        dp = dp + _first_pressure(problem, p, target)
-
-    lifted = operator(dp)
-    if problem.load_controlled:
-        # Without contact the approach is that of first touch, above the first pressure; where the law prescribes the
-        # pressure of every cell in contact it is not determined, and its derivative is nan.
-        without = _first_touch(problem, change, lifted)
+        # Without contact the approach is that of first touch; where the law prescribes the pressure of every cell in
+        # contact it is not determined, and its derivative is nan.
+        without = _first_touch(problem, change)
         if law.prescribes:
             without = jnp.where(jnp.any(law.touching(p)), jnp.nan, without)
         d_approach = jnp.where(total > 0.0, d_approach, without)
 
-    du = forcing - change.gap + lifted
+    du = forcing - change.gap + operator(dp)
     zero = jnp.zeros_like(solution.error), no_tangent(solution.iterations)
     tangent = Solution(dp + prescribed, du, d_approach, *zero)
     return replace(solution, pressure=p, displacement=u, approach=approach), tangent
@@ -318,16 +314,9 @@ def no_tangent(a: Array) -> np.ndarray:
     return np.zeros(jnp.shape(a), jax.dtypes.float0)
 
 
-def _first_touch(problem: Problem | SlipProblem, change: Problem | SlipProblem, lifted: Array) -> Array:
-    """Return the tangent of the approach at a load of zero (``normal.approach_of``); lifted: the displacement due to the
-    first pressure, (nx, ny)."""
-    return (change.gap + lifted).ravel()[jnp.argmin(problem.gap)] - change.lowest
-
-
-def _first_pressure(problem: Problem | SlipProblem, p: Array, target: Array) -> Array:
-    """Return the change of the pressure with the change of a load of zero: all of it is carried by the lowest cell."""
-    first = jnp.zeros(p.size).at[jnp.argmin(problem.gap)].set(1.0).reshape(p.shape)
-    return jnp.where(jnp.any(p > 0.0), 0.0, target) * first
+def _first_touch(problem: Problem | SlipProblem, change: Problem | SlipProblem) -> Array:
+    """Return the tangent of the approach at a load of zero (``normal.approach_of``), zero without history."""
+    return change.gap.ravel()[jnp.argmin(problem.gap)] - change.lowest
 
 
 @jax.custom_jvp
@@ -390,7 +379,7 @@ def _moved_solution(problem: Problem, found: Solution, change: Problem) -> Solut
     return Solution(
         apart(dp, nowhere),
         apart(du + forcing - change.gap, nowhere),
-        apart(d_approach, _first_touch(problem, change, nowhere)),
+        apart(d_approach, _first_touch(problem, change)),
         jnp.zeros_like(found.error),
         no_tangent(found.iterations),
         apart(jnp.where(held, dp + attraction, 0.0), nowhere),
@@ -442,7 +431,6 @@ def _solve_partial_slip_jvp(primals, tangents):
     dp, total = jnp.zeros_like(p), jnp.sum(p)
     if load_controlled:
         dp = p * jnp.where(total > 0.0, change.target / jnp.where(total > 0.0, total, 1.0), 0.0)
-        dp = dp + _first_pressure(problem, p, change.target)
     dq = space.traction(jnp.zeros((2, *p.shape)), problem.coefficient * dp + change.coefficient * p)
     if sum_given:
         dq = dq + space.free.uniform(change.tangential_target)
@@ -467,7 +455,7 @@ def _solve_partial_slip_jvp(primals, tangents):
     if sum_given:
         d_shift = space.free.push(jnp.sum(space.free.along(followed[:2]), (1, 2)))
     if load_controlled:
-        without = _first_touch(problem, change, lifted.normal)
+        without = _first_touch(problem, change)
         d_approach = jnp.where(jnp.any(p > 0.0), masked_mean(followed[2], p > 0.0), without)
 
     along, tangential_shift, normal_shift, normal = jax.tree.map(jnp.add, by_operator, lifted)
