@@ -264,7 +264,7 @@ def fitted_together(
         ))  # fmt: skip
         found = {name: np.asarray(values) for name, values in program()(stacked).items()}
         return [
-            concluded(one, {name: v[k] for name, v in found.items()}, nu) for k, (_, one) in enumerate(some)
+            concluded(one, {name: v[k] for name, v in found.items()}) for k, (_, one) in enumerate(some)
         ]
 
     pieces = [ready[first : first + batch] for first in range(0, len(ready), batch)]
@@ -285,7 +285,7 @@ def in_threads(run: Callable, pieces: Sequence[Any], threads: int, done: Callabl
             raise
 
 
-def concluded(one: Curve, found: dict[str, np.ndarray], nu: float) -> dict[str, Any] | None:
+def concluded(one: Curve, found: dict[str, np.ndarray]) -> dict[str, Any] | None:
     """Return numbers, verdict, reason and notes of a fit of the program, None where it is in doubt."""
     test = one.test
     contact, data = test.seen.contact, test.data

@@ -375,7 +375,7 @@ def fit_spectrum(
     fields = vars(quality) | _spectrum(found, tau, quality.widening, level)
     return SpectrumFit(
         **fields, material=material, data=data, weights=sample.label, level=level,
-        notes=(*data.notes, *flat, *sample.noise_notes(solved, assessment), *quality.doubts),
+        notes=(*data.notes, *flat, *sample.noise_notes(assessment), *quality.doubts),
         curve=sample.curve(solved.kept),
     )  # fmt: skip
 

@@ -103,10 +103,10 @@ class Tests(NamedTuple):
         values = [part.sample.measured / part.unit for part in self.parts]
         return "response", "-", np.concatenate([part.sample.t for part in self.parts]), np.concatenate(values)
 
-    def noise_notes(self, solved: Solved, assessment: Assessment) -> tuple[str, ...]:
+    def noise_notes(self, assessment: Assessment) -> tuple[str, ...]:
         """Return notes on standard deviations that were stated for a test and are contradicted by its error scale, the
         square of which is chi2 per degree of freedom."""
-        n, p, notes = solved.residual.size, assessment.evidence.p, []
+        n, p, notes = assessment.evidence.residuals.size, assessment.evidence.p, []
         for part, s in zip(self.parts, self.errors, strict=True):
             dof = part.sample.t.size * (1.0 - p / n)
             side = verdict.contradicted(float(s) ** 2 * dof, dof) if part.sample.known else 0

@@ -771,7 +771,7 @@ def copies(t: np.ndarray, measured: np.ndarray, fitted: np.ndarray) -> float:
 
 
 def compared(
-    residual: np.ndarray, Q: np.ndarray, weighted: np.ndarray, labels: np.ndarray, p: int, known: bool
+    residual: np.ndarray, weighted: np.ndarray, labels: np.ndarray, p: int, known: bool
 ) -> Runs:
     """Return the differences of runs (n,) from the weighted residuals (n,) about a fit to all of them.
 

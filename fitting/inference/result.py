@@ -420,7 +420,7 @@ def conclude(problem: FitProblem, solved: Solved) -> Conclusion:
     names = {place: name for name, place in structure.where.items()}
     sd_log = dict.fromkeys(parameters, math.inf)
     sd_log |= {names[place]: float(v) for place, v in zip(log.places, log.sd, strict=True)}
-    said = *getattr(data, "notes", ()), *sample.noise_notes(solved, assessment), *quality.doubts, *notes
+    said = *getattr(data, "notes", ()), *sample.noise_notes(assessment), *quality.doubts, *notes
     together = inseparable(slopes, [space.names[i] for i in free], identified)
     common = Fit(
         **vars(quality),  # every field of ``Evidence``

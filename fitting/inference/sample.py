@@ -132,8 +132,7 @@ class Sample(NamedTuple):
         labels = None if self.final else noise.runs_of(self.t, self.blocks)
         order, blocks = np.arange(residual.size), self.blocks
         if labels is not None and real:
-            Q = basis(slopes[:, solved.inside])
-            runs = noise.compared(residual, Q, self.weights * fitted, labels, p, self.known)
+            runs = noise.compared(residual, self.weights * fitted, labels, p, self.known)
             residual = residual - runs.offset
             blocks = self.blocks * (int(labels.max()) + 1) + labels
             order = np.argsort(blocks, kind="stable")
@@ -283,7 +282,7 @@ class Sample(NamedTuple):
         """Return whether weighted residuals exceed rounding; otherwise they carry no information."""
         return float(residual @ residual) > EXACT * self.size
 
-    def noise_notes(self, solved: "Solved", assessment: "Assessment") -> tuple[str, ...]:
+    def noise_notes(self, assessment: "Assessment") -> tuple[str, ...]:
         """Return notes on the noise of the points: the two terms of an estimated error, or the bias of the weights."""
         deviation = assessment.evidence.noise
         if self.known or self.label == "relative":

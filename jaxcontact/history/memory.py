@@ -439,10 +439,8 @@ def phase_and_loss(shape: tuple[int, int], shift: Shift, ratio: Array | float) -
     mx, my = shape
     m = 2.0 * jnp.pi * jnp.fft.fftfreq(mx)
     highest = (jnp.arange(mx) == mx // 2) & (mx % 2 == 0)
-    phase, loss = (
-        jnp.where(highest, 0.0, m) * shift.x,
-        jnp.where(highest, jnp.abs(m), 0.0) * distance(shift.x),
-    )
+    phase = jnp.where(highest, 0.0, m) * shift.x
+    loss = jnp.where(highest, jnp.abs(m), 0.0) * distance(shift.x)
     if shift.y is None:
         return phase[None], loss[None]
     n = 2.0 * jnp.pi * jnp.fft.rfftfreq(my) / ratio

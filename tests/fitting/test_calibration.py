@@ -123,7 +123,7 @@ def test_joined_runs_that_vary_by_any_amount_hold_the_truth_as_often_as_stated(m
             factor = 0.01 * rng.standard_normal(m)
             y = clean * (1.0 + factor[labels]) + sigma * rng.standard_normal(t.size)
             found, *_ = np.linalg.lstsq(X, y, rcond=None)
-            runs = noise.compared((X @ found - y) / sigma, Q, X @ found / sigma, labels, 2, True)
+            runs = noise.compared((X @ found - y) / sigma, X @ found / sigma, labels, 2, True)
             one = noise.Noise(0.0, 0.0, 0.0, True, np.ones(1), np.eye(2)[None], Q.T @ X / sigma, np.inf, 0.0)
             one = noise.between_runs(one, runs, Q, X @ found / sigma, np.arange(t.size))
             rise = one.rises(np.array([[0.0], [1.0]]), 0.95)[0]  # of the sum of squares
