@@ -694,6 +694,11 @@ def read_adhesive(
     and the weights (n,) [1/N] of the points, 0 out of contact, with their label."""
     if not isinstance(data, IndentationData):
         raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
+    if weights not in (None, "absolute"):
+        raise ValueError(
+            f'weights: expected None, "absolute" or sigma with adhesion, got {weights!r}: a load that changes its sign'
+            " has no error in proportion to it"
+        )
     data, zero_sd = zeroed(data)
     check_signs(data, float(ball.radius))
     seen = read_pull_off(data, zero_sd)

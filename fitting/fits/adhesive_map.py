@@ -263,9 +263,7 @@ def fitted_together(
             for field in Row._fields
         ))  # fmt: skip
         found = {name: np.asarray(values) for name, values in program()(stacked).items()}
-        return [
-            concluded(one, {name: v[k] for name, v in found.items()}) for k, (_, one) in enumerate(some)
-        ]
+        return [concluded(one, {name: v[k] for name, v in found.items()}) for k, (_, one) in enumerate(some)]
 
     pieces = [ready[first : first + batch] for first in range(0, len(ready), batch)]
     in_threads(batch_of, pieces, threads, lambda some, found: done([i for i, _ in some], found))

@@ -525,7 +525,7 @@ def fit_indentation(
             grow, or "depth".
         weights: "absolute" (one error for all points; the default without a sigma), "proportional", "relative" or
             "estimated" (standard deviation (a^2 + (b y)^2)^(1/2) of the response y, estimated from the data and then
-            from the residuals).
+            from the residuals); with adhesion "absolute" alone.
         sigma: in place of weights, the standard deviation of depth [m] or load [N], a number or (n,); by default the
             standard deviation that the data carry, if any.
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.

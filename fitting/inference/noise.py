@@ -770,9 +770,7 @@ def copies(t: np.ndarray, measured: np.ndarray, fitted: np.ndarray) -> float:
     return t.size / size.size if copied else 1.0
 
 
-def compared(
-    residual: np.ndarray, weighted: np.ndarray, labels: np.ndarray, p: int, known: bool
-) -> Runs:
+def compared(residual: np.ndarray, weighted: np.ndarray, labels: np.ndarray, p: int, known: bool) -> Runs:
     """Return the differences of runs (n,) from the weighted residuals (n,) about a fit to all of them.
 
     weighted (n,): fitted values times their weights, which a common factor of a run changes in proportion. The ratio of

@@ -224,6 +224,10 @@ def test_a_curve_without_pull_off_or_of_another_kind_is_refused():
         ValueError, match="model: expected Elastic with a fit of the work of adhesion, got 'Maxwell'"
     ):
         fitting.fit_indentation(plain, jc.Maxwell, indenter=BALL, nu=NU, control="depth", adhesion="fit")
+    with pytest.raises(
+        ValueError, match=r"weights: expected None, .absolute. or sigma with adhesion, got 'estimated'"
+    ):
+        fitted(plain, weights="estimated")
     with pytest.raises(ValueError, match="tau: expected none with a fit of the work of adhesion"):
         fitted(plain, tau=[1.0])
     with pytest.raises(ValueError, match="adhesion: expected a Sphere, got Cone"):
