@@ -39,11 +39,11 @@ class Rows(NamedTuple):
     """Rows of inner steps.
 
     steps: input of the stepper, a pytree with leading axes (rows, substeps); exists: False for rows that only fill the last
-    block, which are skipped, (rows,).
+    block, which are skipped, (rows,); None where there are none.
     """
 
     steps: Any
-    exists: Array
+    exists: Array | None
 
 
 class Outcome(NamedTuple):
@@ -78,6 +78,7 @@ class March(NamedTuple):
 
 Keep = Callable[[Outcome], Outcome]
 PRESSURES = jax.checkpoint_policies.save_only_these_names(KEPT)
+FEW_ROWS = 8  # number of rows up to which all may be in one block
 
 
 class Stepper(abc.ABC):
@@ -149,7 +150,10 @@ def march(stepper: Stepper, state: March, rows: Rows, kept: Keep) -> tuple[March
         return jax.lax.scan(jax.checkpoint(inner, policy=PRESSURES), begun, steps)[0]
 
     def outer(state: March, given: Rows) -> tuple[March, Outcome]:
-        state = jax.lax.cond(given.exists, row, lambda state, _: state, state, given.steps)
+        if given.exists is None:
+            state = row(state, given.steps)
+        else:
+            state = jax.lax.cond(given.exists, row, lambda state, _: state, state, given.steps)
         return state, kept(state.last)
 
     return jax.lax.scan(jax.checkpoint(outer, policy=PRESSURES), state, rows)
@@ -161,11 +165,18 @@ def march_from_rest(
     """Return the march after all rows, from the start, and the stacked values of ``kept`` for their outcomes.
 
     The rows are divided into blocks of about sqrt(nt), since reverse mode then stores the carry at the beginning of each
-    block alone. checkpoint: "pressures" stores the pressures of all inner steps as well, so that no contact is solved again;
-    "blocks" those of one block at a time, and every contact is solved twice.
+    block alone. Where nt has a divisor that is not much larger, no rows fill the last block: the conditional that skips them
+    takes a fourth of the time to trace a derivative. checkpoint: "pressures" stores the pressures of all inner steps too, so
+    that no contact is solved again; "blocks" those of one block at a time, and every contact is solved twice.
     """
     nt = count_of(steps)
-    blocks = in_blocks(steps, math.isqrt(nt - 1) + 1)
+    shortest = math.isqrt(nt - 1) + 1
+    longest = max(min(nt, FEW_ROWS), shortest * 3 // 2)
+    divisors = (length for length in range(shortest, longest + 1) if nt % length == 0)
+    length = next(divisors, shortest)
+    blocks = in_blocks(steps, length)
+    if nt % length == 0:
+        blocks = blocks._replace(exists=None)
     first = begun(stepper, begin(stepper), steps)
     policy = PRESSURES if checkpoint == "pressures" else None
     block = jax.checkpoint(lambda state, rows: march(stepper, state, rows, kept), policy=policy)

@@ -46,6 +46,7 @@ from jaxcontact.history.time_loop import (
     Steps,
     begin,
     begun,
+    count_of,
     in_blocks,
     march,
     march_from_rest,
@@ -695,7 +696,7 @@ def blocks(plan: Plan, done: int = 0, carry: Sequence[np.ndarray] | None = None)
     # as numpy arrays, since each operation of jax outside run_block would be compiled as a program
     on_host, rows = jax.device_get((plan, rows))
     times = on_host.time_fields["times"]
-    for index in range(done, len(rows.exists)):
+    for index in range(done, count_of(rows.steps)):
         state, outcomes = run_block(plan.stepper, state, jax.tree.map(lambda a, i=index: a[i], rows))
         outcomes, on_disk = jax.device_get((outcomes, state))
 
