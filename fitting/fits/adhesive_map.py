@@ -14,7 +14,7 @@ The program only concludes a fit whose residuals pass the tests, or one that a f
 doubt (a trend, outliers, a search that ends at a bound) need fits to parts of the curve and one with a range of the
 attraction; these are made by ``fit_indentation`` itself.
 
-Search and profiles are those of ``search/nonlinear.py`` and ``search/nonlinear.py`` in a form that is compiled: there a step
+Search and profiles are those of ``search/nonlinear.py`` in a form that is compiled: there a step
 is a bounded linear problem of numpy and a walk along a profile may change to another branch of minima, which costs
 milliseconds in each of a hundred steps of a curve. Here all of them take 7 ms: a step solves 3 by 3 equations and is cut at
 the bounds, and an end lies on one branch. Curves whose best values or ends that does not find are in doubt.
