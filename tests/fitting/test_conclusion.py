@@ -26,7 +26,6 @@ from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
 
 T = np.linspace(0.0, 10.0, 40)
-QUICK_RESULTS = ("law", "series", "stiffness", "growth", "oscillation", "Maxwell series", "spectrum")
 
 
 class Growth(NamedTuple):
@@ -449,7 +448,7 @@ def approach_curve():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "kind", [k if k in QUICK_RESULTS else pytest.param(k, marks=pytest.mark.slow) for k in RESULTS]
+    "kind", [pytest.param(k, marks=pytest.mark.long if k == "fields" else ()) for k in RESULTS]
 )
 def test_every_kind_of_result_can_be_pickled(kind):
     """A result that comes back says the same, and its bands and predictions can be computed; closures stopped it."""

@@ -54,8 +54,22 @@ def test_each_recipe_is_on_the_page_of_its_subject_and_in_the_list(tmp_path):
     assert not re.search(r"how_do_i\.md#", recipes_page.linked("".join([*others, *pages.values()]), page))
 
 
+DEAR = (  # not run in .ci/run
+    "identify a film from a measured pressure map",
+    "propagate the uncertainty of a fit to a contact simulation",
+    "design a contact with optax",
+    "differentiate a result with respect to all parameters",
+    "compute a fretting cycle with stick and slip",
+    "define several layers, or a graded layer",
+    "press a rubber-covered roller",
+    "compute a contact whose surfaces are both coated",
+)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("heading", RECIPES)
+@pytest.mark.parametrize(
+    "heading", [pytest.param(h, marks=pytest.mark.long if h in DEAR else ()) for h in RECIPES]
+)
 def test_a_recipe_runs_without_a_warning_and_prints_what_the_page_shows(heading, here, capsys):
     """The words are equal, and the numbers within 1e-3: compilers and processors round differently."""
     exec(SETUP + RECIPES[heading], {"__name__": "__main__"})

@@ -52,7 +52,7 @@ PATH = jc.Approach(np.array([0.0, 2e-5, 2e-5, 3e-5, 1.5e-5, 1.5e-5]))
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "control", [LOADS, pytest.param(PATH, marks=pytest.mark.slow)], ids=["load", "approach"]
+    "control", [LOADS, pytest.param(PATH, marks=pytest.mark.long)], ids=["load", "approach"]
 )
 def test_a_creeping_ball_on_a_stiff_base_is_a_rigid_ball_on_that_solid(control):
     base = jc.LayeredHalfSpace([], jc.Elastic(G=1e12, nu=0.4))
@@ -74,7 +74,7 @@ def test_a_rigid_ball_in_a_gel_on_a_stiff_flat_is_a_rigid_ball_on_that_gel_on_a_
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.long)])
 def test_two_equal_bodies_are_one_of_half_the_moduli_under_a_rigid_ball(material):
     found = jc.indent(as_body(material()), jc.Sphere(R, material()), LOADS, TIMES, grid=GRID)
     expected = jc.indent(as_body(material(0.5)), jc.Sphere(R), LOADS, TIMES, grid=GRID)
@@ -93,7 +93,7 @@ def maxwell():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("make", [solid, pytest.param(coated, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("make", [solid, pytest.param(coated, marks=pytest.mark.long)])
 def test_slide_steady_of_a_creeping_ball_on_a_stiff_flat_is_hertz_with_the_relaxed_modulus(make):
     flat = jc.StandardLinearSolid(G1=1e12, G2=1e12, eta2=1e11, nu=0.4)
     found = jc.slide_steady(as_body(flat), jc.Sphere(R, make()), STEADY, velocity=1e-3, grid=GRID)
@@ -169,7 +169,7 @@ def test_slide_steady_with_friction_of_a_ball_coated_with_its_own_material_is_th
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("friction", [MU[0], pytest.param(MU[1], marks=pytest.mark.slow)])
+@pytest.mark.parametrize("friction", [MU[0], pytest.param(MU[1], marks=pytest.mark.long)])
 def test_slide_steady_with_friction_of_a_creeping_ball_is_that_of_a_ball_of_its_relaxed_modulus(friction):
     body, relaxed = as_body(solid(1.5)), jc.Elastic(G=1e6 * 5e5 / 1.5e6, nu=0.4)
     given = {"velocity": 2e-4, "grid": GRID, "friction": friction}
@@ -255,7 +255,7 @@ FLOWING_FILM = jc.LayeredHalfSpace([jc.Layer(burgers(), 1e-4)], solid())
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("material", [maxwell(), pytest.param(FLOWING_FILM, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("material", [maxwell(), pytest.param(FLOWING_FILM, marks=pytest.mark.long)])
 def test_slide_steady_refuses_an_indenter_that_flows(material):
     with pytest.raises(ValueError, match="flow without limit"):
         jc.slide_steady(as_body(solid()), jc.Sphere(R, material), STEADY, velocity=1e-4, grid=GRID)

@@ -381,7 +381,7 @@ class Passivation:
         return self.speed * jnp.exp(-step.thickness / 1e-9)
 
 
-@pytest.mark.parametrize(("count", "noted"), [(6, True), (161, False)])
+@pytest.mark.parametrize(("count", "noted"), [(6, True), pytest.param(161, False, marks=pytest.mark.long)])
 @pytest.mark.filterwarnings("ignore:the time steps")
 def test_long_steps_on_a_film_thinner_than_the_approach_are_noted(count, noted):
     """Against h = l log(e^(h0/l) + speed t/l): the error of the thickness is far below the approach, and status 0."""
