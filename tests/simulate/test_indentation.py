@@ -223,7 +223,7 @@ def both_ways(body, ball, grid, times, pressures):
     one = RecursiveMemory(kernels)
     dt = fine_steps(times, 1)
     unused = Delayed(jnp.zeros(1), jnp.zeros(1))  # of the estimate of the error of the steps
-    two = DirectMemory(build_images(body, ball, grid), jnp.zeros(times.size), unused)
+    two = DirectMemory(build_images(body, ball, grid), unused, times.size)
     table = jax.jit(rows, static_argnames="quasi_elastic")(body, ball, times, quasi_elastic=False)
     first, second, p = one.start(grid.shape), two.start(grid.shape), jnp.zeros(grid.shape)
     ours, direct = [], []
