@@ -254,7 +254,13 @@ def test_objects_of_a_simulation_are_printed_in_words(name):
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in DEAR)) for name in OF_FITS]
+    "name",
+    [
+        pytest.param(
+            name, marks=[pytest.mark.long if name == "FieldFit" else pytest.mark.slow] * (name in DEAR)
+        )
+        for name in OF_FITS
+    ],
 )
 def test_objects_of_a_fit_are_printed_in_words(name):
     check(OF_FITS[name](), name)

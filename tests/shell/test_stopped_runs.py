@@ -100,7 +100,13 @@ def test_a_signal_keeps_the_finished_steps(name, interrupted, capfd):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "long_case", ["indentation", pytest.param("shear", marks=pytest.mark.versions), "sliding"], indirect=True
+    "long_case",
+    [
+        "indentation",
+        pytest.param("shear", marks=(pytest.mark.long, pytest.mark.versions)),
+        pytest.param("sliding", marks=pytest.mark.long),
+    ],
+    indirect=True,
 )
 def test_a_run_that_was_stopped_or_killed_goes_on_to_the_same_files(
     interrupted, long_case, tmp_path, monkeypatch

@@ -199,7 +199,7 @@ def test_a_study_killed_in_the_middle_goes_on_to_the_table_of_an_undisturbed_one
     assert {file: file.stat().st_mtime_ns for file in kept} == kept and len(kept) < 12
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_study_on_a_cluster_of_which_a_worker_dies_is_the_same(study, tmp_path):
     distributed = pytest.importorskip("distributed", reason="the extra cluster")
     path = study('"control.load" = {from = 1.0, to = 8.0, count = 8}')

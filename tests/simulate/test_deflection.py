@@ -229,7 +229,7 @@ def answer(theta):
     return found.displacement[-1, 6:10, 3]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_in_both_modes():
     theta, f = jnp.array([1.0, 2.0, 0.15, 0.3, 0.8]), jax.jit(answer)
     steps = 1e-5 * np.diag(np.asarray(theta))

@@ -72,7 +72,7 @@ def test_coefficients_by_numerical_hankel_integrals(ratio, cells):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("ratio", "thickness"),
-    [(1e4, 1e-3), (1e4, 10.0), (1e5, 1.0), (1e6, 1e-3), (1e6, 10.0)],
+    [pytest.param(1e4, 1e-3, marks=pytest.mark.long), (1e4, 10.0), (1e5, 1.0), (1e6, 1e-3), (1e6, 10.0)],
 )
 def test_creeping_film_against_the_axisymmetric_solution(ratio, thickness):
     """At first and, under a load or at an approach, after a long time: elastic films of the two moduli."""
