@@ -94,6 +94,7 @@ def test_equal_radii_are_a_ball():
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*cells across")  # 9.9
 def test_a_long_contact_on_cells_as_long_settles_in_steps_of_a_cell_or_of_a_part():
     """Cells five times as long as wide: a step along x is a cell, and one of a given direction the shorter side."""
     along, given = (rolled(5.0, 0.25, (1e-4, 1e-4), 0.0, 12, velocity=v) for v in (1.0, np.array([1.0, 0.0])))
