@@ -804,7 +804,7 @@ class Observer:
         x, y = jnp.arange(nx) - (nx - 1) / 2, (jnp.arange(ny) - (ny - 1) / 2) * ratio
         places = jnp.stack([jnp.broadcast_to(x[:, None], (nx, ny)), jnp.broadcast_to(y, (nx, ny))])
         slopes = jnp.where(jnp.abs(slopes) < WALL, slopes, 0.0)
-        return cls(slopes, places, jnp.asarray(ratio), walls_beside(profile, ratio, periodic), periodic)
+        return cls(slopes, places, jnp.asarray(ratio), _walls_beside(profile, ratio, periodic), periodic)
 
     def walled(self, pressure: Array, direction: Array) -> Array:
         """Return whether a cell under pressure is at a wall that the motion meets, whose force the slopes leave out, ()."""
@@ -835,7 +835,7 @@ class Observer:
         return force, centre, jnp.max(jnp.where(ahead, pressure, 0.0))
 
 
-def walls_beside(profile: Array, ratio: Array | float, periodic: spectral.Periodic) -> Array:
+def _walls_beside(profile: Array, ratio: Array | float, periodic: spectral.Periodic) -> Array:
     """Return whether there is a wall between a cell and one of its neighbours along x and along y, (2, nx, ny) bool.
 
     profile: in units of dx; ratio: dy/dx.

@@ -1,7 +1,8 @@
 """Case files: one experiment as a TOML file, in SI units, or with a unit behind the number: "150 nm".
 
 ``read_case`` turns a file into the objects of the package by the schema in ``case_schema``, or raises a ``CaseError`` of one
-line that names the file, the key, what was found and what is accepted. Keys and values are checked here.
+line that names the file, the key, what was found and what is accepted. It checks each key and each value before it makes an
+object.
 """
 
 import difflib

@@ -36,7 +36,7 @@ from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.bodies.laws import Adhesion, check_adhesion, check_hardness, check_shear_strength
 from jaxcontact.contact.adhesive import Attraction
 from jaxcontact.contact.law import Hardness
-from jaxcontact.history.memory import walls_beside
+from jaxcontact.history.memory import Observer
 from jaxcontact.history.motion import TooFewSubstepsError
 from jaxcontact.history.time_loop import (
     Carry,
@@ -578,13 +578,11 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
 def _meets_walls(result: Any, indenter: Indenter) -> Array:
     """Return whether a slide has a force at walls of the indenter, which ``hysteresis_force`` leaves out, ()."""
     grid = result.grid
-    beside = walls_beside(
-        indenter.profile(grid) / grid.spacing[0], grid.spacing[1] / grid.spacing[0], grid.periodic
-    )
-    met = beside & jnp.any(result.velocity != 0.0, 0)[:, None, None]
+    dx, dy = grid.spacing
     pressed = jnp.any(result.pressure != 0.0, tuple(range(result.pressure.ndim - 2)))
+    observer = Observer.of(indenter.profile(grid) / dx, dy / dx, grid.periodic)
     resisted = jnp.any(result.hysteresis_power > 0.0) | (result.dent is not None)
-    return jnp.any(met & pressed) & resisted
+    return observer.walled(pressed, jnp.any(result.velocity != 0.0, 0)) & resisted
 
 
 @functools.partial(Program, optimised=False)

@@ -97,11 +97,12 @@ def test_the_interval_has_the_error_of_the_zero_of_the_load():
             0.5 * math.log(fit.intervals[name][1] / fit.intervals[name][0]) for fit in (whole, alone)
         )
         shift = math.log(moved.values[name] / alone.values[name])
-        assert half == pytest.approx(math.hypot(least, 1.96 * shift), rel=0.02)
+        # the change by the zero is taken as linear, and the noise estimated from fewer points: measured 0.7 and 1.4 %
+        assert half == pytest.approx(math.hypot(least, 1.96 * shift), rel=0.01)
         assert name == "G" or half > 1.3 * least
         k = ["G", "work"].index(name)
         variance = [fit.estimate.covariance[k, k] / value**2 for fit in (whole, alone)]
-        assert variance[0] == pytest.approx(variance[1] + shift**2, rel=0.05)
+        assert variance[0] == pytest.approx(variance[1] + shift**2, rel=0.02)
 
 
 def test_the_work_of_separation_has_the_error_of_the_zero_of_the_load():
