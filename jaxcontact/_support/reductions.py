@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
+TIED = 1e-12  # distance above the lowest value of a field, relative to a length, within which values are equal to rounding
 NARROW = 32  # cells: on narrower fields the usual sum takes no longer
 PARTS = 16  # of a field, of which the largest value of each element is found first
 
@@ -51,3 +52,22 @@ def largest(field: Array) -> Array:
 def smallest(field: Array) -> Array:
     """Return the smallest value of a field of numbers, (); without derivative."""
     return -largest(-field)
+
+
+@jax.custom_jvp
+def lowest_point(field: Array, length: Array | float = 1.0) -> Array:
+    """Return the lowest value of a field, (); its derivative is the mean of those of all values equal to it to rounding.
+
+    length: the unit of the field, as the size of a cell or the largest height, without derivative. The derivative of
+    ``jnp.min`` selects the values that are exactly equal to the lowest one. A compiler may compute the field a second time
+    for this comparison, with other rounding, and then finds none: the derivative is 0/0.
+    """
+    return jnp.min(field)
+
+
+@lowest_point.defjvp
+def _mean_of_lowest(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
+    (field, length), (moved, _) = primals, tangents
+    lowest = jnp.min(field)
+    tied = field - lowest <= TIED * length
+    return lowest, jnp.sum(jnp.where(tied, moved, 0.0)) / jnp.maximum(jnp.sum(tied), 1)

@@ -48,6 +48,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
+from jaxcontact._support.reductions import lowest_point
 from jaxcontact.contact import normal
 from jaxcontact.contact.friction import largest_traction
 from jaxcontact.contact.krylov import conjugate_gradients
@@ -396,7 +397,9 @@ def first_state(problem: Problem, tools: SearchTools, start: Start) -> SearchSta
         displacement = displacement - jnp.mean(displacement)
     surface = displacement[:nx, :ny] + problem.gap
     if problem.load_controlled:
-        approach = jnp.where(jnp.any(start.contact), masked_mean(surface, start.contact), jnp.min(surface))
+        approach = jnp.where(
+            jnp.any(start.contact), masked_mean(surface, start.contact), lowest_point(surface)
+        )
     else:
         approach = problem.target
     gap = jnp.where(start.contact, 0.0, jnp.maximum(surface - approach, 0.0))
@@ -598,7 +601,7 @@ def solve(problem: Problem, start: Start, tolerance: Array, max_iterations: Arra
     found = Solution(pressure, displacement, approach, error, s.iterations, carried, separated, s.bent)
     if not load:
         return found
-    zero, first_touch = jnp.zeros_like(pressure), jnp.min(problem.gap) - problem.lowest
+    zero, first_touch = jnp.zeros_like(pressure), lowest_point(problem.gap) - problem.lowest
     nothing = Solution(zero, zero, first_touch, jnp.zeros(()), s.iterations, zero, separated, s.bent)
     return jax.tree.map(lambda a, b: jnp.where(separated, a, b), nothing, found)
 
@@ -736,7 +739,7 @@ def solve_in_turn(problem: Problem, start: Start, tolerance: Array, max_iteratio
     found = last.found
     displacement = displaced(problem, found.pressure, found.carried)
     # of separated surfaces the approach is that of first touch, without the displacement that was given
-    first_touch = jnp.min(problem.gap) - problem.lowest
+    first_touch = lowest_point(problem.gap) - problem.lowest
     approach = jnp.where(found.separated, first_touch, found.approach)
     return replace(
         found, displacement=displacement, approach=approach, error=last.error, iterations=last.iterations

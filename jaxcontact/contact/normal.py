@@ -26,7 +26,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact._support.reductions import largest, total, totals
+from jaxcontact._support.reductions import largest, lowest_point, total, totals
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.operators.operator import OnContact, Operator, cut, paste, place, unchanged
 
@@ -120,7 +120,9 @@ def approach_of(problem: Problem, pressure: Array, displacement: Array) -> Array
     """
     if not problem.load_controlled:
         return problem.target
-    return _zero_gap(problem, pressure, displacement, jnp.min(displacement + problem.gap) - problem.lowest)
+    return _zero_gap(
+        problem, pressure, displacement, lowest_point(displacement + problem.gap) - problem.lowest
+    )
 
 
 def _zero_gap(problem: Problem, pressure: Array, displacement: Array, otherwise: Array) -> Array:

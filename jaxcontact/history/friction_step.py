@@ -23,6 +23,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
+from jaxcontact._support.reductions import lowest_point
 from jaxcontact._support.status import Status, most_serious
 from jaxcontact.contact.friction import Round, SlipProblem, TangentialProblem, largest_traction, length
 from jaxcontact.contact.implicit import solve_partial_slip, solve_tangential
@@ -105,7 +106,7 @@ class ShearStepper(Stepper):
             coefficient=self.coefficient,
             target=step.target,
             tangential_target=step.more - (0.0 if self.tangential_load_controlled else carry.shift),
-            lowest=jnp.min(self.profile),
+            lowest=lowest_point(self.profile),
             load_controlled=self.load_controlled,
             tangential_load_controlled=self.tangential_load_controlled,
             coupled=self.coupled,

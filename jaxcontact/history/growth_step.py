@@ -45,6 +45,7 @@ from jaxcontact._support.checks import Verdict
 from jaxcontact._support.exponential import phi1, ramps
 from jaxcontact._support.fields import Scale
 from jaxcontact._support.pytree import is_concrete, pytree, replace, static
+from jaxcontact._support.reductions import lowest_point
 from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.bodies.grid import Grid, MovedGrid
 from jaxcontact.bodies.laws import RubbingState
@@ -328,7 +329,7 @@ class RubStepper(PressStepper):
         profile = self.profile
         if self.track is not None:
             profile = profile + self.track.rise(step.more.position)
-        lowest, gap = jnp.min(profile), profile + predicted.earlier
+        lowest, gap = lowest_point(profile), profile + predicted.earlier
         if contact.dent is not None:
             gap = gap + contact.dent
         problem = Problem(predicted.operator, gap, step.target, lowest, self.load_controlled, self.law)

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from jaxcontact._support.pytree import pytree, replace, static
-from jaxcontact._support.reductions import largest, total, totals
+from jaxcontact._support.reductions import largest, lowest_point, total, totals
 from jaxcontact._support.status import Status, most_serious
 from jaxcontact.contact.adhesive import Attraction, Start, with_given
 from jaxcontact.contact.edge import contact_cells, memory_factor
@@ -79,7 +79,7 @@ class PressStepper(Stepper):
         # 1. The operator of this step, and the displacement that earlier pressure has left. It belongs to the gap, as do
         # growth, which raises the surface, and a dent, which lowers it.
         operator, earlier, fields, raised, drag = self.memory.predict(carry.memory, carry.pressure, step.more)
-        lowest, gap = jnp.min(self.profile), self.profile + earlier - raised
+        lowest, gap = lowest_point(self.profile), self.profile + earlier - raised
         if carry.dent is not None:
             gap = gap + carry.dent
 

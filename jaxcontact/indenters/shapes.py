@@ -16,6 +16,7 @@ from jax import Array
 from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import Base, is_concrete, pytree, replace
+from jaxcontact._support.reductions import lowest_point
 from jaxcontact.bodies.body import LayeredHalfSpace, at_its_thickest, checked_body
 from jaxcontact.bodies.controls import Control
 from jaxcontact.bodies.grid import Grid
@@ -367,7 +368,7 @@ class HeightField(Indenter):
 
     def profile(self, grid: Grid) -> Array:
         heights = jnp.asarray(self.heights, dtype=float)
-        return jnp.max(heights) - heights
+        return -lowest_point(-heights, jnp.max(jnp.abs(heights))) - heights
 
     def check(self, grid: Grid) -> Verdict:
         shape = np.shape(self.heights)

@@ -33,7 +33,7 @@ from jaxcontact._support.files import Stacked, read_npz, write_npz, write_whole
 from jaxcontact._support.fingerprint import source_digest
 from jaxcontact._support.version import __version__
 from jaxcontact.bodies.grid import Grid
-from jaxcontact.results import figures, plotting, storage
+from jaxcontact.results import storage
 from jaxcontact.results.contact import ContactHistory
 from jaxcontact.results.summaries import figures_in, values_of
 from jaxcontact.shell.case_file import Case, caption_of, case_text, write_under
@@ -320,6 +320,8 @@ def of_steps(run: FinishedRun, kept: str) -> Report:
 
 def of_result(result: Any) -> Report:
     """Return the report of a steady state."""
+    from jaxcontact.results import figures
+
     whole: dict[str, Any] = {**arrays_of(result), **numbers_of(result)}
     return Report(result, whole, {}, values_of(result), {"contact.png": figures.figure_of(result)})
 
@@ -379,6 +381,8 @@ def meanings(all_arrays: Mapping[str, np.ndarray | Stacked]) -> dict[str, str]:
 
 def pictures(run: FinishedRun) -> dict[str, Any]:
     """Return the pictures of an experiment over time by file name."""
+    from jaxcontact.results import figures, plotting  # matplotlib; what only checks a case starts without it
+
     history = run.history
     x = history.grid.axes()[0]
     times, middle = np.asarray(history.times), history.grid.shape[1] // 2

@@ -21,6 +21,7 @@ from jaxcontact._compile.programs import Program
 from jaxcontact._support import checks
 from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
+from jaxcontact._support.reductions import lowest_point
 from jaxcontact._support.status import Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import (
@@ -277,7 +278,7 @@ class RollingContact:
     def pressed(self, traction: Array) -> Problem:
         """The normal problem under a traction."""
         gap = self.profile + self.surface.normal_from_tangential(traction)
-        lowest = jnp.min(self.profile)
+        lowest = lowest_point(self.profile)
         return Problem(self.surface.normal, gap, self.target, lowest, self.load_controlled, self.law)
 
     def bound(self, pressed: Solution) -> Array:

@@ -29,6 +29,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.fields import Scale
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static, untupled
+from jaxcontact._support.reductions import lowest_point
 from jaxcontact._support.status import LARGEST_ERROR, LARGEST_STEP_ERROR, REFINED, Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, ThicknessMap, checked_body
 from jaxcontact.bodies.controls import Control, Load, check_control
@@ -387,7 +388,8 @@ def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | N
     if film_map is None:
         return profile
     over = profile - film_map.at_first
-    return over - (jnp.min(over) - jnp.min(profile))
+    cell = grid.spacing[0]
+    return over - (lowest_point(over, cell) - lowest_point(profile, cell))
 
 
 def fine_steps(times: Array, substeps: int) -> Array:

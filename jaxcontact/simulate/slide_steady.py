@@ -20,6 +20,7 @@ from jaxcontact._support import checks
 from jaxcontact._support.checks import Verdict
 from jaxcontact._support.exponential import phi1
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, static
+from jaxcontact._support.reductions import lowest_point
 from jaxcontact._support.status import Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, separate_map
 from jaxcontact.bodies.controls import Approach, Control
@@ -697,7 +698,7 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     # the contact, with adhesion from a distance
     profile = experiment.profile / scale.length
     target, solver = experiment.target(scale), (experiment.tolerance, experiment.max_iterations)
-    problem = Problem(operator, profile, target, jnp.min(profile), experiment.load_controlled)
+    problem = Problem(operator, profile, target, lowest_point(profile), experiment.load_controlled)
     adheres: dict[str, Array] = {}
     if experiment.adhesion is None:
         start = nonsymmetric.cold_start(jax.lax.stop_gradient(problem))

@@ -67,9 +67,7 @@ def test_derivatives_that_have_a_closed_form_are_it():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [
-    name if name == "surface-heights" else pytest.param(name, marks=pytest.mark.slow) for name in gradients.PROBLEMS
-])  # fmt: skip
+@pytest.mark.parametrize("name", gradients.PROBLEMS)
 def test_every_answer_is_within_its_tolerance(name, capsys):
     found = gradients.answer(name)
     assert found.keys() == gradients.PROBLEMS[name]["references"].keys()
