@@ -105,7 +105,7 @@ def test_derivative_of_relaxation_against_central_differences():
         assert float(getattr(gradient, name)) == pytest.approx(slope, rel=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_equal_times_are_one_branch_and_an_empty_branch_is_none():
     """Values, complex modulus and derivatives by every J of relaxation, and of a film's whole response."""
     twice = jc.Prony(1.0, jnp.array([2.0, 0.5, 0.0, 1.0]), jnp.array([3.0, 3.0, 7.0, 20.0]))

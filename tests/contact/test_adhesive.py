@@ -181,11 +181,6 @@ def test_a_rough_periodic_contact_is_that_of_an_independent_minimisation():
     assert 0.02 < touching.mean() < 0.9 and np.mean(touching != (g < 1e-7)) < 2e-3
 
 
-# in .ci/run each control and each law once
-IN_CI = (
-    ("periodic", True, "exponential"),
-    ("strip", False, "ramp"),
-)
 ATTRACTIONS = {"exponential": EXPONENTIAL, "ramp": DUGDALE}
 ALL = [(kind, load, name) for kind in GRIDS for load in (False, True) for name in ATTRACTIONS]
 
@@ -193,7 +188,7 @@ ALL = [(kind, load, name) for kind in GRIDS for load in (False, True) for name i
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "load", "name"),
-    [pytest.param(*one, marks=() if one in IN_CI else pytest.mark.long) for one in ALL],
+    [pytest.param(*one, marks=() if one == ("strip", False, "ramp") else pytest.mark.long) for one in ALL],
 )
 def test_derivatives_are_those_of_central_differences(kind, load, name):
     law = ATTRACTIONS[name]
@@ -226,7 +221,7 @@ def test_derivatives_are_those_of_central_differences(kind, load, name):
     np.testing.assert_allclose(forward, central, atol=2e-6 * np.abs(central).max())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_derivative_under_a_load_is_nan_where_only_the_approach_makes_the_state_stable():
     """Past the lowest load a state is stable under an approach alone; the load then has no derivative to speak of."""
     gap = bumps((12, 11))

@@ -206,7 +206,7 @@ def test_hertz_at_random_places_on_the_grid(n, radius, cells):
         assert float(jnp.sqrt(found / jnp.pi)) == pytest.approx(a, abs=cells)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("n", "radius", "mean", "spread"), [
     (12, 2.5, 0.04, 0.1), pytest.param(24, 5.0, 0.015, 0.025, marks=pytest.mark.long), (48, 10.0, 0.004, 0.008),
     pytest.param(96, 20.0, 0.001, 0.0025, marks=pytest.mark.long),

@@ -7,7 +7,18 @@ from scripts import DOCS, script
 
 answers, references = script("benchmarks/answers.py"), script("benchmarks/references.py")
 QUICK = {"hertz", "line-contact"}
-DEAR = {"kalker", "bentall-johnson", "jkr", "spence", "cattaneo-mindlin"}  # ten to thirty seconds each
+# ten to thirty seconds each
+DEAR = {
+    "kalker",
+    "bentall-johnson",
+    "jkr",
+    "maugis",
+    "spence",
+    "cattaneo-mindlin",
+    "creeping-layer",
+    "viscoelastic-rolling",
+    "archard",
+}
 
 
 def test_every_problem_can_be_read_and_solved_by_anybody():

@@ -81,7 +81,7 @@ print(jax.jit(lambda x: jax.numpy.sin(x) + 1.0)(1.0), logging.getLogger("jax").l
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_program_from_the_store_is_taken_in_silence_where_jax_is_imported_first(tmp_path):
     """XLA writes to the file descriptor, so that only another process can be heard. The first run stores, the next take."""
     environment = {
@@ -108,7 +108,9 @@ print(sum(compiled), float(value).hex())
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("chosen", [False, True], ids=["ours", "JAX_COMPILATION_CACHE_DIR"])
+@pytest.mark.parametrize(
+    "chosen", [False, pytest.param(True, marks=pytest.mark.long)], ids=["ours", "JAX_COMPILATION_CACHE_DIR"]
+)
 def test_a_store_of_programs_that_were_cut_off_heals(tmp_path, chosen):
     """The run after compiles them once more, in silence, and the one after that nothing."""
     kept = {"JAX_COMPILATION_CACHE_DIR": str(tmp_path), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
@@ -151,7 +153,7 @@ def test_half_an_entry_is_removed(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("home", ["", "file"])
+@pytest.mark.parametrize("home", [pytest.param("", marks=pytest.mark.long), "file"])
 def test_the_command_line_works_where_nothing_can_be_kept(tmp_path, home):
     (tmp_path / "file").write_text("")
     arguments = ["jaxcontact", "check", "polymer_coating"]

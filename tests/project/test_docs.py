@@ -131,7 +131,7 @@ def test_every_public_name_has_its_place_in_the_reference(module):
     assert sorted(named) == sorted(module.__all__)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_site_builds_without_warnings(tmp_path):
     """By the command of the developers' page, but into another folder, and with stored outputs of recipes, which have tests
     of their own."""

@@ -80,7 +80,7 @@ def test_a_function_that_saves_sees_one_step_in_si_by_name():
     assert saved["verdict"].tolist() == [0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:only")
 def test_the_lateral_force_of_a_steady_indenter_has_a_slope_at_rest():
     """By the velocity, against a difference; the force against the motion has a kink there."""

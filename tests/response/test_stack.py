@@ -296,7 +296,7 @@ def test_the_recursion_answers_all_that_the_closed_form_answers(body):
     np.testing.assert_allclose(*pairs, rtol=ROUND_OFF)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:film strain")
 def test_a_run_on_the_recursion_is_the_run_on_the_closed_form(body, ball, monkeypatch):
     """Kernels, march and results take whatever response they are given: equal to the separation error."""
@@ -416,7 +416,7 @@ def test_layers_over_what_flows_against_interface_conditions_and_de_hoogs_invers
         np.testing.assert_allclose(slopes[i] / exact, central / exact, atol=STEEPER * bound)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "body",
     [

@@ -63,7 +63,18 @@ def told(expansion, t):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", BODIES)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(
+            name,
+            marks=()
+            if name in ("elastic on Maxwell", "Burgers film on Burgers", "elastic over Maxwell on steel")
+            else pytest.mark.long,
+        )
+        for name in BODIES
+    ],
+)
 def test_the_response_is_right_within_a_hundredth_or_known_to_be_off(name):
     """From far below to 500 relaxation times, waves from 1000 times as long as the layer is thick; to 5e-3 here."""
     materials, substrate = BODIES[name]

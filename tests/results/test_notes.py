@@ -337,7 +337,14 @@ VERBS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize(
+    "verb",
+    [
+        "indent",
+        "roll_steady",
+        *(pytest.param(name, marks=pytest.mark.long) for name in ("slide", "slide_steady", "shear")),
+    ],
+)
 def test_every_verb_tells_the_same_plainly_and_under_jit_and_vmap(verb, tmp_path):
     call = VERBS[verb]
     result, words = said(lambda: call(1.0))
@@ -430,7 +437,7 @@ width = 400e-6
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_study_from_the_shell_ends_with_the_number_of_its_notes(tmp_path, capfd):
     path, out = tmp_path / "study.toml", tmp_path / "out"
     path.write_text(STUDY)

@@ -101,7 +101,7 @@ def test_values_with_units_are_the_numbers_that_they_stand_for(study):
     assert read_study(study('"indenter.shape" = ["sphere"]', text)).cases == ({"indenter.shape": "sphere"},)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_study_of_values_with_units_is_drawn_and_what_has_no_picture_is_said(study, tmp_path, capfd):
     """The table has numbers; a study of words says why it has no picture, and none of an earlier study stays."""
     out = tmp_path / "out"
@@ -180,7 +180,7 @@ def test_a_directory_holds_one_study(study, tmp_path, capfd):
     assert [float(row["control.load"]) for row in table(out)] == [1.0, 2.0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_study_killed_in_the_middle_goes_on_to_the_table_of_an_undisturbed_one(study, tmp_path):
     path = study('"control.load" = {from = 1.0, to = 12.0, count = 12}')
     killed, whole = tmp_path / "killed", tmp_path / "whole"

@@ -111,7 +111,7 @@ def test_the_limits_of_long_and_short_range(tabor, lowest, tolerance):
     assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=tolerance)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "thickness"),
     [
@@ -139,7 +139,7 @@ def test_the_pull_off_load_on_a_film_is_that_of_the_edge_term(ratio, thickness):
     assert float(found.load.min()) / UNITS.load == pytest.approx(lowest, rel=0.03)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     "stiffening, dwell, law, n",
     [
@@ -158,7 +158,7 @@ def test_fast_unloading_after_a_long_dwell_takes_more_load(stiffening, dwell, la
     assert loads.min() == pytest.approx(lowest, rel=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_retraction_at_a_finite_speed_takes_the_load_of_a_crack_in_a_relaxed_solid():
     """Greenwood's theory of a crack and that of Greenwood and Johnson of its contact, 38 % above JKR."""
     lowest, found = retracted(3.0, 2.0, 1.0, 0.1, 64, 4.5, 120, -1.2)
@@ -176,7 +176,7 @@ def test_slow_retraction_pulls_off_at_that_of_the_relaxed_modulus():
     assert float(found.load.min()) / UNITS.load == pytest.approx(-1.5, rel=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("control", [
     pytest.param(jc.Approach(9.0 * UNITS.approach), marks=pytest.mark.long), jc.Load(20.0 * UNITS.load)
 ], ids=["approach", "load"])  # fmt: skip
@@ -262,7 +262,7 @@ def test_the_energy_that_a_held_punch_dissipates_is_that_of_a_maxwell_arm():
     np.testing.assert_allclose(found.viscous_energy, lost, rtol=3e-4, atol=1e-6 * lost.max())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_jumps_and_the_body_take_what_a_cycle_on_a_viscoelastic_solid_costs():
     """In and out at a finite speed, then at rest apart: the area of the curve is what both have lost."""
     path = np.concatenate([np.linspace(-1.6, 0.5, 70), np.linspace(0.5, -2.4, 130)[1:], [-2.4]])

@@ -155,7 +155,7 @@ def alike(found, expected, rtol, names=RUBBED):
         np.testing.assert_allclose(a, b, rtol=0.0, atol=rtol * np.max(np.abs(b)), err_msg=name)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [MU[0], pytest.param(MU[1], marks=pytest.mark.long)])
 def test_slide_steady_with_friction_of_a_ball_coated_with_its_own_material_is_that_of_the_elastic_ball(
     friction,
@@ -177,7 +177,7 @@ def test_slide_steady_with_friction_of_a_creeping_ball_is_that_of_a_ball_of_its_
     alike(found, jc.slide_steady(body, jc.Sphere(R, relaxed), STEADY, **given), 1e-10)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_friction_under_a_creeping_ball_on_a_stiff_flat_is_that_of_a_stiff_ball_which_moves_the_other_way():
     """The traction on the ball is the opposite of that on the flat. At a constant approach the pressure of a contact that
     does not change its size is G(t) times that of unit modulus (E. H. Lee, J. R. M. Radok, J. Appl. Mech. 27 (1960) 438),
@@ -343,7 +343,7 @@ def test_rub_under_a_creeping_ball_is_the_wear_of_a_stiff_ball_on_the_solid():
     np.testing.assert_allclose(own.pressure, expected.pressure, atol=1e-4 * np.max(expected.pressure))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_coating_that_wears_is_the_profile_of_a_ball_that_wears():
     """A coating of the ball's own material along a path, and an uncoated ball in place; on a body that is stiff all of the
     displacement is the ball's."""
@@ -519,7 +519,7 @@ def test_derivatives_by_spin_where_both_surfaces_creep():
         assert np.all(np.abs(found - expected) < 1e-6 * np.max(np.abs(expected)))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("material", [pytest.param(solid, marks=pytest.mark.long), coated])
 def test_rolling_of_a_creeping_ball_on_a_stiff_base_is_that_of_a_stiff_ball_on_the_solid(material):
     """Body and indenter exchanged, the coupling changes its sign: so does the displacement along the surface, and with it
@@ -552,7 +552,7 @@ def test_forces_on_a_periodic_grid_do_not_depend_on_where_the_contact_is():
     assert inside.hysteresis_force[-1] > 1e-2 * 1e-3 * inside.load[-1]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_ball_that_hardly_creeps_ploughs_as_an_elastic_one():
     hardly = jc.StandardLinearSolid(G1=1e6, G2=1e15, eta2=1e14, nu=0.4)
     given = {"times": np.array([0.0, 0.25, 0.5]), "velocity": 4e-4, "grid": GRID, "hardness": 4e4}
@@ -564,7 +564,7 @@ def test_a_ball_that_hardly_creeps_ploughs_as_an_elastic_one():
     np.testing.assert_allclose(found.hysteresis_force[1:], expected.hysteresis_force[1:], rtol=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_gel_of_the_indenter_on_a_rigid_core_lets_the_approach_exceed_the_mean_gap():
     """As a body on a rigid base it has a mean displacement on a periodic grid, that of its shortening."""
     n, h, approach = 16, 0.3, 3e-3

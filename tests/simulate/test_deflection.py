@@ -148,7 +148,7 @@ def hereditary(body, places):
     return np.array(found)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_wheel_on_a_creeping_pavement():
     """Within 0.3 % of the hereditary integral, within 3 % of the published deflections."""
     body, grid = pavement(), jc.Grid((129, 15), (0.05, 0.05))

@@ -115,7 +115,7 @@ def force(theta, bonded, base):
     return jc.indent(body, jc.Sphere(1.0), press, jnp.array([0.0, 1.0]), grid=grid, tolerance=1e-12).load
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("bonded", "base"),
     [
@@ -135,7 +135,7 @@ def test_derivatives_of_a_contact(bonded, base):
         assert np.max(np.abs(found - differences) / scale) < 1e-6
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sliding_and_growth_on_a_rigid_base():
     """A ball that slides on a creeping gel, a gel that grows, and quasi-elastic creep run."""
     soft = jc.Prony(J0=0.3, J=[0.5], tau=[1.0], nu=0.45)

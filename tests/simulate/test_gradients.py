@@ -57,10 +57,8 @@ def creep_and_relaxation(q, control, n, times):
     )
 
 
-@pytest.mark.parametrize(
-    ("control", "n"),
-    [pytest.param("load", 32, marks=pytest.mark.slow), pytest.param("approach", 64, marks=pytest.mark.long)],
-)
+@pytest.mark.long  # test_every_derivative has fewer leaves in .ci/run
+@pytest.mark.parametrize(("control", "n"), [("load", 32), ("approach", 64)])
 def test_reverse_forward_and_central_differences_agree_for_every_leaf(control, n):
     """n x n cells, n/4 steps, tolerance 1e-12, where no cell enters or leaves contact within the step.
 

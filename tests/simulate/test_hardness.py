@@ -189,7 +189,7 @@ def test_hardness_a_punch_carries_at_most_the_hardness_times_its_area():
     assert list(np.asarray(history.status)) == [0, 0, jc.Status.LOAD_ABOVE_HARDNESS]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("control", [jc.Load, pytest.param(jc.Approach, marks=pytest.mark.long)])
 def test_hardness_gradients_of_pressure_and_dent(control):
     """By forward and reverse mode and by differences, for load or approach, hardness, radius, material, and a change of the
@@ -312,7 +312,7 @@ def test_carried_past_moves_a_field_between_cells():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_hardness_tracks_are_the_same_in_the_frames_of_indenter_and_body():
     film = jc.Layer(jc.Elastic.from_young(20e9, 0.3), 50e-6)
     body, times = jc.LayeredHalfSpace([film], substrate=STEEL), jnp.arange(5.0)

@@ -44,9 +44,9 @@ CASES = [  # verb, material, whether later steps inherit anything
     pytest.param(indent, "elastic", False, marks=pytest.mark.slow),
     pytest.param(indent, "creeping", True),
     pytest.param(shear, "elastic", True, marks=pytest.mark.long),
-    pytest.param(shear, "creeping", True, marks=pytest.mark.slow),
+    pytest.param(shear, "creeping", True, marks=pytest.mark.long),
     pytest.param(slide, "elastic", False, marks=pytest.mark.long),
-    pytest.param(slide, "creeping", True, marks=pytest.mark.slow),
+    pytest.param(slide, "creeping", True, marks=pytest.mark.long),
 ]
 
 
@@ -76,7 +76,7 @@ def test_steps_after_a_load_that_friction_cannot_hold():
     assert [*np.asarray(history.status)] == [FINE, jc.Status.GROSS_SLIP, INHERITED, INHERITED]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")
 def test_a_march_that_goes_on_from_a_carry_knows_of_an_earlier_failure():
     """In two blocks of five steps; the first step fails by itself, all others have a contact that moves little."""
@@ -188,9 +188,11 @@ def first_and_second(verb):
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(("reasons", "expected"), [
-    ("coarse, not resolved", "NOT_RESOLVED"), ("not converged, not resolved", "NOT_RESOLVED"),
-    ("coarse, too long", "STEP_TOO_LONG"), ("at the edge, not converged", "NOT_CONVERGED"),
-    ("coarse, too far", "MOVED_TOO_FAR"), ("coarse, gross slip", "GROSS_SLIP"), ("at the edge, gross slip", "GROSS_SLIP"),
+    ("coarse, not resolved", "NOT_RESOLVED"),
+    pytest.param("not converged, not resolved", "NOT_RESOLVED", marks=pytest.mark.long),
+    pytest.param("coarse, too long", "STEP_TOO_LONG", marks=pytest.mark.long),
+    ("at the edge, not converged", "NOT_CONVERGED"), ("coarse, too far", "MOVED_TOO_FAR"),
+    pytest.param("coarse, gross slip", "GROSS_SLIP", marks=pytest.mark.long), ("at the edge, gross slip", "GROSS_SLIP"),
 ])  # fmt: skip
 def test_the_more_serious_of_two_reasons_is_reported(reasons, expected):
     status = np.asarray(first_and_second(reasons))

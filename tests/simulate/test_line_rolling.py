@@ -117,7 +117,7 @@ BETA = (1.0 - 2.0 * SOFT_NU) / (2.0 * (1.0 - SOFT_NU))  # Dundurs' of a soft rai
 SOFT_LOAD = np.pi * HALF**2 / (2.0 * RADIUS) * SOFT / (1.0 - SOFT_NU) * WIDTH  # of Hertz
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_unlike_rollers_roll_freely_with_the_creepage_of_bentall_and_johnson():
     """xi R/(beta a), a of Hertz: where all sticks, sqrt(b^2 - x^2) ((b + x)/(b - x))^(i eta) is proportional to p + i q,
     eta = ln((1 + beta)/(1 - beta))/(2 pi), and solves the coupled equations with xi = 2 eta b/R, b^2 = a^2/(1 + 4 eta^2);

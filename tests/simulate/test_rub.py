@@ -278,9 +278,8 @@ def test_derivatives_of_a_heated_film():
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize(
-    ("kelvin", "noted"), [(100.0, True), pytest.param(373.0, False, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize(("kelvin", "noted"), [(100.0, True), (373.0, False)])
+@pytest.mark.long
 def test_degrees_celsius_are_noticed(kelvin, noted):
     law = jc.StressActivated(1e-9, 0.0, 0.0, kelvin)
     run = jax.jit(lambda: in_full_contact(law))()
@@ -323,6 +322,7 @@ def test_a_body_at_one_temperature_has_the_times_of_the_shifted_material():
         assert 0.02 < factor < 0.5
 
 
+@pytest.mark.long
 def test_a_contact_that_warms_creeps_in_reduced_time():
     """The load is held while the speed rises: the contact is that of the same film without heat at the reduced times, the
     integrals of 1/a_T at the mean temperature of the contact."""
@@ -381,8 +381,9 @@ class Passivation:
         return self.speed * jnp.exp(-step.thickness / 1e-9)
 
 
-@pytest.mark.parametrize(("count", "noted"), [(6, True), pytest.param(161, False, marks=pytest.mark.long)])
+@pytest.mark.parametrize(("count", "noted"), [(6, True), (161, False)])
 @pytest.mark.filterwarnings("ignore:the time steps")
+@pytest.mark.long
 def test_long_steps_on_a_film_thinner_than_the_approach_are_noted(count, noted):
     """Against h = l log(e^(h0/l) + speed t/l): the error of the thickness is far below the approach, and status 0."""
     times, steel = np.linspace(0.0, 1000.0, count), jc.Elastic(80e9, 0.3)
@@ -401,6 +402,7 @@ def test_a_known_path_along_x_may_be_given_inside_jit():
     assert jax.eval_shape(run, 1e-3).shape == (3, 2)
 
 
+@pytest.mark.long
 def test_a_film_without_growth_has_no_peaks_by_rounding():
     grid = jc.Grid(shape=(24, 20), spacing=(1e-6, 1.5e-6))
     x, y = (np.asarray(axis) for axis in grid.coordinates())

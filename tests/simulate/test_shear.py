@@ -95,7 +95,7 @@ def compressed():
     return jc.shear(body, ball, jc.Load((k / 45) ** 3), still, k, friction=0.2986, grid=grid, tolerance=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:.*cells across")
 def test_compression_with_friction_is_that_of_contact():
     """Fully coupled, in increments: 225 cells stick, approach 0.09874 mm, peak 0.02392 MPa."""
@@ -163,7 +163,7 @@ def test_rough_surface_dragged_round_a_corner_and_off_obeys_the_law_of_friction(
     np.testing.assert_allclose(loads[3], [0.6 * held, -0.8 * held], rtol=2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_similar_solids_do_not_feel_the_coupling():
     """Two of one material: the shear does not move the pressure, and the coupled solution is the uncoupled one."""
     material = jc.Elastic(G, 0.3)
@@ -216,7 +216,7 @@ def test_creeping_film_under_a_punch_that_sticks_relaxes_to_the_film_of_its_long
     assert np.all(np.diff(shift, axis=0) > 0.0)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:1 of 1 steps")
 def test_sheared_heights_end_with_their_grid_and_a_ball_does_not():
     body, grid = jc.LayeredHalfSpace([], substrate=jc.Elastic(G=30e9, nu=0.25)), jc.Grid.square(12, 12e-6)

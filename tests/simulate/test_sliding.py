@@ -39,7 +39,7 @@ def apart(a, b):
     return float(jnp.max(jnp.abs(a - b)) / jnp.max(b))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_speed_zero_is_indentation(body, ball):
     still = slide(body, ball, velocity=0.0, tolerance=1e-13)
     pressed = indent(body, ball, LOAD, TIMES, grid=GRID, tolerance=1e-13)
@@ -296,7 +296,7 @@ def test_derivatives_of_the_memory_by_a_component_of_the_motion_that_is_zero(sha
     np.testing.assert_allclose(slopes, jnp.stack(differences, -1), atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_reverse_forward_and_central():
     """Along one direction in all six parameters."""
     x, direction = jnp.ones(6), jnp.asarray([0.5, -0.3, 0.7, 0.4, -0.6, 0.8])

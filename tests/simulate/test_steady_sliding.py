@@ -229,7 +229,7 @@ def test_exponential_integral():
         np.testing.assert_allclose(exponential_integral(jnp.asarray(x)), exact, rtol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("speed", [pytest.param(3.2e-8, marks=pytest.mark.long), 1e-7])
 def test_a_half_space_that_relaxes_as_the_contact_passes(ball, film, speed):
     """The operator is far from symmetric; the sets of active cells alone cycle for ever. Also (vx, vy) as a tuple."""

@@ -111,7 +111,7 @@ def test_images_measure_their_error_at_all_times():
         np.testing.assert_allclose(found[3:], [each(r, nu) for r in ratios[3:]], rtol=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_of_the_approach_by_modulus_and_thickness():
     """A ratio of 1e5, as thick as the contact is wide: against differences of the axisymmetric solution."""
     modulus, load = 1e5 * BASE, exact(1e5 * BASE, A).load

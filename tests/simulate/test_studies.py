@@ -279,7 +279,7 @@ def test_a_folder_in_use_is_said_to_be(tmp_path):
         jc.sweep(noted, CASES, tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_killed_worker_of_ones_own_executor_costs_no_other_case(tmp_path):
     """A ProcessPoolExecutor is broken by it, and all its futures with it, also those not yet submitted."""
     cases = with_log(tmp_path / "log", 12)
@@ -312,7 +312,7 @@ def test_a_cluster_without_workers_is_waited_for_with_a_word(tmp_path, monkeypat
         assert waiting.result(timeout=60).stacked("square").tolist() == [0.0, 1.0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_through_dask(tmp_path):
     distributed = pytest.importorskip("distributed", reason="the extra cluster")
     with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
@@ -359,7 +359,7 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_serial_vmapped_sharded_process_and_cluster_runs_agree(tmp_path):
     """On four virtual devices. Loads and radii vary; where a film does, vmap rounds the fit of its kernels otherwise."""
     pytest.importorskip("distributed", reason="the extra cluster")

@@ -157,7 +157,7 @@ def test_under_growing_tractions_a_creeping_body_is_an_elastic_one(s=0.5):
         assert np.max(np.abs(stiff - theirs) / size) > creep
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_one_material_creeps_without_changing_its_stresses():
     """Layer and substrate of one material under a load that rises in a time: int J(T - t) dp/dt is in closed form."""
     tractions, _ = smooth()
@@ -201,11 +201,8 @@ STRAINED = {
 }
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=() if name == "elastic film" else pytest.mark.long) for name in STRAINED],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", STRAINED)
 def test_the_derivative_of_the_displacement_by_depth_is_the_strain_of_hookes_law(name):
     """From the surface to below the film, in both modes, and by central differences inside each material."""
     body, times, solids = STRAINED[name]

@@ -151,7 +151,7 @@ PRONY = half_space(jc.Springpot(V=400.0, alpha=0.3, nu=0.5).prony(1.0, 100.0))
 @pytest.mark.slow
 @QUIET
 @pytest.mark.parametrize("body, radius, load, width, times", [
-    pytest.param(PRONY, 1e-3, 1e-5, 600e-6, [0.0, 1.0, 10.0, 100.0], marks=pytest.mark.slow),
+    pytest.param(PRONY, 1e-3, 1e-5, 600e-6, [0.0, 1.0, 10.0, 100.0], marks=pytest.mark.long),
     (TEN, 5e-3, [0.02, 0.05, 0.2], 300e-6, [0.0, 0.3, 0.6]),
 ], ids=["constant load", "load that grows"])  # fmt: skip
 def test_the_largest_error_of_the_pressure_under_a_load(body, radius, load, width, times):

@@ -196,7 +196,7 @@ def test_the_pressure_converges_with_the_grid():
     assert abs(middle - fine) < 1e-3 * fine and abs(middle - fine) < 0.1 * abs(coarse - middle)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_relief_enters_the_gap_and_growth_raises_the_surface():
     """A film that grows uniformly is that of (nt,), but for the approach; the first touch is that of the relief."""
     grid, growing = GRIDS["free"], np.linspace(5e-7, 8e-7, 5)
@@ -232,7 +232,7 @@ def test_derivatives_by_the_map(over_times):
     np.testing.assert_allclose(forward, (run(1e-3) - run(-1e-3)) / 2e-3, rtol=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:.*fewer than 3 cells", "ignore:the series")
 def test_a_note_tells_of_a_steep_film():
     grid = GRIDS["plane strain"]

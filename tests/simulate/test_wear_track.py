@@ -74,6 +74,7 @@ def test_a_ball_wears_a_groove_of_the_line_integral_of_its_pressure():
     assert np.ptp(np.asarray(run.thickness), 0).max() < 0.03 * groove.max()
 
 
+@pytest.mark.long
 def test_without_a_law_it_is_a_slide_over_a_film_that_creeps():
     """In the frame of the indenter: the pressure of ``slide``, which convects the history."""
     film = jc.StandardLinearSolid(G1=20e9, G2=10e9, eta2=1e9, nu=0.35)
@@ -92,6 +93,7 @@ def test_without_a_law_it_is_a_slide_over_a_film_that_creeps():
     assert np.abs(np.asarray(run.gap)[pressed]).max() < 1e-7 * float(run.approach[0])
 
 
+@pytest.mark.long
 def test_a_patchy_film_passes_under_the_indenter():
     """Elastic, around a periodic line: at each place the contact of ``indent`` on the film moved the other way."""
     grid = jc.Grid((64, 1), (2e-6, LENGTH), periodic=True)
