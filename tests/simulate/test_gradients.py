@@ -390,7 +390,7 @@ def test_sensitivities_of_hertz_are_its_exponents():
         table.plot(np.zeros(3))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sensitivities_refuse_and_warn_as_the_calculation_does():
     def outputs(body, **keywords):
         ball, grid = jc.Sphere(9e-3), jc.Grid.square(32, 330e-6)
