@@ -11,7 +11,9 @@ of the term's largest. Of three steps, and of differences of fourth and sixth or
 closest counts: long steps suffer from truncation, above all of the contact area, whose slope changes within a thousandth
 where a cell is near the edge, and short ones from what the solver and the separation in time leave (1e-10 of a displacement
 on a film, so that a step of 1e-5 leaves 1e-5 of it; 5e-10 where film and base both creep, whatever the tolerance of the
-solver). Grids have an odd number of cells, so that no two cells share the peak.
+solver). Where all of them are off by more than is allowed, the slopes of polynomials by least squares count as well, of
+degree 7 through 41 values within 2 % and within 0.04 %: they have an eighth of the noise at a step of 1e-3 and six tenths
+of that at 1e-4, without their truncation. Grids have an odd number of cells, so that no two cells share the peak.
 
 Leaves on which a result does not depend are listed in the scenario, with the reason; any other leaf must have a derivative
 that is not zero. Fields without a derivative by definition are those of ``NO_DERIVATIVE``.
@@ -35,6 +37,7 @@ from jaxcontact._support.fields import FIELDS, INSIDE
 LONG, STEPS = 2e-3, (1e-3, 1e-4, 1e-5)
 SIXTH = 2e-2  # step of the difference of sixth order, which takes three of them: for what is smooth, but not accurate
 FLOOR = 1e-3  # of a term's largest derivative: smaller ones are compared with this
+WITHIN, VALUES, DEGREE = (2e-2, 4e-4), 41, 7  # polynomials through many values: for what is noisy
 BOUND = 1e-5  # the largest difference between a derivative and its central difference,
 MODES = 1e-6  # and between the modes
 SHORT = 8  # entries: of longer arrays two directions are taken
@@ -188,6 +191,13 @@ def measured(scenario: Scenario) -> Table:
     tried.append((15.0 * slopes[SIXTH] - 6.0 * slopes[2.0 * SIXTH] + slopes[3.0 * SIXTH]) / 10.0)
     # the longest steps are nan where they leave the range of a leaf
     nearest = np.fmin.reduce([np.abs(each - forward) / size for each in tried])
+    for i in np.flatnonzero(np.any(~(nearest < scenario.bound), 0)):
+        for reach in WITHIN:
+            places = np.linspace(-1.0, 1.0, VALUES)
+            along_it = np.stack([at_change(at.at[i].add(reach * place)) for place in places])
+            slope = np.polynomial.polynomial.polyfit(places, np.nan_to_num(along_it), DEGREE)[1] / reach
+            slope[np.any(~np.isfinite(along_it), 0)] = np.nan
+            nearest[:, i] = np.fmin(nearest[:, i], np.abs(slope - forward[:, i]) / size[:, i])
     names = [each.name for each in changes]
     between = np.abs(reverse - forward) / size
     spent = time.process_time() - began
