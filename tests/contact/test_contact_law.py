@@ -84,7 +84,7 @@ def test_a_load_is_carried_by_an_area_of_at_least_load_over_hardness(limit, meth
     assert int(jnp.sum(found.pressure > 0.0)) >= load / limit
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_hold_the_saturated_cells_at_the_hardness():
     gap = bumps()
 

@@ -132,7 +132,7 @@ def test_four_devices_give_the_result_of_one_and_never_gather_a_field():
     assert transforms == 2 * moves["all-to-all"], "a two-dimensional transform has two parts and one exchange"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_hosts_give_the_result_of_one():
     with socket.socket() as free:
         free.bind(("localhost", 0))

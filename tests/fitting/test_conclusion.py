@@ -466,7 +466,7 @@ def test_every_kind_of_result_can_be_pickled(kind):
             assert np.sum(np.asarray(land.residual(land.best)) ** 2) == pytest.approx(one.rss, rel=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_fits_come_back_from_a_process_pool():
     with concurrent.futures.ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
         found = pool.submit(fitting.fit_creep, creep_curve(), "StandardLinearSolid").result(timeout=300)

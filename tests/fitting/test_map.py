@@ -307,7 +307,7 @@ def test_of_a_map_with_adhesion_what_it_does_not_take_is_refused():
             fitting.fit_map(depth, load, times, indenter=BALL, adhesion="JKR", **given)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_of_a_large_map_the_intervals_hold_and_the_bad_curves_are_found():
     depth, load, times, E, _, kinds = simulated(1000, 512, faulty=0.1, seed=11)
     found = fitting.fit_map(depth, load, times, indenter=BALL)

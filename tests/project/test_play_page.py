@@ -153,10 +153,8 @@ DIRECT = {  # preset: indenter, film and substrate for stiffness G, and the load
 }
 
 
-@pytest.mark.slow  # compiles the solver for a ball and for a roller, twice
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long if name == ZDDP else ()) for name in DIRECT]
-)
+@pytest.mark.long  # compiles the solver for a ball and for a roller, twice
+@pytest.mark.parametrize("name", DIRECT)
 def test_the_numbers_are_those_of_a_call(name):
     """On the page's grid: that around the contact with 48 cells across, or twice as fine across a roller."""
     stiffness = 1.5 * PRESETS[name].values["stiffness"]

@@ -115,7 +115,7 @@ def test_a_small_contact_in_a_long_cell_is_that_of_free_space():
     np.testing.assert_allclose(both[0].film_strain, both[1].film_strain, rtol=3e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_long_slide_over_a_film_becomes_the_steady_one():
     """A ball in a row of balls along y, over four widths of the grid, aslant."""
     ball, grid = jc.Sphere(1e-3, STEEL), jc.Grid((32, 27), (3e-6, 3e-6), ALONG_Y)

@@ -36,7 +36,9 @@ print(done.returncode, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(n, marks=pytest.mark.long if "tables" in n or "kernels" in n else pytest.mark.slow)
+        pytest.param(
+            n, marks=pytest.mark.long if "tables" in n or "kernels" in n or "disk" in n else pytest.mark.slow
+        )
         for n in RUNS
     ],
 )

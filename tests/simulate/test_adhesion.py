@@ -166,7 +166,7 @@ def test_retraction_at_a_finite_speed_takes_the_load_of_a_crack_in_a_relaxed_sol
     assert lowest == pytest.approx(peeled(3.0, 2.0, 1.0, 0.1), rel=0.02) and lowest < -2.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slow_retraction_pulls_off_at_that_of_the_relaxed_modulus():
     approaches = np.array([2.0, 1.0, 0.3, 0.0, -0.2, -0.3, -0.4, -0.5, -0.6])
     times = 1e5 * np.arange(approaches.size)

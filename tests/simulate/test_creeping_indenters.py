@@ -65,7 +65,7 @@ def test_a_creeping_ball_on_a_stiff_base_is_a_rigid_ball_on_that_solid(control):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_rigid_ball_in_a_gel_on_a_stiff_flat_is_a_rigid_ball_on_that_gel_on_a_rigid_base():
     gel = jc.LayeredHalfSpace([jc.Layer(solid(), 4e-4)], None)
     base = jc.LayeredHalfSpace([], jc.Elastic(G=1e12, nu=0.4))
@@ -92,8 +92,8 @@ def maxwell():
     return jc.Maxwell(G=1e6, eta=1e6, nu=0.4)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("make", [solid, pytest.param(coated, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("make", [solid, coated])
 def test_slide_steady_of_a_creeping_ball_on_a_stiff_flat_is_hertz_with_the_relaxed_modulus(make):
     flat = jc.StandardLinearSolid(G1=1e12, G2=1e12, eta2=1e11, nu=0.4)
     found = jc.slide_steady(as_body(flat), jc.Sphere(R, make()), STEADY, velocity=1e-3, grid=GRID)
@@ -290,9 +290,9 @@ SHEARED = (
 )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("coupled", [pytest.param(False, marks=pytest.mark.long), True])
-@pytest.mark.parametrize("material", [burgers, pytest.param(coated, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("coupled", [False, True])
+@pytest.mark.parametrize("material", [burgers, coated])
 def test_shear_of_two_equal_bodies_is_that_on_twice_the_compliance(material, coupled):
     expected = sheared(as_body(material(0.5)), jc.Sphere(R), coupled=False)
     found = sheared(as_body(material()), jc.Sphere(R, material()), coupled=coupled)

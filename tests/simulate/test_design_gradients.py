@@ -73,7 +73,7 @@ def test_the_gradient_is_that_of_central_differences_in_ten_random_directions(na
         )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_products_with_the_hessian_are_differences_of_gradients():
     """Forward over reverse mode, for Newton-CG."""
     slope = jax.jit(jax.grad(of_heights))

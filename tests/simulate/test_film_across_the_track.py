@@ -50,6 +50,7 @@ def test_limits_are_those_of_elastic_films(velocity, G):
     assert np.abs(uniform.pressure - found.pressure).max() > 0.02 * float(found.pressure.max())
 
 
+@pytest.mark.long
 def test_a_long_pass_becomes_the_steady_state():
     """In the frame of the body, by ``rub`` without a law: the memory of another module, which no wave number convects."""
     wide = jc.Grid((64, 16), (2.5e-6, 2.5e-6))
@@ -77,6 +78,7 @@ def test_the_power_of_the_force_is_that_of_the_dashpots():
     np.testing.assert_allclose(reverse.pressure[::-1], run.pressure, atol=1e-6 * float(run.pressure.max()))
 
 
+@pytest.mark.long
 def test_derivatives_by_thickness_and_speed():
     def found(scale):
         run = slid(jnp.broadcast_to(ACROSS * scale[:16], GRID.shape), SPEED * scale[16], tolerance=1e-11)

@@ -248,7 +248,7 @@ def slid(hardness, **given):
     return jc.slide(BODY, BALL, jc.Load(350.0), jnp.arange(11.0), hardness=hardness, **given)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_hardness_leaves_a_track_that_stays_behind():
     """Steps of a cell: dent and hardness of the body move on by a cell, and nothing changes behind the contact."""
     hardness = np.where(np.arange(32)[:, None] < 19, 2e9, 1.6e9) * np.ones((32, 32))

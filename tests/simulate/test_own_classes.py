@@ -132,9 +132,8 @@ def test_indent_with_an_indenter_of_ones_own():
     assert float(run.load[0]) == pytest.approx(2 * (2 * G / (1 - nu)) * a * approach * 4 / 5, rel=5e-3)
 
 
-@pytest.mark.parametrize(
-    "verb", [pytest.param("indent", marks=pytest.mark.slow), pytest.param("slide", marks=pytest.mark.long)]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("verb", ["indent", "slide"])
 def test_a_law_of_adhesion_of_ones_own_is_the_built_in_one_of_the_same_formula(verb):
     """Values and derivatives by the work and the range, of an approach to and from a standard linear solid."""
     solid = jc.LayeredHalfSpace([], jc.StandardLinearSolid(2e6, 2e6, 2e6, nu=0.5))

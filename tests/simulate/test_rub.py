@@ -126,6 +126,7 @@ def test_growth_and_removal_reach_their_steady_state():
     np.testing.assert_allclose(run.thickness[-1], 2e-9, rtol=1e-3)
 
 
+@pytest.mark.long
 def test_second_order_in_the_step():
     law = jc.StressActivated(1e-9, 0.0, 4e-30, 373.0) + jc.Archard(5e-18)
 

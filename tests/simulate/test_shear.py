@@ -133,7 +133,7 @@ def test_coupled_compression_obeys_the_law_of_friction():
     assert max(law_of_friction(compressed(), 0.2986)) < 1e-6
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rough_surface_dragged_round_a_corner_and_off_obeys_the_law_of_friction():
     """On a layer, with a coefficient of friction that varies: along x, along y, and then until every cell slips."""
     n, grid = 48, jc.Grid.square(48, 480e-6)

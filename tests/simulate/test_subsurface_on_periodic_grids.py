@@ -111,7 +111,7 @@ def test_a_strip_of_pressure_in_plane_strain():
     np.testing.assert_allclose(stress[:, 1, [0, 2]], 0.0, atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_layer_in_plane_strain():
     """Equilibrium and Hooke's law by differences, under pressure and shear; the surface as of ``deflection``."""
     n, dx, h = 96, 0.02, 0.6
@@ -154,7 +154,7 @@ def test_stresses_under_a_moving_pressure():
     np.testing.assert_allclose(still.displacement[0, 2][10:], shifted, atol=3e-3 * shifted.max())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_on_a_periodic_grid():
     """By depth, thickness and modulus, forward and reverse, against differences."""
     q_x, q_y, p = smooth_tractions()

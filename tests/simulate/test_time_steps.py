@@ -129,7 +129,7 @@ def test_shear_and_slide_know_the_error_of_a_relaxation():
         assert run.status.tolist() == [0, 12]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @QUIET
 @pytest.mark.filterwarnings("ignore:the length or radius of the indenter")
 def test_a_held_tangential_displacement_relaxes_in_the_estimate_too():
@@ -148,10 +148,10 @@ def test_a_held_tangential_displacement_relaxes_in_the_estimate_too():
 PRONY = half_space(jc.Springpot(V=400.0, alpha=0.3, nu=0.5).prony(1.0, 100.0))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @QUIET
 @pytest.mark.parametrize("body, radius, load, width, times", [
-    pytest.param(PRONY, 1e-3, 1e-5, 600e-6, [0.0, 1.0, 10.0, 100.0], marks=pytest.mark.long),
+    (PRONY, 1e-3, 1e-5, 600e-6, [0.0, 1.0, 10.0, 100.0]),
     (TEN, 5e-3, [0.02, 0.05, 0.2], 300e-6, [0.0, 0.3, 0.6]),
 ], ids=["constant load", "load that grows"])  # fmt: skip
 def test_the_largest_error_of_the_pressure_under_a_load(body, radius, load, width, times):
