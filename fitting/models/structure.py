@@ -437,12 +437,18 @@ def by_name(name: str, classes: Iterable[type]) -> type | None:
     return {cls.__name__.casefold(): cls for cls in classes}.get(name.casefold())
 
 
+def given_times(tau: Any) -> np.ndarray:
+    """Return the different times (k,) [s] of a series in their order; ValueError unless they are > 0."""
+    require_real("tau", tau)
+    times = np.unique(np.asarray(tau, dtype=float))
+    if times.size == 0 or not np.all(np.isfinite(times) & (times > 0)):
+        raise ValueError(f"tau: expected times > 0, got {times}")
+    return times
+
+
 def series(tau: Any, instantaneous: bool = True, flow: bool = True) -> Structure:
     """Return the structure of ``jc.Prony`` with given times (k,) [s], with or without J0 and the fluidity."""
-    require_real("tau", tau)
-    tau = np.unique(np.asarray(tau, dtype=float))
-    if tau.ndim != 1 or tau.size == 0 or not np.all(np.isfinite(tau) & (tau > 0)):
-        raise ValueError(f"tau: expected times > 0, got {tau}")
+    tau = given_times(tau)
     where = {f"J{i + 1}": i + 1 for i in range(tau.size)}
     where = ({"J0": 0} if instantaneous else {}) | where
     return Structure(jc.Prony, where | ({"fluidity": tau.size + 1} if flow else {}), tau.size, tau)
