@@ -587,8 +587,8 @@ def _rounds(
         more = ~s.round.settled & (s.round.taken < max_iterations) & (s.round.rounds < ROUNDS)
         return needed & (more | (s.round.rounds == 0))
 
-    begun = Round(pressed, sheared, pair, normal_shift, zero, zero, no)
+    before = Round(pressed, sheared, pair, normal_shift, zero, zero, no)
     blank = jnp.zeros((KEPT, *pressure.shape))
     unsettled = jnp.max(problem.coefficient) * operator.coupling()
-    first = _RoundSearch(begun, newest_first(blank, normal_shift), blank, one, one, unsettled)
+    first = _RoundSearch(before, newest_first(blank, normal_shift), blank, one, one, unsettled)
     return jax.lax.while_loop(going, further, first).round

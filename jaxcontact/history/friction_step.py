@@ -87,10 +87,10 @@ class ShearStepper(Stepper):
         fields = self.memory.start(shape)
         count = self.memory.delayed(fields, zeros()).rates.size
         time_step_error = (StepError.none(count, shape), StepError.none(count, (2, *shape))) if count else ()
-        begun = ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), time_step_error)
+        carry = ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), time_step_error)
         if self.strength is None:
-            return begun
-        return begun._replace(adhesion_state=initial_adhesion(self.law, zeros()), bound=zeros())
+            return carry
+        return carry._replace(adhesion_state=initial_adhesion(self.law, zeros()), bound=zeros())
 
     def advance(self, carry: ShearCarry, step: Steps) -> tuple[ShearCarry, Outcome]:
         dt, before = step.dt, carry.traction[2]

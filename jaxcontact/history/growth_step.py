@@ -188,21 +188,18 @@ def check_path(path: Any, times: Any, indenter: Any, grid: Grid, *, in_its_frame
             grid.periodic[axis] or farthest < half,
             f"path [m]: expected positions within {half:g} of the centre of the grid along {name}, got {farthest:g}",
         )
-        if grid.periodic[axis]:
-            _check_goes_on(np.diff(path[:, axis]), half, name)
+        if not grid.periodic[axis]:
+            continue
+        # a path around a periodic axis that starts again on the other side: long moves back between short ones forward
+        moves = np.diff(path[:, axis])
+        forward = np.sign(np.sum(np.sign(moves)))
+        long = (np.abs(moves) > half) & (moves * forward < 0.0)
+        checks.require(
+            not np.any(long) or np.any(np.abs(moves[~long]) > half),
+            f"path [m]: expected positions that go on around the periodic axis {name}, beyond the grid, or moves of at most"
+            f" half its width, {half:g}, got one of {moves[np.argmax(long)]:g} back: they seem to start again",
+        )
     return True
-
-
-def _check_goes_on(moves: np.ndarray, half: float, name: str) -> None:
-    """Raise ValueError for a path around a periodic axis that starts again on the other side of the grid: single long moves
-    (nt - 1,) back between short ones forward."""
-    forward = np.sign(np.sum(np.sign(moves)))
-    long = (np.abs(moves) > half) & (moves * forward < 0.0)
-    checks.require(
-        not np.any(long) or np.any(np.abs(moves[~long]) > half),
-        f"path [m]: expected positions that go on around the periodic axis {name}, beyond the grid, or moves of at most half"
-        f" its width, {half:g}, got one of {moves[np.argmax(long)]:g} back: they seem to start again",
-    )
 
 
 # tolerance of the first contact of a step over that of the second; its largest value

@@ -251,7 +251,7 @@ class Indentation(Experiment):
         if self.kernels is not None:
             memory = with_indenter(memory, self.kernels)
 
-        stepper, steps = PressStepper(memory, **self.contact(scale)), self.steps(scale, more)
+        stepper, steps = PressStepper(memory, **self.stepper_arguments(scale)), self.steps(scale, more)
         known = {"times": self.times} | self.tabor_number, {"grid": self.grid}
         result_class = ContactHistory if self.adhesion is None else AdhesiveHistory
         return Plan(stepper, steps, scale, errors, *known, result_class)

@@ -176,7 +176,7 @@ class Shearing(Experiment):
             tangential_load_controlled=load_given,
             coupled=self.coupled,
             strength=strength,
-            **self.contact(scale),
+            **self.stepper_arguments(scale),
         )
 
         # The tangential control at the inner steps, (nt, substeps, 2).
