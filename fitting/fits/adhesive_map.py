@@ -166,8 +166,8 @@ def fit_one(row: Row) -> dict[str, Array]:
     places = jnp.repeat(jnp.arange(COUNT), 2), jnp.tile(jnp.array([-1.0, 1.0]), COUNT)
     ends, reached = lax.map(end, places)
     # an error of the zero of the load, which is independent of the noise, moves the coordinates by (J^T J)^-1 J^T zero
-    shift = (inverse @ jnp.sum(rows, 1)) * row.zero
-    half = jnp.hypot(ends.reshape(COUNT, 2) - theta[:, None], shift[:, None])
+    by_zero = (inverse @ jnp.sum(rows, 1)) * row.zero
+    half = jnp.hypot(ends.reshape(COUNT, 2) - theta[:, None], by_zero[:, None])
     ends = theta[:, None] + half * jnp.array([-1.0, 1.0])
 
     # 4. Whether the tests of the residuals leave a doubt, and how much of the data is explained.

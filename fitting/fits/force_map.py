@@ -314,7 +314,7 @@ def fit_one(
         "amplitude": one.c, "r2": r2, "floor": found.ratio, "lag1": found.lag1, "before": before,
         "scatter": scatter, "pushed": pushed, "spikes": spiky, "highest": highest,
         "jumped": jumped, "risen": risen, "doubted": doubted, "few": few,
-        "softer": softer, "shift": half - p, "trend": trend, "varied": found.varied, "found": contact,
+        "softer": softer, "moved": half - p, "trend": trend, "varied": found.varied, "found": contact,
         "poor": real & ((r2 <= 0.0) | (total >= about * (1.0 - FLAT))), "faint": real & (spread > signal),
         "excess": spread / jnp.maximum(signal, 1e-300), "finite": jnp.all(jnp.isfinite(logs)),
     }  # fmt: skip
@@ -337,7 +337,8 @@ def fit_batch(
     curves: Scaled, extra: Array, constants: dict[str, Array], layer: Any, *, power: float
 ) -> dict[str, Array]:
     """Return the fits of the curves of a batch."""
-    return lax.map(lambda row: fit_one(*row, layer, power), (curves, extra, constants))
+    one = lambda row: fit_one(row[0], row[1], row[2], layer, power)
+    return lax.map(one, (curves, extra, constants))
 
 
 @functools.partial(Program, static_argnames=("power",))
@@ -639,8 +640,8 @@ def all_together(
     level, errors = given["level"], given["errors"] or {}
 
     # 1. The approaches about their contacts, and the fits of those that the store does not have.
-    sample = {name: given[name] for name in ("indenter", "nu", "thickness", "unbonded")}
-    rows_of = functools.partial(Rows.of, **sample)
+    sample = given["indenter"], given["nu"], given["thickness"], given["unbonded"]
+    rows_of = lambda some: Rows.of(some, *sample)
     ready, out = prepared(curves, rows_of), empty(len(curves))
     for k, why in ready.failed.items():
         out["reason"][k] = why
@@ -671,7 +672,7 @@ def all_together(
     logs, contact = found["log_G"], found["contact"]
     sides = np.array([-1.0, 1.0])
     systematic = [
-        np.where(judged_by_change, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "shift")
+        np.where(judged_by_change, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "moved")
     ]
     logs = np.column_stack(
         [logs[:, 0], logs[:, :1] + factors[0] * (logs[:, 1:] - logs[:, :1]) + systematic[0]]

@@ -585,15 +585,6 @@ class WLFShift:
         return valid & checks.positive("WLFShift reference [K]", self.reference)
 
 
-def check_shift(shift: Any) -> Verdict:
-    """Return whether a shift's parameters are in range; ValueError for what is no shift."""
-    checks.require(
-        callable(getattr(shift, "log_factor", None)),
-        f"Thermal shift: expected None or an object with a method log_factor, got {type(shift).__name__}",
-    )
-    return shift.check() if hasattr(shift, "check") else True
-
-
 # Heating of a rubbed surface by friction.
 
 
@@ -636,7 +627,11 @@ class Thermal:
             valid = valid & checks.positive("Thermal diffusivity [m2/s]", self.diffusivity)
         if self.shift is None:
             return valid
-        valid = valid & check_shift(self.shift)
+        checks.require(
+            callable(getattr(self.shift, "log_factor", None)),
+            f"Thermal shift: expected None or an object with a method log_factor, got {type(self.shift).__name__}",
+        )
+        valid = valid & (self.shift.check() if hasattr(self.shift, "check") else True)
         name = "ln a_T of Thermal shift at ambient, inf where the body has infinite times"
         return valid & checks.finite(name, self.shift.log_factor(self.ambient))
 

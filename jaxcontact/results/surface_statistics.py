@@ -314,24 +314,23 @@ def contact_clusters(result: Any, step: int = -1) -> ContactClusters:
     maps = np.asarray(result.in_contact)
     maps = maps if maps.ndim == 3 else maps[None]
     checks.whole("step", step, -len(maps), len(maps) - 1)
-    labels = _joined(scipy.ndimage.label(maps[step])[0], result.grid)
-    cells = np.bincount(labels.ravel())[1:]
-    order = np.argsort(-cells, kind="stable")
-    rank = np.zeros(cells.size + 1, int)
-    rank[1 + order] = 1 + np.arange(cells.size)
-    return ContactClusters(rank[labels], cells[order] * float(result.grid.cell_area))
+    labels = scipy.ndimage.label(maps[step])[0]
 
-
-def _joined(labels: np.ndarray, grid: Grid) -> np.ndarray:
-    """Return labels in which patches (0 to n) that touch across a periodic side are one."""
-    sides = [(labels[0], labels[-1])] * grid.periodic[0] + [(labels[:, 0], labels[:, -1])] * grid.periodic[1]
+    # patches (0 to n) that touch across a periodic side are one
+    wraps = result.grid.periodic
+    sides = [(labels[0], labels[-1])] * wraps[0] + [(labels[:, 0], labels[:, -1])] * wraps[1]
     pairs = np.concatenate(
         [np.stack([a, b])[:, (a > 0) & (b > 0)] for a, b in sides] + [np.zeros((2, 0), int)], 1
     )
     size = labels.max() + 1
     links = scipy.sparse.coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(size, size))
     _, patches = scipy.sparse.csgraph.connected_components(links, directed=False)
-    return patches[labels]  # open cells, label 0, form the first component
+    labels = patches[labels]  # open cells, label 0, form the first component
+    cells = np.bincount(labels.ravel())[1:]
+    order = np.argsort(-cells, kind="stable")
+    rank = np.zeros(cells.size + 1, int)
+    rank[1 + order] = 1 + np.arange(cells.size)
+    return ContactClusters(rank[labels], cells[order] * float(result.grid.cell_area))
 
 
 def _boundary_sides(touching: Array, grid: Grid) -> tuple[Array, Array]:
