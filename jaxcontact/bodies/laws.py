@@ -471,9 +471,7 @@ class ScaledAdhesion(Adhesion):
 
 
 def check_adhesion(law: Any) -> Verdict:
-    """Check a law of adhesion, or None for no adhesion; ValueError for anything else, or parameters out of range."""
-    if law is None:
-        return True
+    """Check a law of adhesion; ValueError for anything else, or parameters out of range."""
     checks.require(
         isinstance(law, Adhesion) and hasattr(law, "work"),
         "adhesion: expected ExponentialAdhesion, DugdaleAdhesion, a subclass of jc.abc.Adhesion with its work, or None, got"
@@ -506,9 +504,7 @@ def check_adhesion(law: Any) -> Verdict:
 
 
 def check_shear_strength(strength: Any, shape: tuple[int, ...], *, adhesive: bool) -> Verdict:
-    """Check the shear strength of an adhesive contact, or None: a number or of shape ``shape``, not negative."""
-    if strength is None:
-        return True
+    """Check the shear strength of an adhesive contact: a number or of shape ``shape``, not negative."""
     checks.require(
         adhesive, f"shear_strength: expected None without adhesion, got {strength!r}: friction= is for that"
     )

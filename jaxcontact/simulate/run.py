@@ -141,8 +141,10 @@ class Experiment:
         valid = valid & good & checks.not_decreasing("times [s]", times)
         # surfaces that attract each other can be pulled, by a negative load
         adhesive = adhesion is not None
-        valid = valid & check_adhesion(adhesion)
-        valid = valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
+        if adhesive:
+            valid = valid & check_adhesion(adhesion)
+        if shear_strength is not None:
+            valid = valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
         valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
         if hardness is not None:
             valid = valid & check_hardness(hardness, grid.shape)
