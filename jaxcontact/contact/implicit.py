@@ -50,6 +50,7 @@ from jax.flatten_util import ravel_pytree
 from jax.scipy.sparse.linalg import gmres
 
 from jaxcontact._support.pytree import replace
+from jaxcontact._support.reductions import lowest_point
 from jaxcontact.contact import adhesive, friction, nonsymmetric
 from jaxcontact.contact.adhesive import AdhesiveTangent, Start
 from jaxcontact.contact.friction import (
@@ -316,7 +317,7 @@ def no_tangent(a: Array) -> np.ndarray:
 
 def _first_touch(problem: Problem | SlipProblem, change: Problem | SlipProblem) -> Array:
     """Return the tangent of the approach at a load of zero (``normal.approach_of``), zero without history."""
-    return change.gap.ravel()[jnp.argmin(problem.gap)] - change.lowest
+    return jax.jvp(lowest_point, (problem.gap, 1.0), (change.gap, 0.0))[1] - change.lowest
 
 
 @jax.custom_jvp

@@ -26,6 +26,9 @@ STEP_ERROR = 1e-2  # of the pressure: its error by the time steps
 STEPS = 0.1  # of the largest change of the thickness: its error by the time steps
 NARROW = 0.3  # of the growth that a cell may have above all its neighbours
 STEEP, STEEP_STIFF = 0.2, 0.1  # slopes of a film's thickness, of one softer and of one stiffer than its base
+STEEPEST = (
+    0.5  # share of the steps between heights with a slope above 1: those of a punch with walls are fewer
+)
 COLD = 200.0  # K, below which a temperature was probably given in degrees Celsius
 FEW_COHESIVE = 3  # cells across the zone of attraction
 DEEP = 1.0 / 3.0  # contact radius over the radius of a ball, which is computed as a paraboloid
@@ -70,8 +73,9 @@ class Diagnostics:
     roller_length [m]: of a ``Cylinder`` on the grid, inf for any other indenter; elongation: of the contact of any other
     indenter, the number of cells across it along its longer direction over that along its shorter one; walled: whether
     walls of the indenter are met in a slide, whose part of hysteresis_force is missing; size_error: relative
-    error of a size of the indenter that is rounded to whole cells; coldest [K]: the lowest temperature that a law of
-    growth or ``Thermal`` is given, inf without any.
+    error of a size of the indenter that is rounded to whole cells; steep_share: of a ``HeightField``, the share of steps
+    between neighbouring cells with a slope above 1, along the axis where it is larger; coldest [K]: the lowest
+    temperature that a law of growth or ``Thermal`` is given, inf without any.
     """
 
     separation_error: Any = np.float64(0.0)
@@ -94,6 +98,7 @@ class Diagnostics:
     walled: Any = np.bool_(False)
     coldest: Any = np.float64(np.inf)
     size_error: Any = np.float64(0.0)
+    steep_share: Any = np.float64(0.0)
 
 
 class _Run(NamedTuple):
@@ -283,13 +288,21 @@ def _notes(run: _Run, plane_strain: bool) -> Iterator[Note]:
             share,
         )
 
-    # 5. The input: sizes in whole cells, temperatures, and a grid that was widened.
+    # 5. The input: sizes in whole cells, heights in another unit, temperatures, and a grid that was widened.
     if told.size_error > ROUNDED:
         share = 100.0 * float(told.size_error)
         yield Note(
             f"the length or radius of the indenter is rounded to whole cells, by {told_apart(share, 100.0 * ROUNDED)}"
             " %: use a finer grid, or cells that divide it",
             f"size of the indenter rounded by more than {100.0 * ROUNDED:g} %",
+            share,
+        )
+    if told.steep_share > STEEPEST:
+        share = float(told.steep_share)
+        yield Note(
+            f"{100.0 * share:.0f} % of the steps between neighbouring heights have a slope above 1, where the theory of"
+            " small slopes is inaccurate: heights and the cells of the grid are both in metres",
+            f"more than {100.0 * STEEPEST:.0f} % of the slopes of the heights above 1",
             share,
         )
     if told.walled:

@@ -290,6 +290,7 @@ NOTES = {  # notes and diagnostics, stored with any result
     "elongation": "cells along the longer side of the contact over cells across it, 1 of a cylinder [1]",
     "walled": "1 if the hysteresis force leaves out walls of the indenter",
     "size_error": "relative error of a size of the indenter that is rounded to whole cells [1]",
+    "steep_share": "share of steps between neighbouring heights with a slope above 1 [1]",
     "coldest": "lowest temperature given for growth or heat, inf without any [K]",
 }
 

@@ -549,6 +549,10 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     if experiment.temperatures:
         each = [jnp.min(jnp.asarray(value, float)) for value in experiment.temperatures]
         found["coldest"] = jax.lax.stop_gradient(jnp.min(jnp.stack(each)))
+    if isinstance(indenter, HeightField):
+        found["steep_share"] = _steep_share(
+            jax.lax.stop_gradient(jnp.asarray(indenter.heights, float)), experiment.grid
+        )
     if hasattr(result, "times") and hasattr(result, "hysteresis_force"):
         found["walled"] = _meets_walls(result, indenter)
     if experiment.film_map is not None:
@@ -576,6 +580,13 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
     result = finished(result, errors, experiment)
     announce(result, stacklevel=3)
     return result
+
+
+@jax.jit
+def _steep_share(heights: Array, grid: Grid) -> Array:
+    """Return the share of steps between neighbouring cells with a slope above 1, along the axis where it is larger, ()."""
+    axes = [axis for axis, n in enumerate(grid.shape) if n > 1]
+    return jnp.max(jnp.stack([jnp.mean(jnp.abs(jnp.diff(heights, axis=k)) > grid.spacing[k]) for k in axes]))
 
 
 @jax.jit

@@ -89,7 +89,9 @@ def test_a_law_does_its_work(law):
 @pytest.mark.parametrize(
     "load", [pytest.param(False, marks=pytest.mark.long), True], ids=["approach", "load"]
 )
-@pytest.mark.parametrize("kind", GRIDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.long if kind == "free" else ()) for kind in GRIDS]
+)
 def test_tractions_balance_and_surfaces_do_not_overlap(kind, load):
     """p_c >= 0, g >= 0, p_c g = 0, p = p_c - s(g) with s from the energy's own numerical derivative, u = K p."""
     periodic = GRIDS[kind]

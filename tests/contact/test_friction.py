@@ -177,7 +177,7 @@ def test_unlike_solids_in_gross_slip_there_and_back(friction):
     np.testing.assert_allclose([there[1], back[1]], 0.0, atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_iterations_hardly_grow_with_the_grid():
     """Steel on steel, Cattaneo and Mindlin, 64 and 256 cells along a side, from first contact on: at most 42 iterations."""
     steel, W, mu = jc.Elastic.from_young(210e9, nu=0.3), 60.0, 0.3

@@ -108,7 +108,7 @@ def test_intervals_on_a_film_cover_the_truth(ratio, thickness):
     assert np.all(np.mean(inside, axis=0) > 0.86), np.mean(inside, axis=0)
 
 
-@pytest.mark.slow  # a curve of the solver, and many layered contacts for the series
+@pytest.mark.long  # a curve of the solver, and many layered contacts for the series
 def test_intervals_on_a_film_hold_the_truth_for_a_curve_of_the_solver_at_a_tabor_number_of_3():
     """A film of 10 times the modulus of its base: the model, without a range, gives 3 % too much work."""
     E, (approach, _) = 2.0 * G / (1.0 - NU), branch(10.0, 1.0)

@@ -56,7 +56,9 @@ def assert_agrees(draws, expected, ess):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("known", [False, True], ids=["noise estimated", "noise known"])
+@pytest.mark.parametrize(
+    "known", [pytest.param(False, marks=pytest.mark.long), True], ids=["noise estimated", "noise known"]
+)
 def test_creep_has_the_density_of_a_grid(known):
     """RSS^(-n/2) without a sigma, exp(-RSS/2) with it, even in the logarithms of both parameters."""
     data = curve()

@@ -91,7 +91,7 @@ def search(data, model=MODEL, align="shift and rotation", blur="fitted"):
     return FieldSearch.of(data, sought, {"G": TRUE}, (BALL, model, 1e-11), ALIGN[align], blur, "constant")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_jacobian_of_the_residuals_is_that_of_central_differences():
     own = search(contact_data())
     theta = own.start + np.array([0.03, 0.3, -0.2, 0.1, 0.4, 0.3, 0.01])
@@ -198,7 +198,7 @@ def pressure_data(seed=0, noise=0.03):
     return fitting.ContactData([0.0], LOAD, {"pressure": field}, IMAGE)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_local_optimum_is_not_taken_for_the_best():
     """The sum of squares has a local minimum at p = exp(-1), at which a search from exp(-0.6) ends. About the best one it
     has two minima on this grid, at logarithms of 2.386 and 2.393, between which 8 cells leave the contact."""

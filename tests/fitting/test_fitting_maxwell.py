@@ -175,7 +175,7 @@ def creep_of_modes(Ge, G, tau, t):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("decades", [26, 30, 45])
+@pytest.mark.parametrize("decades", [26, pytest.param(30, marks=pytest.mark.long), 45])
 @pytest.mark.parametrize("solid", [True, False])
 def test_spectra_over_tens_of_decades_give_the_creep_of_mpmath(decades, solid):
     """Random moduli from 1 to 1e9 Pa: eigenvalues of the matrix of rates were wrong below 1e-16 of the largest."""

@@ -341,7 +341,7 @@ def test_a_spring_constant_is_a_positive_number(k):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("factor", [1e3, 1e9])
+@pytest.mark.parametrize("factor", [1e3, pytest.param(1e9, marks=pytest.mark.long)])
 @pytest.mark.parametrize("model", ["Elastic", "Maxwell", "map"])
 def test_depths_in_other_units_reject_a_fit(factor, model):
     # a ball whose depth is a hundred times its radius is below the surface; its parabola still describes such a curve,

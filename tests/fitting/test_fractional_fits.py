@@ -150,7 +150,7 @@ def test_a_dashpot_is_a_springpot_of_order_one():
     [
         ("FractionalMaxwell", "Maxwell", 1 / 800 + TIMES / 1500),
         pytest.param(
-            "FractionalKelvinVoigt", "KelvinVoigt", -np.expm1(-TIMES / 20) / 500, marks=pytest.mark.slow
+            "FractionalKelvinVoigt", "KelvinVoigt", -np.expm1(-TIMES / 20) / 500, marks=pytest.mark.long
         ),
     ],
 )

@@ -331,7 +331,7 @@ print("ran once", *np.round(found.youngs_modulus))
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_script_without_a_guard_fits_curves_in_processes(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(UNGUARDED)

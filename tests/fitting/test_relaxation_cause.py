@@ -50,7 +50,7 @@ def test_a_modulus_in_common_tells_more():
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_design_states_which_second_depth_would_tell():
     """What it predicts for one hold holds for simulated pairs."""
     _, curves = holds("poroelastic")

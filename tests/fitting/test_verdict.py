@@ -149,7 +149,9 @@ def test_a_constant_may_be_the_truth():
 @pytest.mark.parametrize(
     "n", [pytest.param(n, marks=pytest.mark.long if n > 20 else ()) for n in (20, 60, 200)]
 )
-@pytest.mark.parametrize("rho", [0.0, pytest.param(0.5, marks=pytest.mark.long), 0.9])
+@pytest.mark.parametrize(
+    "rho", [pytest.param(0.0, marks=pytest.mark.long), pytest.param(0.5, marks=pytest.mark.long), 0.9]
+)
 def test_intervals_cover_under_correlated_noise(n, rho):
     """1 % noise, white and AR(1): the four 95 % intervals hold the truth in 93 to 97 % of the fits that stand, in
     the mean; what is refused is counted."""

@@ -16,6 +16,7 @@ DEAR = {
     "spence",
     "cattaneo-mindlin",
     "creeping-layer",
+    "pavement",
     "viscoelastic-rolling",
     "archard",
 }
@@ -32,7 +33,8 @@ def test_every_problem_can_be_read_and_solved_by_anybody():
 
 
 @pytest.mark.parametrize("name", [
-    name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in references.PROBLEMS
+    name if name in QUICK else pytest.param(name, marks=pytest.mark.long if name in DEAR else pytest.mark.slow)
+    for name in references.PROBLEMS
 ])  # fmt: skip
 def test_reference_values_are_those_of_the_formulas(name):
     made, written = references.PROBLEMS[name](), answers.PROBLEMS[name]

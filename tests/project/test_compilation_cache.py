@@ -107,10 +107,8 @@ print(sum(compiled), float(value).hex())
 """
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "chosen", [False, pytest.param(True, marks=pytest.mark.long)], ids=["ours", "JAX_COMPILATION_CACHE_DIR"]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("chosen", [False, True], ids=["ours", "JAX_COMPILATION_CACHE_DIR"])
 def test_a_store_of_programs_that_were_cut_off_heals(tmp_path, chosen):
     """The run after compiles them once more, in silence, and the one after that nothing."""
     kept = {"JAX_COMPILATION_CACHE_DIR": str(tmp_path), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}

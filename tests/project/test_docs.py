@@ -63,6 +63,16 @@ DEAR = (  # not run in .ci/run
     "define several layers, or a graded layer",
     "press a rubber-covered roller",
     "compute a contact whose surfaces are both coated",
+    "press a film or a metal that yields, with permanent dents",
+    "write a law of growth or wear",
+    "simulate a film that grows",
+    "use a gradient in scipy, or in a program without jax",
+    "find out which contact model a force curve needs: Hertz, DMT or JKR",
+    "write a law of adhesion",
+    "compute the energy lost in a cycle",
+    "find out why a run does not converge",
+    "press first and slide afterwards",
+    "run many cases in one call",
 )
 
 

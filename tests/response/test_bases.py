@@ -201,7 +201,7 @@ def elastic_normal(G, nu, h, bonded, base):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "base", [None, pytest.param(jc.Elastic(7.0, 0.2), marks=pytest.mark.slow)], ids=BASES
+    "base", [None, pytest.param(jc.Elastic(7.0, 0.2), marks=pytest.mark.long)], ids=BASES
 )
 def test_sums_of_products_and_images_of_every_kind(base):
     """What a grid is given stands for the response, to 2e-5: several layers and all kinds of creep."""

@@ -99,7 +99,7 @@ def test_layers_that_change_nothing():
     np.testing.assert_allclose(whole[:, -1], half_space(3.0, 0.4), rtol=1e-15)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_fifty_graded_layers():
     """48 sublayers of a film that stiffens tenfold with depth: exact, bounded to alpha h = 1e4, second order."""
     x = np.array([1e-3, 0.1, 2.0, 1e4])
@@ -243,7 +243,7 @@ def sum_of_products_in_jax(response, t):
     return response.terms[0] + growth @ response.mix.T @ response.terms[1:]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_of_the_sum_of_products():
     """With respect to every parameter of each of three equal layers, which only together make a response."""
     three = jc.LayeredHalfSpace((jc.Layer(FILM, 50e-9),) * 3, STEEL)

@@ -103,7 +103,7 @@ def test_a_grid_turned_by_90_degrees_gives_the_turned_result():
     np.testing.assert_allclose(turned.film_strain, upright.film_strain, rtol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_small_contact_in_a_long_cell_is_that_of_free_space():
     """A ball on a creeping film, 15 cells across; the period is 10 times as wide as the contact."""
     ball = jc.Sphere(1e-3, STEEL)

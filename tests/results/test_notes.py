@@ -215,6 +215,23 @@ def test_a_roller_pressed_in_by_more_than_a_third_of_its_radius_is_noted():
             assert any("of the roller's radius" in note for note in notes) == (share > 1.0 / 3.0)
 
 
+def test_heights_in_another_unit_than_metres_are_noted():
+    """A wave of 0.2 um over 16 um in micrometres has slopes of 1e5; a punch with walls is steep at its edge alone."""
+    grid = jc.Grid.square(32, 16e-6)
+    x, y = (np.asarray(c) for c in grid.coordinates())
+    wave = 0.2 * np.cos(2.0 * np.pi * x / 16e-6) * np.cos(2.0 * np.pi * y / 16e-6)
+    body = jc.LayeredHalfSpace([], jc.Elastic(1e9, nu=0.3))
+
+    def steep(heights):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            notes = jc.indent(body, jc.HeightField(heights), jc.Load(1e-3), [0.0], grid=grid).notes
+        return [note for note in notes if "slope above 1" in note]
+
+    assert len(steep(wave)) == 1 and steep(1e-6 * wave) == []
+    assert steep(np.where(x**2 + y**2 < 4e-6**2, 0.0, -1e-3)) == []
+
+
 @pytest.mark.slow
 def test_a_size_that_is_rounded_by_much_is_noted():
     """A cylinder of 20 um along cells of 1.5 um takes 14 of them, 5 % more; along cells of 2 um it has its length. The cells

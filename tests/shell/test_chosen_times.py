@@ -66,6 +66,7 @@ def test_a_run_keeps_nine_maps_and_the_course_of_all_times(long_case, tmp_path, 
         "bare_share",
         "coldest",
         "size_error",
+        "steep_share",
         "step_limit",
     }
     summary = json.loads((out / "summary.json").read_text())

@@ -66,7 +66,11 @@ def test_the_memory_of_a_run_is_what_was_said(name, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "save"),
-    [*(("indentation", save) for save in ("few", "all", "last")), ("shear", "few"), ("sliding", "all")],
+    [
+        *(("indentation", save) for save in ("few", "all", "last")),
+        pytest.param("shear", "few", marks=pytest.mark.long),
+        pytest.param("sliding", "all", marks=pytest.mark.long),
+    ],
 )
 def test_the_disk_that_a_run_takes_is_what_was_said(kind, save, tmp_path, monkeypatch):
     """Just before the finished steps are removed the result is there as well."""

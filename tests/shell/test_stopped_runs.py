@@ -85,7 +85,14 @@ def interrupted(long_case, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [pytest.param("SIGINT", marks=pytest.mark.versions), "SIGTERM", "SIGHUP"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param("SIGINT", marks=pytest.mark.versions),
+        "SIGTERM",
+        pytest.param("SIGHUP", marks=pytest.mark.long),
+    ],
+)
 def test_a_signal_keeps_the_finished_steps(name, interrupted, capfd):
     number = signal.Signals[name]
     out, status, finished = interrupted(number)
@@ -235,7 +242,7 @@ def cut(path):
     path.write_bytes(path.read_bytes()[:-30])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_run_goes_on_from_the_whole_files_where_some_are_damaged(interrupted, long_case, tmp_path, capfd):
     """Each damage to a file of the finished steps: to the same numbers, or refused by its name with a remedy."""
     out, _, _ = interrupted(signal.SIGTERM)

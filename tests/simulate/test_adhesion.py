@@ -209,7 +209,7 @@ def test_a_vanishing_work_of_adhesion_leaves_the_contact_without_it(control):
     assert int(contact(0.1 * WORK).status[0]) == 2
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_load_below_the_lowest_pulls_off_and_the_result_says_so():
     loads = np.array([0.5, 0.0, -1.0, -1.4, -1.9, -1.9, 0.0, 0.5])
     grid = jc.Grid.square(n=32, width=9.0 * UNITS.radius)
@@ -230,7 +230,7 @@ def test_a_load_below_the_lowest_pulls_off_and_the_result_says_so():
     assert contact.sum() * grid.cell_area == pytest.approx(float(found.contact_area[2]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_energy_lost_in_a_cycle_on_an_elastic_body_is_that_of_its_jumps():
     """Over approach and retraction in small steps, -int P d(approach); nothing else is lost in an elastic body."""
     approaches = np.concatenate([np.linspace(-1.6, 0.0, 60), np.linspace(0.0, -1.6, 60)[1:]])
@@ -244,7 +244,7 @@ def test_the_energy_lost_in_a_cycle_on_an_elastic_body_is_that_of_its_jumps():
     assert np.max(np.abs(found.viscous_energy)) < 1e-4 * lost  # an elastic body
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_energy_that_a_held_punch_dissipates_is_that_of_a_maxwell_arm():
     """Under a fixed displacement d the load relaxes from P0 to P1 as exp(-t/tau), tau = eta2/(G1 + G2), and 1/2 (P0 - P1) d
     (1 - exp(-2 t/tau)) is lost in the dashpot."""

@@ -34,7 +34,7 @@ def resting(modulus):
     return float(indent(body, approaching([1.0]), [0.0], N, WIDTH, LAW)[0][0])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slow_sliding_takes_the_relaxed_load_and_fast_sliding_the_glassy_one():
     """At a low speed the body has time to relax, at a high speed it responds with its glassy modulus; in between the load is
     between the two limits, and the hysteresis force is largest."""

@@ -238,6 +238,22 @@ def test_where_a_cell_enters_contact_the_derivative_is_that_of_one_side():
     assert abs(float(slope(high) / slope(low)) - 1.0) > 0.05  # a kink, on a grid this coarse
 
 
+def test_first_touch_by_heights_whose_top_is_several_cells_has_a_derivative_of_zero():
+    """The approach is zero where the surfaces first touch, whatever the heights."""
+    grid = jc.Grid.square(16, 16e-6)
+    x, y = (np.asarray(c) / 8e-6 for c in grid.coordinates())
+    heights = -1e-7 * np.maximum(np.abs(x), 1.0 / 8.0) ** 2 - 1e-7 * y**2
+    rubber, loads = jc.LayeredHalfSpace([], jc.Elastic(1e6, 0.3)), jc.Load([0.0, 1e-7])
+
+    def first(heights):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the contact is small
+            return jc.indent(rubber, jc.HeightField(heights), loads, [0.0, 1.0], grid=grid).approach[0]
+
+    assert np.sum(heights == np.max(heights)) > 1
+    np.testing.assert_allclose(jax.grad(first)(heights), 0.0, atol=1e-12)
+
+
 def test_heights_whose_top_is_several_cells_have_a_finite_derivative():
     """In a jitted gradient over a single time, where a compiler may compute the heights twice with different rounding."""
     grid = jc.Grid((64, 4), (2.5e-6, 2.5e-6), periodic=True)
@@ -390,7 +406,7 @@ def test_sensitivities_of_hertz_are_its_exponents():
         table.plot(np.zeros(3))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sensitivities_refuse_and_warn_as_the_calculation_does():
     def outputs(body, **keywords):
         ball, grid = jc.Sphere(9e-3), jc.Grid.square(32, 330e-6)

@@ -328,7 +328,7 @@ def test_hardness_tracks_are_the_same_in_the_frames_of_indenter_and_body():
     np.testing.assert_allclose(moving.approach, rubbed.approach, rtol=1e-7)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_hardness_of_a_film_that_wears_in_place():
     """Wear under p = H is that of Archard's law at this pressure, and its gap is closed."""
     film = jc.LayeredHalfSpace([jc.Layer(jc.Elastic.from_young(20e9, 0.3), 50e-6)], substrate=STEEL)

@@ -72,7 +72,7 @@ def test_rolling_back_is_rolling_forwards_seen_in_a_mirror():
     assert float(backwards.power) == pytest.approx(2.0 * float(forwards.power), rel=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_rolling_along_y_and_askew():
     """Along y it is rolling along x with the axes exchanged; askew the force is Kalker's, along the creepage."""
     one = MU * LOAD / (4.12 * G * A**2)

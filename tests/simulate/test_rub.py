@@ -235,6 +235,7 @@ def heated(law, thermal, friction=0.3, load=2.0, velocity=2.0, **options):
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_friction_heats_the_surface_and_heat_drives_growth(tmp_path):
     """The temperature is that of ``flash_temperature`` at rest, which has oracles of its own; growth follows Arrhenius."""
     law = jc.StressActivated(1e-9, 2e-20, 0.0, None)

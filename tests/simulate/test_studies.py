@@ -100,7 +100,7 @@ def awkward(case):
 @pytest.mark.parametrize(
     "executor",
     [
-        pytest.param(None, id="processes", marks=pytest.mark.slow),
+        pytest.param(None, id="processes", marks=pytest.mark.long),
         pytest.param(ThreadPoolExecutor(2), id="threads"),
     ],
 )

@@ -211,11 +211,9 @@ def test_automatic_substeps_of_a_film_that_friction_warms():
     assert found.diagnostics.refined >= 4 and off(found) < 0.015
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @QUIET
-@pytest.mark.parametrize(
-    "seed", [5, pytest.param(16, marks=pytest.mark.long), pytest.param(21, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("seed", [5, 16, 21])
 def test_the_estimate_includes_a_velocity_that_changes_within_a_step(seed):
     """A sine, a random course and a start, with 3 to 22 % of error; the reference has 16 steps in the place of each."""
     case = swaying_case(seed)
@@ -225,7 +223,7 @@ def test_the_estimate_includes_a_velocity_that_changes_within_a_step(seed):
     assert np.any(run.status == 12) == (seed == 16)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @QUIET
 def test_a_velocity_that_reverses_within_a_step():
     """Half a radius of contact forth and back within a step: what the march takes for rest is named."""

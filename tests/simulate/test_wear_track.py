@@ -29,7 +29,7 @@ def passed(law, path, *, body=HOMOGENEOUS, duration=1.0, **options):
     return jc.rub(body, ROLLER, jc.Load(LOAD), times, path=path, law=law, **given)
 
 
-@pytest.mark.parametrize("passes", [1, 3])
+@pytest.mark.parametrize("passes", [pytest.param(1, marks=pytest.mark.long), 3])
 def test_each_pass_wears_coefficient_times_line_load(passes):
     """int p dt = W/(length v) at every cell that is crossed: a depth of coefficient x W/length a pass, and a volume of
     coefficient x load x path, back and forth."""
@@ -156,6 +156,7 @@ def test_a_leap_while_the_load_is_lifted_says_so():
 
 
 @pytest.mark.filterwarnings("ignore:.*steps, the first")
+@pytest.mark.long
 def test_a_leap_across_a_long_roller_is_measured_by_its_half_width():
     """On a grid in two dimensions as in plane strain; along the roller the contact is long."""
     grid = jc.Grid((32, 4), (4e-6, LENGTH / 4), periodic=(False, True))
