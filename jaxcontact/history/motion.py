@@ -14,6 +14,7 @@ from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import check_friction
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.history.memory import Way
+from jaxcontact.history.time_loop import at_fine_times, fine_steps
 from jaxcontact.indenters.shapes import Indenter
 
 FARTHEST = 1 / 2  # longest move in an inner step over the width of the grid
@@ -34,15 +35,6 @@ def as_array(velocity: Array | float) -> Any:
         )
     except (TypeError, ValueError):
         raise ValueError(f"velocity: expected a number or numbers [m/s], got {velocity!r}") from None
-
-
-def at_fine_times(values: Array, substeps: int) -> tuple[Array, Array]:
-    """Return values (nt, 2), linear between the times, at the start and at the end of every inner step, (nt, substeps, 2)
-    each."""
-    before = jnp.concatenate([values[:1], values[:-1]])
-    share = (jnp.arange(substeps + 1) / substeps)[:, None]
-    fine = before[:, None] + (values - before)[:, None] * share
-    return fine[:, :-1], fine[:, 1:]
 
 
 def speed_of(velocity: Array) -> Array:
@@ -111,8 +103,7 @@ def ways(velocity: Any, times: Any, grid: Grid) -> tuple[Any, Any]:
 def moves(velocity: Array, times: Array, substeps: int) -> Way:
     """Return the move of the indenter in each inner step, (nt, substeps), for a velocity in cells per second."""
     start, end = at_fine_times(over_times(velocity, times), substeps)
-    before = jnp.append(times[:1], times[:-1])
-    move = (start + end) / 2.0 * ((times - before) / substeps)[:, None, None]
+    move = (start + end) / 2.0 * fine_steps(times, substeps)[..., None]
     return Way(move[..., 0], None if velocity.ndim == 0 else move[..., 1])
 
 
@@ -125,8 +116,7 @@ def departures(velocity: Array, times: Array, substeps: int) -> Way | None:
     if velocity.ndim < 2:
         return None
     start, end = at_fine_times(velocity, substeps)
-    before = jnp.append(times[:1], times[:-1])
-    aside = (start - end) / 8.0 * ((times - before) / substeps)[:, None, None]
+    aside = (start - end) / 8.0 * fine_steps(times, substeps)[..., None]
     return Way(aside[..., 0], aside[..., 1])
 
 

@@ -35,6 +35,26 @@ class Steps(NamedTuple):
     more: Any
 
 
+def fine_steps(times: Array, substeps: int) -> Array:
+    """Return the lengths of the inner steps [s], (nt, substeps); those of the first row are zero."""
+    before = jnp.append(times[:1], times[:-1])
+    return (times - before)[:, None] / substeps * jnp.ones(substeps)
+
+
+def at_fine_times(values: Array, substeps: int) -> tuple[Array, Array]:
+    """Return values (nt, ...), linear between times, at the start and at the end of every inner step, (nt, substeps, ...)
+    each."""
+    before = jnp.concatenate([values[:1], values[:-1]])
+    share = (jnp.arange(substeps + 1) / substeps).reshape(-1, *[1] * (values.ndim - 1))
+    fine = before[:, None] + (values - before)[:, None] * share
+    return fine[:, :-1], fine[:, 1:]
+
+
+def fine_values(values: Array, substeps: int) -> Array:
+    """Return values (nt, ...), linear between times, at the ends of the inner steps, (nt, substeps, ...)."""
+    return at_fine_times(values, substeps)[1]
+
+
 class Rows(NamedTuple):
     """Rows of inner steps.
 

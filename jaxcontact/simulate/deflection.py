@@ -25,12 +25,12 @@ from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.history.memory import Motion, moving_memory
 from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directions, moves, ways
+from jaxcontact.history.time_loop import fine_steps, fine_values
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.operators.kernels import Kernels, build, check_stiffness
 from jaxcontact.operators.operator import Operator
 from jaxcontact.response.stack import has_zero_instantaneous_compliance, top_layer
 from jaxcontact.results.contact import Deflection
-from jaxcontact.simulate.run import fine_steps, fine_values
 
 RIGID = Sphere(1.0)  # what presses has no compliance of its own
 MOST_SUBSTEPS = 1000

@@ -28,7 +28,7 @@ from jaxcontact.history.memory import (
     with_indenter,
 )
 from jaxcontact.history.normal_step import PressStepper
-from jaxcontact.history.time_loop import Delayed
+from jaxcontact.history.time_loop import Delayed, fine_steps, fine_values
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
 from jaxcontact.response.stack import surface_creep, surface_material
@@ -38,8 +38,6 @@ from jaxcontact.simulate.run import (
     Experiment,
     Plan,
     Save,
-    fine_steps,
-    fine_values,
     refined,
 )
 

@@ -32,12 +32,12 @@ from jaxcontact.history.growth_step import Heated, RubStep, RubStepper, Track, c
 from jaxcontact.history.memory import Memory, RecursiveMemory, VaryingMemory, with_indenter
 from jaxcontact.history.motion import (
     as_array,
-    at_fine_times,
     check_shape_of_velocity,
     mean_speed,
     over_times,
     speed_of,
 )
+from jaxcontact.history.time_loop import at_fine_times, fine_steps, fine_values
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
@@ -49,8 +49,6 @@ from jaxcontact.simulate.run import (
     Experiment,
     Plan,
     Save,
-    fine_steps,
-    fine_values,
     marched,
     profile_over_film,
     refined,

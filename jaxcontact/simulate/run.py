@@ -47,6 +47,8 @@ from jaxcontact.history.time_loop import (
     Steps,
     before_rows,
     count_of,
+    fine_steps,
+    fine_values,
     first_carry,
     in_blocks,
     march,
@@ -392,19 +394,6 @@ def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | N
     over = profile - film_map.at_first
     cell = grid.spacing[0]
     return over - (lowest_point(over, cell) - lowest_point(profile, cell))
-
-
-def fine_steps(times: Array, substeps: int) -> Array:
-    """Return the lengths of the inner steps [s], (nt, substeps); those of the first row are zero."""
-    before = jnp.append(times[:1], times[:-1])
-    return (times - before)[:, None] / substeps * jnp.ones(substeps)
-
-
-def fine_values(values: Array, substeps: int) -> Array:
-    """Return values (nt, ...) at the ends of the inner steps, (nt, substeps, ...), linear between times."""
-    before = jnp.concatenate([values[:1], values[:-1]])
-    share = (jnp.arange(1, substeps + 1) / substeps).reshape(-1, *[1] * (values.ndim - 1))
-    return before[:, None] + (values - before)[:, None] * share
 
 
 # The march: its plan, the compiled program of all its steps, and the choice of ``substeps="auto"``.

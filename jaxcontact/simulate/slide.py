@@ -44,14 +44,14 @@ from jaxcontact.history.motion import (
     speed_of,
 )
 from jaxcontact.history.normal_step import AdhesionState, PressCarry, PressStepper, plane_strain
-from jaxcontact.history.time_loop import Bent, Lapse, Outcome, Steps, in_radii
+from jaxcontact.history.time_loop import Bent, Lapse, Outcome, Steps, fine_steps, in_radii
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import Solid, rise_coefficients
 from jaxcontact.operators.kernels import Kernels, friction_kernels, friction_kernels_of_indenter, joint_errors
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined
+from jaxcontact.simulate.run import Experiment, Plan, Save, refined
 from jaxcontact.simulate.temperature import check_peclet
 
 TRUNCATION_LIMIT = 0.01  # largest truncation bound, over the largest approach so far

@@ -24,6 +24,7 @@ from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.history.memory import Way, phase_and_loss
 from jaxcontact.history.motion import as_array, check_along_x, check_shape_of_velocity, moves, ways
+from jaxcontact.history.time_loop import fine_values
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum as padded_spectrum
@@ -48,7 +49,6 @@ from jaxcontact.response.interior import (
 )
 from jaxcontact.response.stack import creeps, solids, spectra
 from jaxcontact.results.contact import InteriorFields
-from jaxcontact.simulate.run import fine_values
 
 STEP = 0.25  # cells by which a load moves in an inner step, unless their number is given
 # largest number of inner steps, and of cells along a grid that contains the track
