@@ -312,14 +312,14 @@ class Heating:
 
 
 class SlideCarry(NamedTuple):
-    """The carry: that of the contact; the largest approach so far; whether a step so far moved too far; shift: as
+    """The carry: that of the contact; the largest approach so far; whether a step so far moved too far; time_shift: as
     ``Heated.shifted`` gives it, (3,); way: of the indenter so far [cells along x], None without a hardness that varies.
     """
 
     contact: PressCarry
     depth: Array
     far: Array
-    shift: Array
+    time_shift: Array
     way: Way | None = None
 
 
@@ -359,18 +359,20 @@ class SlideStepper(PressStepper):
         """Return the carry and the outcome of a step under the dent and the hardness at its end."""
         # 1. The step of the contact, with heat in reduced time, extrapolated from the temperature before the step.
         if self.heating is not None:
-            motion = step.more._replace(dt=reduced(step.dt, carry.shift))
+            motion = step.more._replace(dt=reduced(step.dt, carry.time_shift))
             contact, outcome = super().advance(carry.contact, step._replace(more=motion))
             # the temperature under the new pressure, the shift of time that it makes, and the power lost in real time
             heated, pressure = self.heating.heated, outcome.fields["pressure"]
             temperature = heated.temperature(self.heating.flux * pressure)
-            shift = heated.shifted(carry.shift, temperature, pressure, step.dt)
-            lost = outcome.numbers["hysteresis_power"] * jnp.exp(-shift[0])
+            time_shift = heated.shifted(carry.time_shift, temperature, pressure, step.dt)
+            lost = outcome.numbers["hysteresis_power"] * jnp.exp(-time_shift[0])
             numbers = outcome.numbers | {"hysteresis_power": lost}
             outcome = outcome._replace(fields=outcome.fields | {"temperature": temperature}, numbers=numbers)
             if contact.time_step_error is not None:  # anew, with the temperature that the step has led to
                 lapse = self._lapse(step, outcome.numbers["contact_area"])
-                lapse = lapse._replace(assumed=motion.dt, found=in_reduced_time(step.dt, carry.shift, shift))
+                lapse = lapse._replace(
+                    assumed=motion.dt, found=in_reduced_time(step.dt, carry.time_shift, time_shift)
+                )
                 time_step_error = self._time_step_error(
                     carry.contact, contact.memory, contact.pressure, lapse
                 )
@@ -380,7 +382,7 @@ class SlideStepper(PressStepper):
                     numbers=outcome.numbers | {"time_step_error": time_step_error.estimate}
                 )
         else:
-            (contact, outcome), shift = super().advance(carry.contact, step), carry.shift
+            (contact, outcome), time_shift = super().advance(carry.contact, step), carry.time_shift
 
         # 2. The lateral force of a dented body ploughs, whether or not the body creeps.
         if contact.dent is not None:
@@ -402,7 +404,7 @@ class SlideStepper(PressStepper):
         track = self.memory.of_body(contact.memory)
         back = reentered(track.overlaps, track.truncation_bound, depth)
         status = most_serious((far, Status.MOVED_TOO_FAR), (back, Status.REENTERED_TRACK), status=status)
-        return SlideCarry(contact, depth, far, shift, carry.way), outcome._replace(
+        return SlideCarry(contact, depth, far, time_shift, carry.way), outcome._replace(
             numbers=outcome.numbers | {"status": status}
         )
 
