@@ -275,7 +275,7 @@ class StiffnessFit(ElasticFit):
         return lines
 
     def _conditions(self) -> list[str]:
-        body = text.layer(self.thickness, self.unbonded, self.substrate)
+        body = text.layer(self.thickness, self.unbonded, self.substrate, "film")
         return [f"  the modulus is conditional on nu = {self.nu:.4g}, {body} and an {self.contact} contact"]
 
 
