@@ -82,7 +82,16 @@ def error_ratio(t: np.ndarray, y: np.ndarray) -> float:
     if rough.size < FEW or not np.any(rough):
         return size
     ratios = RATIOS[RATIOS > 0] if np.any(np.abs(y) <= 1e-12 * size) else RATIOS
-    return size * float(ratios[np.argmax(_likelihood(rough, np.hypot(ratios[:, None], level)))])
+
+    # The log likelihood (k,) of the differences under Student's t for each ratio, up to a constant, at the best scale of the
+    # standard deviations (k, m), by fixed-point iteration of the likelihood equation.
+    shape = np.hypot(ratios[:, None], level)
+    square = (rough / np.maximum(shape, 1e-300)) ** 2
+    scale = np.median(square, 1, keepdims=True) + 1e-300
+    for _ in range(SCALES):
+        scale = np.mean((TAILS + 1.0) * square / (TAILS + square / scale), 1, keepdims=True) + 1e-300
+    terms = 0.5 * (TAILS + 1.0) * np.log1p(square / (TAILS * scale)) + np.log(shape) + 0.5 * np.log(scale)
+    return size * float(ratios[np.argmax(-np.sum(terms, 1))])
 
 
 def differences(t: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -99,19 +108,6 @@ def of_groups(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray
     weight = 1.0 / np.prod(gaps, -1)
     weight /= np.linalg.norm(weight, axis=1)[:, None]
     return np.sum(weight * values, 1), np.mean(np.abs(values), 1)
-
-
-def _likelihood(rough: np.ndarray, shape: np.ndarray) -> np.ndarray:
-    """Return the log likelihood (k,) of differences (m,) under Student's t, each at its best scale, up to a constant.
-
-    The standard deviations are proportional to the rows of shape (k, m).
-    """
-    square = (rough / np.maximum(shape, 1e-300)) ** 2
-    scale = np.median(square, 1, keepdims=True) + 1e-300
-    for _ in range(SCALES):  # fixed-point iteration of the likelihood equation
-        scale = np.mean((TAILS + 1.0) * square / (TAILS + square / scale), 1, keepdims=True) + 1e-300
-    terms = 0.5 * (TAILS + 1.0) * np.log1p(square / (TAILS * scale)) + np.log(shape) + 0.5 * np.log(scale)
-    return -np.sum(terms, 1)
 
 
 MOST = 50  # iterations of the method of Lawson and Hanson, times the number of columns

@@ -354,7 +354,7 @@ def deviation(
 
     def words(trend: float, changes: np.ndarray, rejected: bool) -> str:
         """Return the size of the trend and of the changes of modulus and work, and what it may mean."""
-        G, work = (100.0 * math.expm1(change) for change in np.max(np.abs(changes), axis=0)[:2])
+        G, work = (100.0 * math.expm1(change) for change in np.max(np.abs(changes), axis=0))
         other = " or a range of the attraction" if test.model is JKR and test.body.film is None else ""
         said = (
             f"the residuals have a trend of {100 * trend:.1f} % of the largest force ({trend * largest:.3g} N); with half"
@@ -373,7 +373,8 @@ def deviation(
         )
 
     size, limits = (lambda: max(trends.values())), (TREND, CHANGE)
-    return judged_by_size(problem, solved, size, refits, 2, limits, words)
+    logs = lambda theta: theta[:2]  # of modulus and work
+    return judged_by_size(problem, solved, size, refits, logs, limits, words)
 
 
 # Search of the fit of an adhesive force curve, approach, dwell and retraction, of a viscoelastic film on a base.

@@ -20,9 +20,8 @@ milliseconds in each of a hundred steps of a curve. Here all of them take 7 ms: 
 the bounds, and an end lies on one branch. Curves whose best values or ends that does not find are in doubt.
 """
 
-import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
@@ -167,8 +166,8 @@ def fit_one(row: Row) -> dict[str, Array]:
     places = jnp.repeat(jnp.arange(COUNT), 2), jnp.tile(jnp.array([-1.0, 1.0]), COUNT)
     ends, reached = lax.map(end, places)
     # an error of the zero of the load, which is independent of the noise, moves the coordinates by (J^T J)^-1 J^T zero
-    shift = (inverse @ jnp.sum(rows, 1)) * row.zero
-    half = jnp.hypot(ends.reshape(COUNT, 2) - theta[:, None], shift[:, None])
+    by_zero = (inverse @ jnp.sum(rows, 1)) * row.zero
+    half = jnp.hypot(ends.reshape(COUNT, 2) - theta[:, None], by_zero[:, None])
     ends = theta[:, None] + half * jnp.array([-1.0, 1.0])
 
     # 4. Whether the tests of the residuals leave a doubt, and how much of the data is explained.
@@ -185,10 +184,10 @@ def fit_one(row: Row) -> dict[str, Array]:
     }  # fmt: skip
 
 
-@functools.cache
-def program() -> Program:
-    """Return the compiled program, over the curves of a batch."""
-    return Program(lambda rows: lax.map(fit_one, rows))
+@Program
+def fit_batch(rows: Row) -> dict[str, Array]:
+    """Return the fits of the curves of a batch."""
+    return lax.map(fit_one, rows)
 
 
 class Curve(NamedTuple):
@@ -224,19 +223,18 @@ class Curve(NamedTuple):
         return cls(test, G, work, depth, math.pi * work * R, zero, error, np.stack([first, low, high]))
 
 
-def fitted_together(
-    curves: Sequence[IndentationData], indenter: Any, nu: float, level: float, threads: int, batch: int,
-    done: Callable[[list[int], list[dict[str, Any] | None]], None],
-) -> None:  # fmt: skip
-    """Call ``done`` with the places of the curves of each batch and their results in the form of ``force_map.fitted_alone``:
-    None where ``fit_indentation`` must decide."""
+def fitted_batches(
+    curves: Sequence[IndentationData], indenter: Any, nu: float, level: float, threads: int, batch: int
+) -> Iterator[tuple[list[int], list[dict[str, Any] | None]]]:
+    """Yield the places of the curves of each batch and their results in the form of ``force_map.fitted_alone``: None where
+    ``fit_indentation`` must decide."""
     body = body_of(indenter, nu)
     ready: list[tuple[int, Curve]] = []
     for i, data in enumerate(curves):
         try:
             ready.append((i, Curve.of(data, body, level)))
         except (ValueError, RuntimeError):
-            done([i], [None])  # the fit of the curve alone has the message
+            yield [i], [None]  # the fit of the curve alone has the message
     if not ready:
         return
     N = nonlinear.length(max(int(one.test.seen.contact.sum()) for _, one in ready))
@@ -262,25 +260,25 @@ def fitted_together(
             if field == "constants" else np.stack([getattr(row, field) for row in rows])
             for field in Row._fields
         ))  # fmt: skip
-        found = {name: np.asarray(values) for name, values in program()(stacked).items()}
+        found = {name: np.asarray(values) for name, values in fit_batch(stacked).items()}
         return [concluded(one, {name: v[k] for name, v in found.items()}) for k, (_, one) in enumerate(some)]
 
     pieces = [ready[first : first + batch] for first in range(0, len(ready), batch)]
-    in_threads(batch_of, pieces, threads, lambda some, found: done([i for i, _ in some], found))
+    for some, found in zip(pieces, in_threads(batch_of, pieces, threads), strict=True):
+        yield [i for i, _ in some], found
 
 
-def in_threads(run: Callable, pieces: Sequence[Any], threads: int, done: Callable[[Any, Any], None]) -> None:
-    """Call done(piece, run(piece)) for the batches of a map in their order; ``run`` in some threads at a time, since a
-    compiled program releases the interpreter's lock."""
+def in_threads(run: Callable, pieces: Sequence[Any], threads: int) -> Iterator[Any]:
+    """Yield run(piece) for the batches of a map in their order; ``run`` in some threads at a time, since a compiled program
+    releases the interpreter's lock."""
     with ThreadPoolExecutor(threads) as pool:
         waiting = [pool.submit(run, piece) for piece in pieces]
         try:
-            for piece, one in zip(pieces, waiting, strict=True):
-                done(piece, one.result())
-        except BaseException:  # Ctrl-C: what waits is not begun
+            for one in waiting:
+                yield one.result()
+        finally:  # after Ctrl-C, batches that wait are not begun
             for one in waiting:
                 one.cancel()
-            raise
 
 
 def concluded(one: Curve, found: dict[str, np.ndarray]) -> dict[str, Any] | None:

@@ -86,12 +86,6 @@ class ContactModel(NamedTuple):
         return [f"  contact model: {self.name}; {self.words}", *rows]
 
 
-def models_within(low: float, high: float) -> tuple[str, ...]:
-    """Return the models that an interval of the Tabor number includes."""
-    ranges = {"DMT": (0.0, DMT_BELOW), "Maugis": (DMT_BELOW, JKR_ABOVE), "JKR": (JKR_ABOVE, math.inf)}
-    return tuple(name for name, (begin, end) in ranges.items() if low <= end and high >= begin)
-
-
 def choose_contact_model(
     data: IndentationData, *, indenter: Any, nu: float, weights: str | None, sigma: Any,
     bounds: dict[str, tuple] | None, level: float, elastic: Callable[[], Any],
@@ -166,7 +160,10 @@ def choose_contact_model(
         for name, fit in fits.items()
     )
 
-    possible = models_within(*tabor[1:])
+    # the models that the interval of the Tabor number includes
+    ranges = {"DMT": (0.0, DMT_BELOW), "Maugis": (DMT_BELOW, JKR_ABOVE), "JKR": (JKR_ABOVE, math.inf)}
+    _, low, high = tabor
+    possible = tuple(name for name, (begin, end) in ranges.items() if low <= end and high >= begin)
     if maugis.refused and jkr.refused and dmt.refused:
         name, found = "cannot tell", maugis
         reason = "no model of adhesion describes the curve, so that its Tabor number means nothing"

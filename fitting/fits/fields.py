@@ -467,21 +467,20 @@ def block_deviations(kind: str, residual: np.ndarray, shape: np.ndarray, fitted:
 
     kind: "constant" up to ``shape`` (n,), or "estimated", (a^2 + b^2 fitted^2)^(1/2).
     """
-    square = residual**2
+    square, level = residual**2, fitted**2
     if kind == "estimated":
-        shape = _mixed(square, fitted**2)
+        # a and b >= 0 by iterated weighted least squares of the squared residuals
+        variance = np.full(square.size, square.mean() + SMALL)
+        for _ in range(8):
+            columns = np.stack([np.ones(level.size), level], -1) / variance[:, None]
+            a, b = np.linalg.lstsq(columns, square / variance, rcond=None)[0]
+            if a <= 0:
+                a, b = 0.0, np.sum(square) / np.sum(level)
+            elif b < 0:
+                a, b = square.mean(), 0.0
+            variance = np.maximum(a + b * level, 1e-6 * square.mean() + SMALL**2)
+        shape = np.sqrt(variance)
     return shape * np.sqrt(max(float(np.mean(square / shape**2)), SMALL**2))
-
-
-def _mixed(square: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Return (a^2 + b^2 level)^(1/2), (n,), a and b >= 0 by iterated weighted least squares of squared residuals (n,)."""
-    variance = np.full(square.size, square.mean() + SMALL)
-    for _ in range(8):
-        columns = np.stack([np.ones(level.size), level], -1) / variance[:, None]
-        a, b = np.linalg.lstsq(columns, square / variance, rcond=None)[0]
-        a, b = (0.0, np.sum(square) / np.sum(level)) if a <= 0 else (a, b) if b >= 0 else (square.mean(), 0.0)
-        variance = np.maximum(a + b * level, 1e-6 * square.mean() + SMALL**2)
-    return np.sqrt(variance)
 
 
 # Coordinates, residuals and starting values of the search for the parameters of a body from fields of its contact.

@@ -37,7 +37,7 @@ from fitting.fits.adhesion import AdhesiveFit
 from fitting.fits.contact_model import ContactModel, choose_contact_model
 from fitting.fits.force_history import CHANGE, HALF, TREND, ViscoelasticForceFit, fit_history
 from fitting.inference import noise, verdict
-from fitting.inference.result import Fit, FitProblem, conclude, least_squares, plain, widened
+from fitting.inference.result import ElasticFit, FitProblem, conclude, least_squares, plain, widened
 from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models import thin_layer
 from fitting.models.parameters import Parameters
@@ -305,7 +305,8 @@ def deviation(problem: FitProblem, force: ForceModel, solved: Solved) -> Deviati
         trend, float(changes[0, 0]), rejected, unit, force.thickness is not None
     )
     trend = lambda: verdict.trend(deviations)
-    return judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
+    log_compliance = lambda theta: theta[:1]
+    return judged_by_size(problem, solved, trend, refits, log_compliance, (TREND, CHANGE), words)
 
 
 def hysteresis_note(data: IndentationData, approach: ForceCurve, point: float) -> tuple[str, ...]:
@@ -341,17 +342,15 @@ TURNS, SETTLED = (
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class ForceFit(Fit):
-    """The fit of a force curve; ``Fit`` has what it shares with other fits. Its parameter is the shear modulus "G" [Pa].
+class ForceFit(ElasticFit):
+    """The fit of a force curve; ``ElasticFit`` and ``Fit`` have what it shares with other fits. Its parameter is the shear
+    modulus "G" [Pa].
 
     Attributes:
-        youngs_modulus: (value, low, high) of E = 2 (1 + nu) G [Pa].
         nuisances: {contact_point [m], baseline [N], tilt [N/s], or [N] per sample without
             times: (value, low, high)}; the contact point is a depth as
             measured, the others belong to the force above the first tenth of the approach. With a correction, also the
             drag [N s/m] on the cantilever.
-        indenter, nu, thickness [m], substrate: given quantities on which the modulus is conditional; thickness is None for
-            a half-space, substrate for a rigid base; unbonded: whether the layer slides on it.
         polynomials: {name: (E [Pa], deviation from ``youngs_modulus``)} of fits with the approximations in common use for
             a thin layer, where they were requested.
         depth, force, model_force (n,): depth below the contact point [m], force without baseline [N], and that of the model.
@@ -359,12 +358,6 @@ class ForceFit(Fit):
         contact_model: why this model of the contact, with ``adhesion="auto"``; None else.
     """
 
-    indenter: Any
-    nu: float
-    thickness: float | None
-    substrate: Any
-    unbonded: bool
-    youngs_modulus: tuple[float, float, float]
     nuisances: dict[str, tuple[float, float, float]]
     polynomials: dict[str, tuple[float, float]]
     depth: np.ndarray
@@ -372,11 +365,6 @@ class ForceFit(Fit):
     model_force: np.ndarray
     trended: bool
     contact_model: ContactModel | None = None
-
-    @property
-    def abscissa(self) -> tuple[str, str]:
-        """The symbol and the unit of the abscissa."""
-        return "depth", "m"
 
     @functools.cached_property
     def modulus_over_depth(self) -> tuple[tuple[float, float, float, float], ...]:
@@ -428,13 +416,10 @@ class ForceFit(Fit):
         return sheet.draw(self, path, panel, lines=[*lines, f"contact point at {place}"])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return ``Fit.to_dict`` with Young's modulus, the nuisance parameters and the given quantities."""
-        E = dict(zip(("value", "low", "high"), map(plain, self.youngs_modulus), strict=True))
+        """Return ``ElasticFit.to_dict`` with the nuisance parameters and the modulus over depth."""
         key = lambda name: text.key(name, self._unit(name))
         chosen = {} if self.contact_model is None else {"contact_model": self.contact_model.to_dict()}
         return super().to_dict() | chosen | {
-            "youngs_modulus_Pa": E, "poisson_ratio": self.nu, "thickness_m": plain(self.thickness),
-            **({"unbonded": True} if self.unbonded else {}), **probe_of(self.indenter).key,
             "nuisances": {key(name): [plain(v) for v in row] for name, row in self.nuisances.items()},
             "polynomials": {name: {"youngs_modulus_Pa": E, "deviation": off} for name, (E, off) in self.polynomials.items()},
             "modulus_over_depth": [
@@ -443,12 +428,8 @@ class ForceFit(Fit):
             "largest_depth_m": float(self.depth.max()),
         }  # fmt: skip
 
-    def _choices(self) -> list[str]:
-        return [*super()._choices(), probe_of(self.indenter).words]
-
     def _combination_lines(self) -> list[str]:
-        E, low, high = self.youngs_modulus
-        lines = [f"  E     = {E:11.5g} Pa    {100 * self.level:g} % interval {low:.5g} to {high:.5g}"]
+        lines = super()._combination_lines()
         for name, (modulus, off) in self.polynomials.items():
             lines.append(f"  {name}: E = {modulus:.5g} Pa, {100 * off:+.1f} %")
         table = self.modulus_over_depth
@@ -471,9 +452,7 @@ class ForceFit(Fit):
         return "N per sample" if name == "tilt" and self.data.numbered else NUISANCES[name]
 
     def _conditions(self) -> list[str]:
-        soft = self.substrate is not None
-        base = f"a base of {float(self.substrate.G):.4g} Pa in shear" if soft else "a rigid base"
-        body = text.layer(self.thickness, self.unbonded, base)
+        body = text.layer(self.thickness, self.unbonded, self.substrate)
         return [
             *(self.contact_model.lines() if self.contact_model else []),
             f"  the modulus is conditional on nu = {self.nu:.4g} and {body}; largest depth {self.depth.max():.4g} m",

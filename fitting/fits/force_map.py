@@ -31,7 +31,7 @@ import math
 import os
 import re
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -75,12 +75,14 @@ COUNT = 4  # coordinates
 
 
 class Scaled(NamedTuple):
-    """A curve in scaled units: t, depth, load, (N,), of which the first n count."""
+    """A curve in scaled units: t, depth, load, (N,), of which the first n count; chi: of a thin sample at the scaled
+    depth 1."""
 
-    t: Array
-    depth: Array
-    load: Array
-    n: Array
+    t: Any
+    depth: Any
+    load: Any
+    n: Any
+    chi: Any
 
 
 class Projected(NamedTuple):
@@ -95,19 +97,19 @@ class Projected(NamedTuple):
     slope: Array
 
 
-def law(depth: Array, layer: Any, power: float) -> Array:
+def law(depth: Array, chi: Array, layer: Any, power: float) -> Array:
     """Return f at depths of any shape, 0 above the surface, nan beyond the table of a layer.
 
-    layer: None, or coefficients (d,) of the Chebyshev series of the factor in 2 chi/chi_max - 1, and chi_max and chi at the
-    scaled depth 1.
+    chi: at the scaled depth 1; layer: None, or coefficients (d,) of the Chebyshev series of the factor in
+    2 chi/chi_max - 1, and chi_max.
     """
     inside = depth > 0.0
     safe = jnp.where(inside, depth, 1.0)
     plain = {1.0: safe, 1.5: safe * jnp.sqrt(safe), 2.0: safe * safe}[power]
     if layer is None:
         return jnp.where(inside, plain, 0.0)
-    series, largest, scale = layer
-    chi = scale * {1.0: jnp.ones_like(safe), 1.5: jnp.sqrt(safe), 2.0: safe}[power]
+    series, largest = layer
+    chi = chi * {1.0: jnp.ones_like(safe), 1.5: jnp.sqrt(safe), 2.0: safe}[power]
     x = 2.0 * chi / largest - 1.0
     one, two = jnp.zeros_like(x), jnp.zeros_like(x)
     for j in range(series.shape[0] - 1, 0, -1):  # Clenshaw, in one loop over the depths
@@ -127,7 +129,7 @@ def scanned(curve: Scaled, weights: Array, layer: Any, power: float) -> tuple[Ar
     """Return R at the trial contact points (TRIALS,), inf where the sample would pull, and the points."""
     points = jnp.linspace(0.0, 1.0, force.TRIALS, endpoint=False)
     q, _, y = line(curve, weights)
-    f = jnp.where(weights > 0.0, law(curve.depth - points[:, None], layer, power), 0.0)
+    f = jnp.where(weights > 0.0, law(curve.depth - points[:, None], curve.chi, layer, power), 0.0)
     deep = jnp.all(jnp.isfinite(f), 1)  # otherwise beyond the table of the layer
     f = jnp.where(jnp.isfinite(f), f, 0.0)
     products = f @ jnp.concatenate([weights * q, (weights * y)[None]]).T
@@ -140,7 +142,8 @@ def projected(
     p: Array, curve: Scaled, weights: Array, q: Array, R: Array, y: Array, layer: Any, power: float
 ) -> Projected:
     """Return the least squares at a contact point p; q, R, y: of ``line``."""
-    f, slope = jax.jvp(lambda d: law(d, layer, power), (curve.depth - p,), (jnp.ones_like(curve.depth),))
+    at = lambda depth: law(depth, curve.chi, layer, power)
+    f, slope = jax.jvp(at, (curve.depth - p,), (jnp.ones_like(curve.depth),))
     sound = jnp.isfinite(f) & jnp.isfinite(slope)
     f, slope = jnp.where(sound, f, 0.0), jnp.where(sound, slope, 0.0)
     g = weights * f
@@ -192,23 +195,16 @@ def refined(
 
 
 def fit_one(
-    t: Array,
-    depth: Array,
-    load: Array,
-    n: Array,
-    layer: Any,
-    extra: Array,
-    constants: dict[str, Array],
-    *,
-    power: float,
+    curve: Scaled, extra: Array, constants: dict[str, Array], layer: Any, power: float
 ) -> dict[str, Array]:
-    """Return the fit of a curve t, depth, load (N,) of n points in scaled units, as numbers.
+    """Return the fit of a curve as numbers.
 
-    layer: as of ``law``; extra: scaled compliance of the indenter; constants: the level and the
-    quantiles of t that depend on n.
+    extra: scaled compliance of the indenter; constants: the level and the quantiles of t that depend on n; layer, power: as
+    of ``law``.
     """
+    t, depth, load, n, _ = curve
     N = t.size
-    curve, on = Scaled(t, depth, load, n), jnp.arange(N) < n
+    on = jnp.arange(N) < n
     level, single = constants["level"], constants["single"]
     far = constants["slip"], constants["outlier"]
 
@@ -286,7 +282,7 @@ def fit_one(
     before = jnp.sum(outside)
     mean = jnp.sum(jnp.where(outside, deviations, 0.0)) / jnp.maximum(before, 1)
     scatter = jnp.sqrt(jnp.sum(jnp.where(outside, (deviations - mean) ** 2, 0.0)) / jnp.maximum(before, 1))
-    pushed = one.c * law(depth[n - 1] - p, layer, power)
+    pushed = one.c * law(depth[n - 1] - p, curve.chi, layer, power)
     spiky, highest = verdict.spikes(deviations, pushed, n, jnp)
     jumped = verdict.jump(deviations, pushed, n, jnp)
     risen = verdict.rising(depth, deviations, one.c * one.f, p, n, jnp)
@@ -318,7 +314,7 @@ def fit_one(
         "amplitude": one.c, "r2": r2, "floor": found.ratio, "lag1": found.lag1, "before": before,
         "scatter": scatter, "pushed": pushed, "spikes": spiky, "highest": highest,
         "jumped": jumped, "risen": risen, "doubted": doubted, "few": few,
-        "softer": softer, "shift": half - p, "trend": trend, "varied": found.varied, "found": contact,
+        "softer": softer, "moved": half - p, "trend": trend, "varied": found.varied, "found": contact,
         "poor": real & ((r2 <= 0.0) | (total >= about * (1.0 - FLAT))), "faint": real & (spread > signal),
         "excess": spread / jnp.maximum(signal, 1e-300), "finite": jnp.all(jnp.isfinite(logs)),
     }  # fmt: skip
@@ -336,58 +332,41 @@ SIZE = 5.0  # width of a map [inches]
 NUMBERS = re.compile(r"-?\d[\d.]*(e[-+]?\d+)?")  # by which notes of one kind differ
 
 
-@functools.cache
-def program(power: float) -> Program:
-    """Return the compiled program of an indenter, over the curves of a batch."""
-
-    def fitted(
-        curves: tuple[Array, ...], layer: Any, extra: Array, constants: dict[str, Array]
-    ) -> dict[str, Array]:
-        def one(row: tuple) -> dict[str, Array]:
-            (t, depth, load, n, chi), more, own = row
-            given = None if layer is None else (*layer, chi)
-            return fit_one(t, depth, load, n, given, more, own, power=power)
-
-        return lax.map(one, (curves, extra, constants))
-
-    return Program(fitted)
+@functools.partial(Program, static_argnames=("power",))
+def fit_batch(
+    curves: Scaled, extra: Array, constants: dict[str, Array], layer: Any, *, power: float
+) -> dict[str, Array]:
+    """Return the fits of the curves of a batch."""
+    one = lambda row: fit_one(row[0], row[1], row[2], layer, power)
+    return lax.map(one, (curves, extra, constants))
 
 
-@functools.cache
-def coarse_program(power: float) -> Program:
-    """Return the compiled program of the contact points among the trial points, -1 without one."""
+@functools.partial(Program, static_argnames=("power",))
+def coarse_contacts(curves: Scaled, layer: Any, *, power: float) -> Array:
+    """Return the contact points of the curves of a batch among the trial points, -1 without one."""
 
-    def found(curves: tuple[Array, ...], layer: Any) -> Array:
-        def one(row: tuple) -> Array:
-            t, depth, load, n, chi = row
-            given = None if layer is None else (*layer, chi)
-            weights = jnp.where(jnp.arange(t.size) < n, 1.0, 0.0)
-            rss, points = scanned(Scaled(t, depth, load, n), weights, given, power)
-            best = jnp.argmin(rss)
-            return jnp.where(jnp.isfinite(rss[best]), points[best], -1.0)
+    def contact(curve: Scaled) -> Array:
+        weights = jnp.where(jnp.arange(curve.t.size) < curve.n, 1.0, 0.0)
+        rss, points = scanned(curve, weights, layer, power)
+        best = jnp.argmin(rss)
+        return jnp.where(jnp.isfinite(rss[best]), points[best], -1.0)
 
-        return lax.map(one, curves)
-
-    return Program(found)
+    return lax.map(contact, curves)
 
 
 class Rows(NamedTuple):
-    """Scaled curves t, depth, load (m, N), of n (m,) points each, with what the program needs beside them.
+    """Scaled curves with leading axes (m,), and the further arguments of the program.
 
-    units (m, 4): load [N], depth [m], time [s] and compliance [1/Pa]; power: of the depth in the law of the indenter;
-    layer: Chebyshev coefficients of the factor of a thin sample up to the largest depth, and chi there, None on a
-    half-space; chi (m,): at the largest depth of each curve; extra (m,): scaled compliance of the indenter.
+    units (m, 4): load [N], depth [m], time [s] and compliance [1/Pa]; extra (m,): scaled compliance of the indenter; layer:
+    Chebyshev coefficients of the factor of a thin sample up to the largest depth, and chi there, None on a half-space;
+    power: of the depth in the law of the indenter.
     """
 
-    t: np.ndarray
-    depth: np.ndarray
-    load: np.ndarray
-    n: np.ndarray
+    curves: Scaled
     units: np.ndarray
-    power: float
-    layer: Any
-    chi: np.ndarray
     extra: np.ndarray
+    layer: Any
+    power: float
 
     @classmethod
     def of(
@@ -407,7 +386,7 @@ class Rows(NamedTuple):
                 rows[i, : n[i]], rows[i, n[i] :] = values, values[-1]
         extra = float(indenter.compliance()) / share / units[:, 3]
         if thickness is None:
-            return cls(t, depth, load, n, units, probe.power, None, np.zeros(m), extra)
+            return cls(Scaled(t, depth, load, n, np.zeros(m)), units, extra, None, probe.power)
 
         # the factor of a thin sample, in a series of its own that is as short as the depths of this map allow
         layer = ThinLayer.of(indenter, thickness, nu, Base(bonded=not unbonded))
@@ -419,52 +398,35 @@ class Rows(NamedTuple):
         series = np.polynomial.chebyshev.chebfit(x, factor, DEGREE)
         last = np.flatnonzero(np.abs(series) > FINE * np.abs(series).max())[-1]
         short = jnp.asarray(series[: max(int(last), 1) + 1]), jnp.asarray(largest)
-        return cls(t, depth, load, n, units, probe.power, short, chi, extra)
+        return cls(Scaled(t, depth, load, n, chi), units, extra, short, probe.power)
 
     def batches(self) -> list[tuple[int, np.ndarray]]:
         """Return the number of curves in each batch, and their places, filled up with the first one."""
-        found = []
-        for first in range(0, self.n.size, BATCH):
-            places, stop = np.arange(first, first + BATCH), min(first + BATCH, self.n.size)
+        found, m = [], len(self.units)
+        for first in range(0, m, BATCH):
+            places, stop = np.arange(first, first + BATCH), min(first + BATCH, m)
             found.append((stop - first, np.where(places < stop, places, first)))
         return found
 
-    def at(self, places: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the arrays of the curves at some places."""
-        return self.t[places], self.depth[places], self.load[places], self.n[places], self.chi[places]
+    def at(self, places: Any) -> Scaled:
+        """Return the curves at some places."""
+        return Scaled(*(array[places] for array in self.curves))
 
 
-def searched(
-    curves: Sequence[ForceCurve], rows_of: Callable[[Sequence[ForceCurve]], Rows], level: float,
-    threads: int | None = None, done: Callable[[int, dict[str, np.ndarray]], None] | None = None,
-) -> tuple[dict[str, np.ndarray], Rows]:  # fmt: skip
-    """Return the results of ``fit_one`` for approaches, {name: (m, ...)}, and their scaled rows.
-
-    rows_of: ``Rows.of`` with the indenter and the sample; threads: number of batches at a time; done(first, results):
-    called after each batch.
-    """
-    rows = rows_of(curves)
-    of = {int(n): quantiles(int(n), COUNT, level) for n in np.unique(rows.n)}
-    constants = {
-        name: np.array([of[int(n)][name] for n in rows.n]) for name in ("level", "single", "slip", "outlier")
-    }
-    run = program(rows.power)
+def fitted_batches(rows: Rows, level: float, threads: int | None) -> Iterator[dict[str, np.ndarray]]:
+    """Yield the results of ``fit_one`` for the curves of each batch, {name: (count, ...)}; threads: batches at a time."""
+    n = rows.curves.n
+    of = {int(one): quantiles(int(one), COUNT, level) for one in np.unique(n)}
+    names = "level", "single", "slip", "outlier"
+    constants = {name: np.array([of[int(one)][name] for one in n]) for name in names}
 
     def batch(some: tuple[int, np.ndarray]) -> dict[str, np.ndarray]:
         count, places = some
         own = {name: values[places] for name, values in constants.items()}
-        found = run(rows.at(places), rows.layer, rows.extra[places], own)
+        found = fit_batch(rows.at(places), rows.extra[places], own, rows.layer, power=rows.power)
         return {name: np.asarray(values)[:count] for name, values in found.items()}
 
-    pieces: list[dict[str, np.ndarray]] = []
-
-    def add(_: Any, one: dict[str, np.ndarray]) -> None:
-        pieces.append(one)
-        if done is not None:
-            done((len(pieces) - 1) * BATCH, one)
-
-    adhesive_map.in_threads(batch, rows.batches(), threads or cores(), add)
-    return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}, rows
+    yield from adhesive_map.in_threads(batch, rows.batches(), threads or cores())
 
 
 def cores() -> int:
@@ -473,14 +435,11 @@ def cores() -> int:
 
 
 @functools.partial(Program, static_argnames=("power",))
-def theory_of(
-    c: Array, p: Array, b: Array, k: Array, t: Array, depth: Array, layer: Any, *, power: float
-) -> tuple[Array, Array]:
-    """Return the scaled force (N,) and its derivatives (4, N) by the logarithm of c, p, b and k."""
-    model = lambda x: x[0] * law(depth - x[1], layer, power) + x[2] + x[3] * t
-    x = jnp.stack([c, p, b, k])
+def theory_of(x: Array, curve: Scaled, layer: Any, *, power: float) -> tuple[Array, Array]:
+    """Return the scaled force (N,) at x = (c, p, b, k), and its derivatives (4, N) by the logarithm of c, p, b and k."""
+    model = lambda x: x[0] * law(curve.depth - x[1], curve.chi, layer, power) + x[2] + x[3] * curve.t
     rows = jax.jacfwd(model)(x).T
-    return model(x), rows.at[0].multiply(c)
+    return model(x), rows.at[0].multiply(x[0])
 
 
 def calibrated(found: dict[str, np.ndarray], rows: Rows, good: np.ndarray, level: float) -> np.ndarray:
@@ -496,19 +455,17 @@ def calibrated(found: dict[str, np.ndarray], rows: Rows, good: np.ndarray, level
     some = order[np.unique(np.linspace(0, order.size - 1, min(order.size, CALIBRATED)).round().astype(int))]
     factors = []
     for i in some:
-        n = int(rows.n[i])
-        own = None if rows.layer is None else (*rows.layer, rows.chi[i])
-        given = [jnp.asarray(found[name][i]) for name in ("amplitude", "p", "baseline", "tilt")]
-        fitted, slopes = (
-            np.asarray(v)[..., :n] for v in theory_of(*given, rows.t[i], rows.depth[i], own, power=rows.power)
-        )
+        curve = rows.at(i)
+        n, load = int(curve.n), curve.load[: int(curve.n)]
+        x = jnp.asarray([found[name][i] for name in ("amplitude", "p", "baseline", "tilt")])
+        fitted, slopes = (np.asarray(v)[..., :n] for v in theory_of(x, curve, rows.layer, power=rows.power))
         size = np.abs(fitted)
         weights = 1.0 / np.hypot(found["floor"][i], fitted)
         high = noise.BEYOND * size.max()
         floors = np.geomspace(max(size.min() / noise.BEYOND, noise.LEAST * high), high, 25)
         shapes = np.hypot(floors[:, None], fitted) * weights
-        residual, jacobian = weights * (fitted - rows.load[i, :n]), (weights * slopes).T
-        if residual @ residual <= ROUNDING * np.sum((weights * rows.load[i, :n]) ** 2):
+        residual, jacobian = weights * (fitted - load), (weights * slopes).T
+        if residual @ residual <= ROUNDING * np.sum((weights * load) ** 2):
             continue  # without noise nothing is to be simulated
         tried, inside = noise.ErrorModels(shapes, floors), np.ones(COUNT, dtype=bool)
         model = noise.noise_model(residual, jacobian, inside, np.zeros(n, dtype=int), tried, COUNT, False)
@@ -603,8 +560,10 @@ def prepared(curves: Sequence[Any], rows_of: Callable[[Sequence[ForceCurve]], Ro
     # the contact points among the trial points, on a few means of neighbours
     few = [one.thinned(force.COARSE) for one in full]
     rows = rows_of(few)
-    run = coarse_program(rows.power)
-    points = [np.asarray(run(rows.at(places), rows.layer))[:count] for count, places in rows.batches()]
+    points = [
+        np.asarray(coarse_contacts(rows.at(places), rows.layer, power=rows.power))[:count]
+        for count, places in rows.batches()
+    ]
     approaches, kept = [], []
     for one, k, thin, share in zip(full, places, few, np.concatenate(points), strict=True):
         if share < 0.0:
@@ -674,12 +633,15 @@ def empty(m: int) -> dict[str, Any]:
 
 
 def all_together(
-    curves: Sequence[Any], indenter: Any, nu: float, thickness: float | None, unbonded: bool, errors: dict[str, float],
-    spring_constant: float | None, level: float, kept: Store, threads: int | None, progress: bool,
-) -> tuple[dict[str, Any], np.ndarray]:  # fmt: skip
-    """Return the arrays of a map that the compiled program fits, and the factors of the calibration."""
+    curves: Sequence[Any], given: dict[str, Any], kept: Store, threads: int | None, progress: bool
+) -> tuple[dict[str, Any], np.ndarray]:
+    """Return the arrays of a map that the compiled program fits, and the factors of the calibration; given: arguments of
+    ``fit_map``."""
+    level, errors = given["level"], given["errors"] or {}
+
     # 1. The approaches about their contacts, and the fits of those that the store does not have.
-    rows_of = functools.partial(Rows.of, indenter=indenter, nu=nu, thickness=thickness, unbonded=unbonded)
+    sample = given["indenter"], given["nu"], given["thickness"], given["unbonded"]
+    rows_of = lambda some: Rows.of(some, *sample)
     ready, out = prepared(curves, rows_of), empty(len(curves))
     for k, why in ready.failed.items():
         out["reason"][k] = why
@@ -690,19 +652,18 @@ def all_together(
     with tqdm(
         total=len(missing), unit="curve", desc="fitting", disable=None if progress else True, leave=False
     ) as bar:
-
-        def done(first: int, found: dict[str, np.ndarray]) -> None:
-            count = len(found["r2"])
-            kept.add([keys[i] for i in missing[first : first + count]], found)
-            bar.update(count)
-
         if missing:
-            searched([ready.approaches[i] for i in missing], rows_of, level, threads, done)
+            first = 0
+            for found in fitted_batches(rows_of([ready.approaches[i] for i in missing]), level, threads):
+                count = len(found["r2"])
+                kept.add([keys[i] for i in missing[first : first + count]], found)
+                first += count
+                bar.update(count)
     found = kept.gathered(keys)
     rows = rows_of(ready.approaches)
 
     # 2. Verdicts with reasons and notes, and what needs no interval.
-    fill(out, found, rows, ready, thickness, indenter, [getattr(one, "notes", ()) for one in curves])
+    fill(out, found, rows, ready, given, [getattr(one, "notes", ()) for one in curves])
 
     # 3. Half widths with the factors of the calibration, then the change with half the depth, which noise does not include.
     good = out["verdict"][ready.places] == VERDICTS[0]
@@ -711,7 +672,7 @@ def all_together(
     logs, contact = found["log_G"], found["contact"]
     sides = np.array([-1.0, 1.0])
     systematic = [
-        np.where(judged_by_change, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "shift")
+        np.where(judged_by_change, np.abs(found[name]), 0.0)[:, None] * sides for name in ("softer", "moved")
     ]
     logs = np.column_stack(
         [logs[:, 0], logs[:, :1] + factors[0] * (logs[:, 1:] - logs[:, :1]) + systematic[0]]
@@ -730,9 +691,9 @@ def all_together(
     if errors.get("sensitivity"):
 
         def log_moduli(change: float) -> np.ndarray:
-            moved = [one.recalibrated(change, spring_constant) for one in ready.approaches]
-            other, scaled = searched(moved, rows_of, level, threads)
-            return other["log_G"][:, 0] - np.log(scaled.units[:, 3])
+            moved = rows_of([one.recalibrated(change, given["spring_constant"]) for one in ready.approaches])
+            logs = [found["log_G"][:, 0] for found in fitted_batches(moved, level, threads)]
+            return np.concatenate(logs) - np.log(moved.units[:, 3])
 
         slope = by_sensitivity(log_moduli)
     total = np.hypot(errors.get("spring_constant", 0.0), slope * errors.get("sensitivity", 0.0))
@@ -763,11 +724,11 @@ def fill(
     found: dict[str, np.ndarray],
     rows: Rows,
     ready: Prepared,
-    thickness: float | None,
-    indenter: Any,
+    given: dict[str, Any],
     notes: Sequence[tuple[str, ...]],
 ) -> None:
     """Enter verdicts with reasons and notes, in the words of ``fit_force``, and what needs no interval."""
+    indenter, thickness = given["indenter"], given["thickness"]
     load, depth, T, _ = rows.units.T
     places = ready.places
     out["r2"][places], out["noise"][places] = found["r2"], found["scatter"] * load
@@ -781,7 +742,7 @@ def fill(
         said, why = [*notes[k], *one.remarks, *depth_notes(indenter, float(out["depth"][k]), thickness)], []
         of = lambda name: found[name][i].item()  # noqa: B023
         bad = verdict.unusable(
-            of("before"), int(rows.n[i]), of("spikes"), of("highest"), of("jumped"), of("risen"), of("pushed"),
+            of("before"), int(rows.curves.n[i]), of("spikes"), of("highest"), of("jumped"), of("risen"), of("pushed"),
             of("scatter"), float(load[i]),
         )  # fmt: skip
         if bad:
@@ -808,7 +769,8 @@ def fill(
 def each_alone(
     curves: Sequence[Any], given: dict[str, Any], kept: Store, processes: int | None, progress: bool
 ) -> dict[str, Any]:
-    """Return the arrays of a map whose curves are fitted one by one, by ``fit_force`` or ``fit_indentation``."""
+    """Return the arrays of a map whose curves are fitted one by one, by ``fit_force`` or ``fit_indentation``; given:
+    arguments of ``fit_map``."""
     out, keys = empty(len(curves)), {}
     for k, one in enumerate(curves):
         if isinstance(one, str):
@@ -825,8 +787,9 @@ def each_alone(
             given[name] is None for name in ("weights", "sigma", "bounds")
         ):
             left: list[int] = []
-
-            def done(places: list[int], found: list[dict[str, Any] | None]) -> None:
+            for places, found in adhesive_map.fitted_batches(
+                [curves[k] for k in missing], given["indenter"], given["nu"], given["level"], processes or cores(), BATCH
+            ):  # fmt: skip
                 good = [(missing[i], one) for i, one in zip(places, found, strict=True) if one is not None]
                 left.extend(missing[i] for i, one in zip(places, found, strict=True) if one is None)
                 if good:
@@ -835,11 +798,6 @@ def each_alone(
                         {name: np.array([one[name] for _, one in good]) for name in good[0][1]},
                     )
                 bar.update(len(good))
-
-            adhesive_map.fitted_together(
-                [curves[k] for k in missing], given["indenter"], given["nu"], given["level"], processes or cores(),
-                BATCH, done,
-            )  # fmt: skip
             missing = left
         count = min(processes or cores(), max(len(missing), 1))
         run = functools.partial(fitted_alone, **given)
@@ -1260,9 +1218,9 @@ def fit_map(
     if not 0.0 < level < 1.0:
         raise ValueError(f"level: expected between 0 and 1, got {level!r}")
     # a list of ``IndentationData``, or of text where one could not be read; otherwise arrays
-    given = isinstance(depth, list | tuple) and len(depth) > 0
-    given = given and all(isinstance(one, IndentationData | str) for one in depth)
-    curves = list(depth) if given else data_of(depth, load, t)
+    listed = isinstance(depth, list | tuple) and len(depth) > 0
+    listed = listed and all(isinstance(one, IndentationData | str) for one in depth)
+    curves = list(depth) if listed else data_of(depth, load, t)
     m = len(curves)
     if m == 0:
         raise ValueError("depth: expected at least one curve, got none")
@@ -1272,36 +1230,20 @@ def fit_map(
             raise ValueError(f"{name}: expected {m} places, one for each curve, got {own.size}")
     if shape is not None and math.prod(shape) != m:
         raise ValueError(f"shape: expected rows x columns = {m} curves, got {shape}")
-    chosen = None if weights == "estimated" and sigma is None else weights
+    # arguments of the fit of a curve alone, with those for which the program has no search
     single = {
-        "substrate": substrate,
-        "weights": chosen,
-        "sigma": sigma,
-        "bounds": bounds or None,
-        "drag": drag,
-    }
-    options = indenter, nu, thickness, bool(unbonded), adhesion, level, errors, spring_constant, single
-    kept = Store(store, options)
+        "substrate": substrate, "weights": None if weights == "estimated" and sigma is None else weights, "sigma": sigma,
+        "bounds": bounds or None, "drag": drag,
+    }  # fmt: skip
+    given = {
+        "indenter": indenter, "nu": nu, "thickness": thickness, "unbonded": bool(unbonded), "adhesion": adhesion,
+        "level": level, "errors": errors, "spring_constant": spring_constant, **single,
+    }  # fmt: skip
+    kept = Store(store, given)
     if adhesion is not None or any(v is not None for v in single.values()):
-        found = each_alone(curves, {
-            "indenter": indenter, "nu": nu, "thickness": thickness, "errors": errors, "level": level,
-            "spring_constant": spring_constant, "adhesion": adhesion, "unbonded": bool(unbonded), **single,
-        }, kept, processes, progress)  # fmt: skip
-        factors = np.ones(2)
+        found, factors = each_alone(curves, given, kept, processes, progress), np.ones(2)
     else:
-        found, factors = all_together(
-            curves,
-            indenter,
-            nu,
-            thickness,
-            bool(unbonded),
-            errors or {},
-            spring_constant,
-            level,
-            kept,
-            processes,
-            progress,
-        )
+        found, factors = all_together(curves, given, kept, processes, progress)
     fitted = ("G", "work") if adhesion is not None else ("G",)
     return MapFit(
         values={name: found[name][:, 0] for name in fitted}, intervals={name: found[name][:, 1:] for name in fitted},

@@ -57,9 +57,14 @@ STARTS = tuple(itertools.product((0.1, 0.3, 0.5, 0.7, 0.9), (0.1, 0.5, 0.9)))  #
 class LawSearch(abc.ABC):
     """The search for a law on scaled data: one class for each kind of data, of fractional laws and of own materials."""
 
+    @property
     @abc.abstractmethod
+    def span(self) -> tuple[float, float]:
+        """Shortest and longest times [s] of the data."""
+
     def bounded(self, sought: Sought) -> Sought:
-        """Return the sought law with what the data or the law itself restrict."""
+        """Return the sought law, whose material is approximated over the times of the data."""
+        return over_span(sought, self.span)
 
     @abc.abstractmethod
     def space(self, sought: Sought) -> Parameters:
@@ -163,10 +168,6 @@ class ScaledCreepCurve(LawSearch):
     def span(self) -> tuple[float, float]:
         """Shortest and longest times [s] that the data resolve."""
         return self.duration * 10.0**-self.decades, self.duration
-
-    def bounded(self, sought: Sought) -> Sought:
-        """Return the sought law, whose material is approximated over the times of the data."""
-        return over_span(sought, self.span)
 
     def space(self, sought: Sought) -> Parameters:
         """Return the search space with its bounds."""
@@ -273,10 +274,6 @@ class Relaxed(LawSearch):
         alpha = ORDERS[0], ORDERS[1] if self.relaxed else 1.0
         rows = law_rows(sought.table, np.log(self.unit), MODULUS_EDGE, (first, last), alpha)
         return law_parameters(sought.structure, rows)
-
-    def bounded(self, sought: Sought) -> Sought:
-        """Return the sought law, whose material is approximated over the times of the data."""
-        return over_span(sought, self.span)
 
     def starts(self, law: Law, weights: np.ndarray) -> list[np.ndarray]:
         """Return starting coordinates from pairs of alpha and the place of the transition on the logarithmic time axis."""

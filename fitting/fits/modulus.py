@@ -37,6 +37,7 @@ from fitting.models.structure import (
     OwnLaw,
     Sought,
     Structure,
+    by_name,
     creep_structure,
     own_structure,
     structure_of,
@@ -295,9 +296,25 @@ def weighted_sample(
 def _fit(data: Any, weighted: tuple[str, Sample, float], sought: Sought, level: float) -> ModulusFit:
     """Scale the data, search for the optimum and return the fit."""
     kind, sample, duration = weighted
+    largest = float(np.max(np.abs(sample.measured)))
+
+    # 1. A fractional law, or a material of one's own, has a search of its own.
     if isinstance(sought.structure, Law):
-        return _fit_law(data, sample, duration, sought, level)
-    unit = 1.0 / float(np.max(np.abs(sample.measured)))
+        relaxed, own = kind == "relaxation", isinstance(sought.structure, OwnLaw)
+        if relaxed and not own and not data.t[0] > 0.0:
+            raise ValueError(
+                f"t: expected times > 0 for a fractional law, got {data.t[0]:g}; leave such points out"
+            )
+        scale = OwnModulus if own else Relaxed
+        search = scale(relaxed, np.asarray(sample.t), sample.measured / largest, largest)
+        solved, found = search.concluded(
+            data, sought, sample, duration, level, functools.partial(alike, data)
+        )
+        best = solved.search_result.best
+        return found.fit(ModulusFit, starts=(best.starts, best.agreed))
+
+    # 2. The scaled problem of a classical material; of many points, a few for the comparison of starts.
+    unit = 1.0 / largest
     known = sample.t[sample.t > 0.0]
     first = float(known.min()) / duration if kind == "relaxation" else 1.0 / (float(known.max()) * duration)
     space = material_space(sought, unit, duration, first)
@@ -313,24 +330,16 @@ def _fit(data: Any, weighted: tuple[str, Sample, float], sought: Sought, level: 
         some = np.unique(np.append(np.linspace(0, n - 1, MANY // 2).astype(int), np.minimum(near, n - 1)))
         some_measured, some_weights = sample.measured[some] * unit, sample.weights[some] / unit
         few = _objective(kind, space, rates, scaled[some], some_measured, some_weights)
-    solved = least_squares(problem, of, starts(space, itertools.product(start_times(first), SHARES)), few)
+
+    # 3. The search, from retardation times evenly over the logarithm of time, then intervals and verdict.
+    shortest = min(SHORTEST, FIRST * first)
+    count = max(EACH[0], math.ceil(EACH[1] * math.log10(LONGEST / shortest)))
+    times = np.geomspace(shortest, LONGEST, count)
+    solved = least_squares(problem, of, starts(space, itertools.product(times, SHARES)), few)
     best, objective = solved.search_result
     landscape = space.landscape(best.theta, objective.residual)
     found = conclude(problem, solved._replace(notes=alike(data, solved), landscape=landscape))
     return found.fit(ModulusFit, starts=(best.starts, best.agreed))
-
-
-def _fit_law(data: Any, sample: Sample, duration: float, sought: Sought, level: float) -> ModulusFit:
-    """Fit a fractional law, or a material of one's own, as ``_fit`` fits a classical material."""
-    relaxed, unit = isinstance(data, RelaxationData), float(np.max(np.abs(sample.measured)))
-    own = isinstance(sought.structure, OwnLaw)
-    if relaxed and not own and not data.t[0] > 0.0:
-        raise ValueError(
-            f"t: expected times > 0 for a fractional law, got {data.t[0]:g}; leave such points out"
-        )
-    search = (OwnModulus if own else Relaxed)(relaxed, np.asarray(sample.t), sample.measured / unit, unit)
-    solved, found = search.concluded(data, sought, sample, duration, level, functools.partial(alike, data))
-    return found.fit(ModulusFit, starts=(solved.search_result.best.starts, solved.search_result.best.agreed))
 
 
 def alike(data: RelaxationData | OscillationData, solved: Solved) -> tuple[str, ...]:
@@ -377,16 +386,8 @@ def _structure(model: Any, tau: Any, data: Any) -> Structure:
     material."""
     if isinstance(model, Material):
         return own_structure(model, data)
-    names = {law.__name__.casefold(): law for law in LAWS.values()}
-    law = names.get(model.casefold()) if isinstance(model, str) else model
+    law = by_name(model, LAWS.values()) if isinstance(model, str) else model
     return creep_structure(law) if tau is None and law in LAWS.values() else structure_of(model, tau)
-
-
-def start_times(first: float) -> np.ndarray:
-    """Return retardation times of the starts over the duration; first: the first time, likewise."""
-    shortest = min(SHORTEST, FIRST * first)
-    count = max(EACH[0], math.ceil(EACH[1] * math.log10(LONGEST / shortest)))
-    return np.geomspace(shortest, LONGEST, count)
 
 
 def material_space(sought: Sought, unit: float, duration: float, first: float) -> Parameters:

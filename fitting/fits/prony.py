@@ -24,9 +24,8 @@ from fitting.fits.modulus import ModulusFit, alike, weighted_sample
 from fitting.inference.result import Fit, FitProblem, conclude, least_squares
 from fitting.inference.sample import Sample, Solved
 from fitting.models.parameters import Landscape, Parameters
-from fitting.models.structure import History, ParameterList, Sought, Step, columns, merge, series
+from fitting.models.structure import History, ParameterList, Sought, Step, columns, given_times, merge, series
 from fitting.search.nonlinear import Objective
-from jaxcontact._support.pytree import require_real
 from jaxcontact.bodies.materials import Spectrum, from_relaxation
 
 # Parts common to the fits of a series of given times, which are linear in values >= 0.
@@ -169,10 +168,7 @@ class MaxwellSeries(ParameterList):
     @classmethod
     def with_times(cls, tau: Any, equilibrium: bool) -> "MaxwellSeries":
         """Return the structure with times (k,) [s], with or without Ge; ValueError unless they are > 0."""
-        require_real("tau", tau)
-        tau = np.unique(np.asarray(tau, dtype=float))
-        if tau.ndim != 1 or tau.size == 0 or not np.all(np.isfinite(tau) & (tau > 0)):
-            raise ValueError(f"tau: expected times > 0, got {tau}")
+        tau = given_times(tau)
         names = (["Ge"] if equilibrium else []) + [f"G{i + 1}" for i in range(tau.size)]
         found = cls.of(jc.Prony, dict.fromkeys(names, "Pa"))
         return dataclasses.replace(found, tau=tau)

@@ -76,7 +76,11 @@ def search(problem: LinearSpectrum, last: SpectrumOptimum | None = None) -> Spec
     D = np.diff(np.eye(m), 2, axis=0)
     found: list[tuple[float, SpectrumOptimum]] = []
     if last is None:
-        trials = _noise(problem) * SMOOTHNESS[::-1]
+        # the noise is the mean square of the residuals of an unregularised spectrum >= 0
+        A = np.column_stack([problem.A, problem.e])
+        off = A @ nonnegative(A, problem.y) - problem.y
+        variance = max(float(off @ off) / problem.y.size, EXACT * float(np.mean(problem.y**2)))
+        trials = variance * SMOOTHNESS[::-1]
         best = np.append(np.full(m, np.log(problem.largest / m)), 0.1)
     else:
         # the smoothness is relative to the weights, of which the noise at the last spectrum is the measure
@@ -100,14 +104,6 @@ def search(problem: LinearSpectrum, last: SpectrumOptimum | None = None) -> Spec
         log=np.full(m, -np.inf), equilibrium=plateau, residual=residual, jacobian=jacobian,
         precision=jacobian.T @ jacobian, variance=float(residual @ residual) / (problem.y.size - 1), converged=True,
     )  # fmt: skip
-
-
-def _noise(problem: LinearSpectrum) -> float:
-    """Return the mean square of the residuals of an unregularised spectrum >= 0."""
-    A = np.column_stack([problem.A, problem.e])
-    off = A @ nonnegative(A, problem.y) - problem.y
-    rss = float(off @ off)
-    return float(max(rss / problem.y.size, EXACT * np.mean(problem.y**2)))
 
 
 def _optimum(

@@ -14,14 +14,14 @@ from fitting.data.indentation import STIFFNESS, check_depth, paraboloid_note, pr
 from fitting.data.stiffness import StiffnessData
 from fitting.data.weights import choose_weights
 from fitting.inference import verdict
-from fitting.inference.result import Fit, FitProblem, conclude, least_squares, no_moves, plain
+from fitting.inference.result import ElasticFit, FitProblem, conclude, least_squares, no_moves
 from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models.parameters import Parameters
 from fitting.models.structure import ParameterList, Sought, limits
 from fitting.models.thin_layer import Base, check_unbonded, contact_factors
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
-from fitting.views import sheet
+from fitting.views import sheet, text
 
 # Stiffness dF/d depth of an elastic contact with a half-space or with a layer bonded to a base.
 #
@@ -184,7 +184,8 @@ def deviation(
         return f"{said}: {meaning}; leave out shallow depths"
 
     trend = lambda: verdict.trend(solved.residual / solved.weights / measured)
-    return judged_by_size(problem, solved, trend, refits, 1, (TREND, CHANGE), words)
+    log_modulus = lambda theta: theta[:1]
+    return judged_by_size(problem, solved, trend, refits, log_modulus, (TREND, CHANGE), words)
 
 
 def pointwise(
@@ -212,35 +213,23 @@ APART = 2.0  # factor from the modulus that the instrument states beyond which a
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class StiffnessFit(Fit):
-    """The fit of a contact stiffness over depth; ``Fit`` has what it shares with other fits.
+class StiffnessFit(ElasticFit):
+    """The fit of a contact stiffness over depth; ``ElasticFit`` and ``Fit`` have what it shares with other fits.
 
-    Its parameter is the shear modulus "G" [Pa] of the sample or of its film and, where it was fitted, the "thickness" [m].
+    Its parameter is the shear modulus "G" [Pa] of the sample or of its film and, where it was fitted, the "thickness" [m],
+    which is then also the attribute ``thickness``.
 
     Attributes:
-        youngs_modulus: (value, low, high) of E = 2 (1 + nu) G [Pa].
-        indenter, nu, thickness [m], substrate, unbonded, contact: given quantities on which the modulus is conditional;
-            thickness is None for a half-space and the fitted one where it was fitted.
+        contact: the kind of contact, on which the modulus is conditional.
         radii (n,): contact radii [m], those of a half-space in an elastic contact.
         moduli (n,): Young's modulus [Pa] that each point would give alone, nan where none does.
         apparent (n,): the same on a half-space without a base.
     """
 
-    indenter: Any
-    nu: float
-    thickness: float | None
-    substrate: Any
-    unbonded: bool
     contact: str
-    youngs_modulus: tuple[float, float, float]
     radii: np.ndarray
     moduli: np.ndarray
     apparent: np.ndarray
-
-    @property
-    def abscissa(self) -> tuple[str, str]:
-        """The symbol and the unit of the abscissa."""
-        return "depth", "m"
 
     def plot(self, path: Any = None) -> Any:
         """Return a figure of stiffness and modulus over depth, and of the residuals; saved where a path is given."""
@@ -272,19 +261,11 @@ class StiffnessFit(Fit):
         return sheet.draw(self, path, panel, (moduli,))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return ``Fit.to_dict`` with Young's modulus and the given quantities."""
-        E = dict(zip(("value", "low", "high"), map(plain, self.youngs_modulus), strict=True))
-        return super().to_dict() | {
-            "youngs_modulus_Pa": E, "poisson_ratio": self.nu, "thickness_m": plain(self.thickness),
-            **({"unbonded": True} if self.unbonded else {}), **probe_of(self.indenter).key, "contact": self.contact,
-        }  # fmt: skip
-
-    def _choices(self) -> list[str]:
-        return [*super()._choices(), probe_of(self.indenter).words]
+        """Return ``ElasticFit.to_dict`` with the kind of contact."""
+        return super().to_dict() | {"contact": self.contact}
 
     def _combination_lines(self) -> list[str]:
-        E, low, high = self.youngs_modulus
-        lines = [f"  E     = {E:11.5g} Pa    {100 * self.level:g} % interval {low:.5g} to {high:.5g}"]
+        lines = super()._combination_lines()
         known = self.moduli[np.isfinite(self.moduli)]
         if known.size:
             spread = np.percentile(known, [10, 50, 90])
@@ -294,15 +275,7 @@ class StiffnessFit(Fit):
         return lines
 
     def _conditions(self) -> list[str]:
-        if self.thickness is None:
-            body = "a half-space"
-        else:
-            base = (
-                "a rigid base"
-                if self.substrate is None
-                else f"a base of {float(self.substrate.G):.4g} Pa in shear"
-            )
-            body = f"a film of {self.thickness:.4g} m {'loose on' if self.unbonded else 'bonded to'} {base}"
+        body = text.layer(self.thickness, self.unbonded, self.substrate, "film")
         return [f"  the modulus is conditional on nu = {self.nu:.4g}, {body} and an {self.contact} contact"]
 
 

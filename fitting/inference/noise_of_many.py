@@ -20,7 +20,7 @@ from jax import Array, lax
 
 from fitting.inference import noise, verdict
 from fitting.inference.noise import BEYOND_CHANCE, RHO
-from fitting.inference.sample import ALIKE, FAINT
+from fitting.inference.sample import ALIKE, BETTER, FAINT
 
 SHAPES = 25  # error models
 NEWTON = 12  # steps for a quantile of the mixture
@@ -302,8 +302,7 @@ def noise_of_one(
         """Return whether the noise changes along the curve, a/b, sizes and spreads of the likeliest such model."""
         bases = jnp.stack([ratio, FAINT * largest, largest / FAINT])
         able, costs, sizes, spreads, plain = lax.map(of_base, bases)
-        # minus twice the log likelihood that a change must exceed: chi-square with three degrees of freedom at ``BETTER``
-        least = plain[0] - 7.814727903251179 * excess(jnp.where(on, r / spreads[0], 0.0), on)
+        least = plain[0] - BETTER * excess(jnp.where(on, r / spreads[0], 0.0), on)
         able = able & (costs <= least) & real
         chosen = jnp.argmin(jnp.where(able, costs, jnp.inf))
         return jnp.any(able), bases[chosen], sizes[chosen], spreads[chosen]

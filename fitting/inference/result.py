@@ -20,6 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from fitting.data.curves import evaluation_times
+from fitting.data.indentation import probe_of
 from fitting.inference import noise, verdict
 from fitting.inference.noise import two_sided
 from fitting.inference.sample import (
@@ -206,6 +207,44 @@ class Fit(Evidence):
     def to_json(self) -> str:
         """Return ``to_dict`` as JSON text."""
         return json.dumps(self.to_dict(), indent=2)
+
+
+@dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class ElasticFit(Fit):
+    """The fit of an elastic modulus to a curve over depth; ``Fit`` has what it shares with other fits.
+
+    Attributes:
+        youngs_modulus: (value, low, high) of E = 2 (1 + nu) G [Pa].
+        indenter, nu, thickness [m], substrate: given quantities on which the modulus is conditional; thickness is None for
+            a half-space, substrate for a rigid base; unbonded: whether the layer slides on it.
+    """
+
+    indenter: Any
+    nu: float
+    thickness: float | None
+    substrate: Any
+    unbonded: bool
+    youngs_modulus: tuple[float, float, float]
+
+    @property
+    def abscissa(self) -> tuple[str, str]:
+        """The symbol and the unit of the abscissa."""
+        return "depth", "m"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return ``Fit.to_dict`` with Young's modulus and the given quantities."""
+        E = dict(zip(("value", "low", "high"), map(plain, self.youngs_modulus), strict=True))
+        return super().to_dict() | {
+            "youngs_modulus_Pa": E, "poisson_ratio": self.nu, "thickness_m": plain(self.thickness),
+            **({"unbonded": True} if self.unbonded else {}), **probe_of(self.indenter).key,
+        }  # fmt: skip
+
+    def _choices(self) -> list[str]:
+        return [*super()._choices(), probe_of(self.indenter).words]
+
+    def _combination_lines(self) -> list[str]:
+        E, low, high = self.youngs_modulus
+        return [f"  E     = {E:11.5g} Pa    {100 * self.level:g} % interval {low:.5g} to {high:.5g}"]
 
 
 class Comparison(NamedTuple):

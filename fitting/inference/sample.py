@@ -36,7 +36,9 @@ CONSTANT = 1e-3  # relative change at convergence of weights in proportion to th
 PROPORTIONAL = 1e-6  # largest relative deviation of weights from the reciprocals of measured values
 BIASED = 0.5  # bias over standard error of a common factor above which a note is given
 ALIKE = 2.0  # standard errors of a correlation of neighbours above which no change of the noise along the curve is tested
-BETTER = 0.05  # probability of as high a likelihood of an error model that changes, where the noise does not
+# minus twice the log likelihood that a change of the noise along the curve must exceed: chi-square with a degree of freedom
+# for each coefficient of the change, at the probability of as high a likelihood where the noise does not change
+BETTER = float(special.chdtri(noise.DEGREE + 1, 0.05))
 FAINT = 1e-6  # ratio of the terms of an error model below which the smaller one is left out
 # RSS per degree of freedom, with a stated sigma, below which data are taken as free of noise
 NOISELESS = 1e-4
@@ -183,7 +185,7 @@ class Sample(NamedTuple):
                     best = 2.0 * float(np.sum(np.log(shape))) + residual.size * math.log(
                         float(reference @ reference)
                     )
-                    best -= special.chdtri(noise.DEGREE + 1, BETTER) * float(noise.excess(level))
+                    best -= BETTER * float(noise.excess(level))
                 # where neighbours are alike, it is the model that changes along the curve, not the noise
                 raw, even = (lag_one((residual / one)[order], blocks[order]) for one in (shape, spreads))
                 if (
@@ -577,15 +579,14 @@ class Deviation(NamedTuple):
 
 def judged_by_size(
     problem: Any, solved: Solved, size: Callable[[], float], refits: Callable[[], Sequence[np.ndarray | None]],
-    watched: int | Callable[[np.ndarray], np.ndarray], limits: tuple[float, float],
+    watched: Callable[[np.ndarray], np.ndarray], limits: tuple[float, float],
     words: Callable[[float, np.ndarray, bool], str],
 ) -> Deviation:  # fmt: skip
     """Return the systematic deviation of a fit whose sample has ``own_trends``.
 
-    size(): of the trend; refits(): coordinates (m,) of fits to parts of the points, None with too few; watched: number of
-    coordinates that are of interest, the first ones, or a function of the coordinates that returns what is of interest;
-    limits: of the trend, and of a change of these; words(trend, changes, rejected): the reason or the note, with changes
-    (r, m) from each refit to the fit to all points, those of interest where they are a function.
+    size(): of the trend; refits(): coordinates (m,) of fits to parts of the points, None with too few; watched: function of
+    the coordinates that returns the quantities (k,) whose changes are judged; limits: of the trend, and of their changes;
+    words(trend, changes, rejected): the reason or the note, with changes (r, k) from each refit to the fit to all points.
     """
     # 1. Whether the common tests would reject the fit, and the fits to parts of the points if so.
     nothing, common = np.zeros(solved.theta.size), problem.sample._replace(own_trends=False)
@@ -595,17 +596,11 @@ def judged_by_size(
     if any(one is None for one in found):
         return Deviation(nothing, (TOO_FEW,))
 
-    # 2. The changes from these fits to that to all points, of all coordinates and of those of interest.
-    changes, seen = solved.theta - np.array(found), size()
-    systematic = np.max(np.abs(changes), axis=0)
-    moved = (
-        changes
-        if isinstance(watched, int)
-        else watched(solved.theta) - np.array([watched(one) for one in found])
-    )
-    most = float(np.max(np.abs(moved[:, :watched] if isinstance(watched, int) else moved)))
+    # 2. The changes from these fits to that to all points, of all coordinates and of the watched quantities.
+    systematic = np.max(np.abs(solved.theta - np.array(found)), axis=0)
+    changes, trend = watched(solved.theta) - np.array([watched(one) for one in found]), size()
 
     # 3. A reason for a rejection beyond the limits, otherwise a note.
-    rejected = bool(seen > limits[0] or most > limits[1])
-    said = (words(seen, moved, rejected),)
+    rejected = bool(trend > limits[0] or float(np.max(np.abs(changes))) > limits[1])
+    said = (words(trend, changes, rejected),)
     return Deviation(systematic, said, trended=True) if rejected else Deviation(systematic, notes=said)

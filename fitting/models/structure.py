@@ -90,9 +90,13 @@ def merge(t: np.ndarray, knots: np.ndarray, values: np.ndarray) -> History:
     Knots must not decrease; a repeated knot is a jump, at which a sample has the stress after it. The stress is zero
     before the first knot and constant after the last.
     """
+    # the stress just after and just before the start, the knots and the samples; before a knot it is zero at the first one,
+    # and the knot's own value if there is no jump
     times = np.concatenate([np.minimum(knots[:1], t[:1]), knots, t])
+    jumps = np.concatenate([[True], np.diff(knots) == 0])
+    before_knots = np.where(jumps, np.concatenate([[0.0], values[:-1]]), values)
     after = np.concatenate([np.zeros(1), values, _value_at(t, knots, values, "right")])
-    before = np.concatenate([np.zeros(1), _value_before(knots, values), _value_at(t, knots, values, "left")])
+    before = np.concatenate([np.zeros(1), before_knots, _value_at(t, knots, values, "left")])
     order = np.argsort(times, kind="stable")
     times, after, before = times[order], after[order], before[order]
     gap = np.diff(times, prepend=times[0])
@@ -113,12 +117,6 @@ def _value_at(
     width = knots[j] - knots[i]
     share = np.where(width > 0, (t - knots[i]) / np.where(width > 0, width, 1.0), 0.0)
     return np.where(k < 0, 0.0, values[i] + share * (values[j] - values[i]))
-
-
-def _value_before(knots: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the stress just before each knot: zero before the first, the knot's own value if there is no jump."""
-    same = np.concatenate([[True], np.diff(knots) == 0])
-    return np.where(same, np.concatenate([[0.0], values[:-1]]), values)
 
 
 LEAST = 1e-9  # fraction of the largest compliance that replaces zero, where derivatives are needed
@@ -341,12 +339,12 @@ class Law(ParameterList):
             **volume.keyword,
         )
         lower = dataclasses.replace(law, alpha=ORDERS[1]).prony(*self.span, CUT)
-        return min((element, lower), key=lambda material: self._off(law, material))
 
-    def _off(self, law: Any, material: jc.Prony) -> float:
-        """Return the largest relative difference of J(t) within the span."""
+        # the one with the smaller of the largest relative differences of J(t) within the span
         t = np.geomspace(*self.span, OFF)
-        return float(np.max(np.abs(np.asarray(material.creep(t)) / np.asarray(law.creep(t)) - 1.0)))
+        exact = np.asarray(law.creep(t))
+        off = lambda material: float(np.max(np.abs(np.asarray(material.creep(t)) / exact - 1.0)))
+        return min((element, lower), key=off)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -437,12 +435,18 @@ def by_name(name: str, classes: Iterable[type]) -> type | None:
     return {cls.__name__.casefold(): cls for cls in classes}.get(name.casefold())
 
 
+def given_times(tau: Any) -> np.ndarray:
+    """Return the different times (k,) [s] of a series in their order; ValueError unless they are > 0."""
+    require_real("tau", tau)
+    times = np.unique(np.asarray(tau, dtype=float))
+    if times.size == 0 or not np.all(np.isfinite(times) & (times > 0)):
+        raise ValueError(f"tau: expected times > 0, got {times}")
+    return times
+
+
 def series(tau: Any, instantaneous: bool = True, flow: bool = True) -> Structure:
     """Return the structure of ``jc.Prony`` with given times (k,) [s], with or without J0 and the fluidity."""
-    require_real("tau", tau)
-    tau = np.unique(np.asarray(tau, dtype=float))
-    if tau.ndim != 1 or tau.size == 0 or not np.all(np.isfinite(tau) & (tau > 0)):
-        raise ValueError(f"tau: expected times > 0, got {tau}")
+    tau = given_times(tau)
     where = {f"J{i + 1}": i + 1 for i in range(tau.size)}
     where = ({"J0": 0} if instantaneous else {}) | where
     return Structure(jc.Prony, where | ({"fluidity": tau.size + 1} if flow else {}), tau.size, tau)

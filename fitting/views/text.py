@@ -63,11 +63,13 @@ def key(name: str, unit: str) -> str:
     return f"{name}_{words}".replace("(", "").replace(")", "").rstrip("_")
 
 
-def layer(thickness: float | None, unbonded: bool, base: str = "a rigid base") -> str:
-    """Return the sample on which a modulus is conditional: a layer of a thickness [m] on a base, or a half-space."""
+def layer(thickness: float | None, unbonded: bool, substrate: Any = None, word: str = "layer") -> str:
+    """Return the sample on which a modulus is conditional: a layer of a thickness [m] on a base, or a half-space; word: for
+    the layer."""
     if thickness is None:
         return "a half-space"
-    return f"a layer of {thickness:.4g} m {'loose on' if unbonded else 'bonded to'} {base}"
+    base = "a rigid base" if substrate is None else f"a base of {float(substrate.G):.4g} Pa in shear"
+    return f"a {word} of {thickness:.4g} m {'loose on' if unbonded else 'bonded to'} {base}"
 
 
 def separation(fit: Any) -> list[str]:

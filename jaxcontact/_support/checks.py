@@ -90,6 +90,12 @@ def not_decreasing(name: str, value: Any) -> Verdict:
     return _every(name, value, rising, "finite times that do not decrease")
 
 
+def number_or_field(name: str, value: Any, shape: tuple[int, ...]) -> None:
+    """Check for a number, or an array of a shape."""
+    expected, given = f"a number or shape {tuple(shape)}", np.shape(value)
+    require(given in ((), tuple(shape)), f"{name}: expected {expected}, got shape {given}")
+
+
 def one_of(name: str, value: Any, *accepted: str) -> None:
     """Check for one of the accepted words."""
     words = " or ".join(f'"{word}"' for word in accepted)

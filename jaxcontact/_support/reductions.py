@@ -54,7 +54,6 @@ def smallest(field: Array) -> Array:
     return -largest(-field)
 
 
-@jax.custom_jvp
 def lowest_point(field: Array, length: Array | float = 1.0) -> Array:
     """Return the lowest value of a field, (); its derivative is the mean of those of all values equal to it to rounding.
 
@@ -62,12 +61,9 @@ def lowest_point(field: Array, length: Array | float = 1.0) -> Array:
     ``jnp.min`` selects the values that are exactly equal to the lowest one. A compiler may compute the field a second time
     for this comparison, with other rounding, and then finds none: the derivative is 0/0.
     """
-    return jnp.min(field)
-
-
-@lowest_point.defjvp
-def _mean_of_lowest(primals: tuple, tangents: tuple) -> tuple[Array, Array]:
-    (field, length), (moved, _) = primals, tangents
-    lowest = jnp.min(field)
-    tied = field - lowest <= TIED * length
-    return lowest, jnp.sum(jnp.where(tied, moved, 0.0)) / jnp.maximum(jnp.sum(tied), 1)
+    held = jax.lax.stop_gradient(field)
+    lowest = jnp.min(held)
+    tied = held - lowest <= TIED * jax.lax.stop_gradient(length)
+    # a mean of zeros, with the derivative of the field
+    moved = jnp.sum(jnp.where(tied, field - held, 0.0)) / jnp.maximum(jnp.sum(tied), 1)
+    return lowest + moved

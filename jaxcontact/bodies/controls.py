@@ -115,7 +115,5 @@ def check_tangential(control: TangentialControl, nt: int) -> Verdict:
 
 def check_friction(friction: Any, cells: tuple[int, ...]) -> Verdict:
     """Check a coefficient of friction: a number or a field of shape ``cells``, non-negative; raise ValueError otherwise."""
-    shape = np.shape(friction)
-    expected = f"a number or shape {tuple(cells)}"
-    checks.require(shape in ((), tuple(cells)), f"friction: expected {expected}, got shape {shape}")
+    checks.number_or_field("friction", friction, cells)
     return checks.non_negative("friction", friction)

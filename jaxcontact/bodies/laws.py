@@ -25,7 +25,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from jaxcontact._support import checks
@@ -245,11 +244,7 @@ def is_sheared(law: Any) -> bool:
 
 def check_hardness(hardness: Any, shape: tuple[int, ...]) -> Verdict:
     """Check a hardness: pressures above zero, a number or of shape ``shape``; raise ValueError otherwise."""
-    given = np.shape(hardness)
-    checks.require(
-        given in ((), tuple(shape)),
-        f"hardness [Pa]: expected a number or shape {tuple(shape)}, got shape {given}",
-    )
+    checks.number_or_field("hardness [Pa]", hardness, shape)
     return checks.positive("hardness [Pa]", hardness)
 
 
@@ -476,9 +471,7 @@ class ScaledAdhesion(Adhesion):
 
 
 def check_adhesion(law: Any) -> Verdict:
-    """Check a law of adhesion, or None for no adhesion; ValueError for anything else, or parameters out of range."""
-    if law is None:
-        return True
+    """Check a law of adhesion; ValueError for anything else, or parameters out of range."""
     checks.require(
         isinstance(law, Adhesion) and hasattr(law, "work"),
         "adhesion: expected ExponentialAdhesion, DugdaleAdhesion, a subclass of jc.abc.Adhesion with its work, or None, got"
@@ -488,40 +481,34 @@ def check_adhesion(law: Any) -> Verdict:
     if isinstance(law, ExponentialAdhesion):
         return good & checks.positive("adhesion: range [m]", law.range)
     good = good & checks.positive("adhesion: strength [Pa]", law.largest_traction)
-    return good if isinstance(law, DugdaleAdhesion) else good & _check_of_ones_own(law)
+    if isinstance(law, DugdaleAdhesion):
+        return good
 
-
-def _check_of_ones_own(law: Adhesion) -> Verdict:
-    """Check at some gaps that an attraction falls, and is the slope of its energy, which at a gap of zero is the work."""
+    # of a law of one's own, at some gaps: the attraction falls, and is the slope of the energy, which at a gap of zero is
+    # the work
     gaps = law.characteristic_range * jnp.linspace(0.0, 3.0, OWN_GAPS)
     attraction, energy, reach = law.traction(gaps), law.energy(gaps), gaps[1]
     slope = -jax.jvp(law.energy, (gaps,), (jnp.ones_like(gaps),))[1]
     rises = jnp.max(jnp.diff(attraction)) > OWN_ROUNDING * attraction[0]
     misses = jnp.max(jnp.abs(slope - attraction)) > OWN_ROUNDING * attraction[0]
     misses = misses | (jnp.abs(energy[0] - law.work) > OWN_ROUNDING * law.work)
-    good = ~(rises | misses) & jnp.all(jnp.isfinite(energy)) & (reach > 0.0)
-    if is_concrete(law, good):
+    sound = ~(rises | misses) & jnp.all(jnp.isfinite(energy)) & (reach > 0.0)
+    if is_concrete(law, sound):
         checks.require(
-            bool(good),
+            bool(sound),
             "adhesion: expected a traction that does not increase with the gap, an energy whose slope is -traction, and"
             f" which is the work at a gap of zero, got {law!r}",
         )
-        return True
-    return good
+        return good
+    return good & sound
 
 
 def check_shear_strength(strength: Any, shape: tuple[int, ...], *, adhesive: bool) -> Verdict:
-    """Check the shear strength of an adhesive contact, or None: a number or of shape ``shape``, not negative."""
-    if strength is None:
-        return True
-    given = np.shape(strength)
+    """Check the shear strength of an adhesive contact: a number or of shape ``shape``, not negative."""
     checks.require(
         adhesive, f"shear_strength: expected None without adhesion, got {strength!r}: friction= is for that"
     )
-    checks.require(
-        given in ((), tuple(shape)),
-        f"shear_strength [Pa]: expected a number or shape {tuple(shape)}, got shape {given}",
-    )
+    checks.number_or_field("shear_strength [Pa]", strength, shape)
     return checks.non_negative("shear_strength [Pa]", strength)
 
 
@@ -594,15 +581,6 @@ class WLFShift:
         return valid & checks.positive("WLFShift reference [K]", self.reference)
 
 
-def check_shift(shift: Any) -> Verdict:
-    """Return whether a shift's parameters are in range; ValueError for what is no shift."""
-    checks.require(
-        callable(getattr(shift, "log_factor", None)),
-        f"Thermal shift: expected None or an object with a method log_factor, got {type(shift).__name__}",
-    )
-    return shift.check() if hasattr(shift, "check") else True
-
-
 # Heating of a rubbed surface by friction.
 
 
@@ -645,7 +623,11 @@ class Thermal:
             valid = valid & checks.positive("Thermal diffusivity [m2/s]", self.diffusivity)
         if self.shift is None:
             return valid
-        valid = valid & check_shift(self.shift)
+        checks.require(
+            callable(getattr(self.shift, "log_factor", None)),
+            f"Thermal shift: expected None or an object with a method log_factor, got {type(self.shift).__name__}",
+        )
+        valid = valid & (self.shift.check() if hasattr(self.shift, "check") else True)
         name = "ln a_T of Thermal shift at ambient, inf where the body has infinite times"
         return valid & checks.finite(name, self.shift.log_factor(self.ambient))
 

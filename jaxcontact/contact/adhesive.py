@@ -693,9 +693,9 @@ def solve_in_turn(problem: Problem, start: Start, tolerance: Array, max_iteratio
 
     def repeat(s: _Repeated) -> _Repeated:
         # the contact under the displacement of the last combination, solved to a part of the error before
-        begun = s.repetitions > 0
-        contact = jnp.where(begun, s.found.carried > 0.0, start.contact)
-        own = Start(s.found.pressure, contact, start.none & ~begun)
+        repeated = s.repetitions > 0
+        contact = jnp.where(repeated, s.found.carried > 0.0, start.contact)
+        own = Start(s.found.pressure, contact, start.none & ~repeated)
         goal = jnp.maximum(0.5 * tolerance, jnp.minimum(PART * s.error, 1e-2))
         given = replace(problem, operator=uniform, gap=problem.gap + s.next, drag=None)
         found = solve(given, own, goal, max_iterations - s.iterations)

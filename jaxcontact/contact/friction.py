@@ -427,16 +427,20 @@ class SlipProblem:
     tangential_load_controlled: bool = static()
     coupled: bool = static()
 
-    def under(self, normal_shift: Array | float) -> Problem:
+    def under(self, normal_by_traction: Array | float) -> Problem:
         """Return the normal problem under a normal displacement (nx, ny) by the traction."""
         return Problem(
-            self.operator.normal, self.gap + normal_shift, self.target, self.lowest, self.load_controlled
+            self.operator.normal,
+            self.gap + normal_by_traction,
+            self.target,
+            self.lowest,
+            self.load_controlled,
         )
 
-    def sheared(self, pressure: Array, tangential_shift: Array | float) -> TangentialProblem:
+    def sheared(self, pressure: Array, tangential_by_pressure: Array | float) -> TangentialProblem:
         """Return the tangential problem under a pressure and the tangential displacement (2, nx, ny) by it."""
         bound, target = self.coefficient * pressure, self.tangential_target
-        drift = self.drift + tangential_shift
+        drift = self.drift + tangential_by_pressure
         return TangentialProblem(
             self.operator, bound, pressure > 0.0, drift, target, self.tangential_load_controlled
         )
@@ -445,14 +449,14 @@ class SlipProblem:
 class Round(NamedTuple):
     """Result of a round of the iteration between pressure and traction.
 
-    tangential_shift (2, nx, ny) and normal_shift (nx, ny): K_tz p and K_zt q, zero where they are not coupled; taken:
-    iterations of all rounds, (); rounds (); settled: whether both problems hold at once.
+    tangential_by_pressure (2, nx, ny) and normal_by_traction (nx, ny): K_tz p and K_zt q, zero where they are not coupled;
+    taken: iterations of all rounds, (); rounds (); settled: whether both problems hold at once.
     """
 
     normal: Solution
     tangential: TangentialSolution
-    tangential_shift: Array
-    normal_shift: Array
+    tangential_by_pressure: Array
+    normal_by_traction: Array
     taken: Array
     rounds: Array
     settled: Array
@@ -514,9 +518,9 @@ def _rounds(
 
     # Before the first round: the start, whose displacements are not known except for those under its traction.
     if problem.coupled:
-        displacement, normal_shift = operator.displaced(traction)
+        displacement, normal_by_traction = operator.displaced(traction)
     else:
-        displacement, normal_shift = operator.tangential_from_tangential(traction), field
+        displacement, normal_by_traction = operator.tangential_from_tangential(traction), field
     pressed = Solution(pressure, field, jnp.zeros(()), one, zero)
     sheared = TangentialSolution(traction, displacement, pair, pressure > 0.0, jnp.zeros(2), one, zero)
 
@@ -553,21 +557,21 @@ def _rounds(
         goal = jnp.maximum(jnp.minimum(TIGHTER * s.share * s.unsettled, LOOSE), least)
         pressed = normal.solve_further(problem.under(y), before.normal, again, goal, left)
         p, u = pressed.pressure, pressed.displacement
-        tangential_shift = jax.lax.cond(
+        tangential_by_pressure = jax.lax.cond(
             again & jnp.all(p == before.normal.pressure),
-            lambda: before.tangential_shift,
+            lambda: before.tangential_by_pressure,
             lambda: operator.tangential_from_normal(p),
         )
-        tangential, start = problem.sheared(p, tangential_shift), before.tangential
+        tangential, start = problem.sheared(p, tangential_by_pressure), before.tangential
         sheared = solve(tangential, start.traction, start.displacement, goal, left - pressed.iterations)
-        normal_shift = jax.lax.cond(
+        normal_by_traction = jax.lax.cond(
             jnp.all(sheared.traction == start.traction),
-            lambda: before.normal_shift,
+            lambda: before.normal_by_traction,
             lambda: operator.normal_from_tangential(sheared.traction),
         )
 
         # 3. The error of both at once: that of the pressure under the new traction, and that of the traction.
-        now = problem.under(normal_shift)
+        now = problem.under(normal_by_traction)
         approach = normal.approach_of(now, p, u)
         unsettled = normal.stopping_error(now, p, u, u + now.gap - approach, approach)
         if problem.load_controlled:
@@ -579,16 +583,18 @@ def _rounds(
         share = jnp.where((error > SLOW * s.error) & again, SHORTER, LONGER) * s.share
         taken = before.taken + pressed.iterations + sheared.iterations
         settled = error <= tolerance
-        found = Round(pressed, sheared, tangential_shift, normal_shift, taken, before.rounds + 1, settled)
-        given, changes = newest_first(s.given, y), newest_first(s.change, normal_shift - y)
+        found = Round(
+            pressed, sheared, tangential_by_pressure, normal_by_traction, taken, before.rounds + 1, settled
+        )
+        given, changes = newest_first(s.given, y), newest_first(s.change, normal_by_traction - y)
         return _RoundSearch(found, given, changes, jnp.clip(share, SHORTEST, 1.0), error, unsettled)
 
     def going(s: _RoundSearch) -> Array:
         more = ~s.round.settled & (s.round.taken < max_iterations) & (s.round.rounds < ROUNDS)
         return needed & (more | (s.round.rounds == 0))
 
-    begun = Round(pressed, sheared, pair, normal_shift, zero, zero, no)
+    before = Round(pressed, sheared, pair, normal_by_traction, zero, zero, no)
     blank = jnp.zeros((KEPT, *pressure.shape))
     unsettled = jnp.max(problem.coefficient) * operator.coupling()
-    first = _RoundSearch(begun, newest_first(blank, normal_shift), blank, one, one, unsettled)
+    first = _RoundSearch(before, newest_first(blank, normal_by_traction), blank, one, one, unsettled)
     return jax.lax.while_loop(going, further, first).round

@@ -163,19 +163,21 @@ class Displacements(NamedTuple):
     """Products K_tt q and K_tz p (2, nx, ny), K_zt q and K_zz p (nx, ny); those of coupling are zero without it."""
 
     along: Array
-    tangential_shift: Array
-    normal_shift: Array
+    tangential_by_pressure: Array
+    normal_by_traction: Array
     normal: Array
 
     @classmethod
     def under(cls, operator: TractionOperator, q: Array, p: Array) -> "Displacements":
         """Return the products for a traction and a pressure."""
-        along, normal_shift = operator.displaced(q)
-        return cls(along, operator.tangential_from_normal(p), normal_shift, operator.normal(p))
+        along, normal_by_traction = operator.displaced(q)
+        return cls(along, operator.tangential_from_normal(p), normal_by_traction, operator.normal(p))
 
     def total(self) -> Array:
         """Return the displacements in three directions, (3, nx, ny)."""
-        return jnp.concatenate([self.along + self.tangential_shift, (self.normal_shift + self.normal)[None]])
+        return jnp.concatenate(
+            [self.along + self.tangential_by_pressure, (self.normal_by_traction + self.normal)[None]]
+        )
 
 
 class SlipSpace(NamedTuple):
@@ -424,7 +426,7 @@ def _solve_partial_slip_jvp(primals, tangents):
     found = checkpoint_name(solve_partial_slip(*primals), KEPT)
     p, q = found.normal.pressure, found.tangential.traction
     load_controlled, sum_given = problem.load_controlled, problem.tangential_load_controlled
-    free = free_directions(problem.sheared(p, found.tangential_shift), q, found.tangential.slip)
+    free = free_directions(problem.sheared(p, found.tangential_by_pressure), q, found.tangential.slip)
     space = SlipSpace(problem, Subspace(p > 0.0, load_controlled), free)
 
     # Changes that follow directly: the load scales the pressure, the bounds of slipping cells follow pressure and
@@ -459,7 +461,7 @@ def _solve_partial_slip_jvp(primals, tangents):
         without = _first_touch(problem, change)
         d_approach = jnp.where(jnp.any(p > 0.0), masked_mean(followed[2], p > 0.0), without)
 
-    along, tangential_shift, normal_shift, normal = jax.tree.map(jnp.add, by_operator, lifted)
+    along, tangential_by_pressure, normal_by_traction, normal = jax.tree.map(jnp.add, by_operator, lifted)
     pressed, sheared = found.normal, found.tangential
     d_normal = Solution(dp, normal, d_approach, 0.0 * pressed.error, no_tangent(pressed.iterations))
     d_slip = jnp.where(p > 0.0, moved[:2] - d_shift[:, None, None], 0.0)
@@ -473,7 +475,7 @@ def _solve_partial_slip_jvp(primals, tangents):
         no_tangent(sheared.iterations),
     )
     counts = no_tangent(found.taken), no_tangent(found.rounds), no_tangent(found.settled)
-    return found, Round(d_normal, d_tangential, tangential_shift, normal_shift, *counts)
+    return found, Round(d_normal, d_tangential, tangential_by_pressure, normal_by_traction, *counts)
 
 
 @jax.custom_jvp

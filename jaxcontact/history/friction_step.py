@@ -87,10 +87,10 @@ class ShearStepper(Stepper):
         fields = self.memory.start(shape)
         count = self.memory.delayed(fields, zeros()).rates.size
         time_step_error = (StepError.none(count, shape), StepError.none(count, (2, *shape))) if count else ()
-        begun = ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), time_step_error)
+        carry = ShearCarry(fields, zeros(3), zeros(3), zeros(2), jnp.zeros(2), zeros(), time_step_error)
         if self.strength is None:
-            return begun
-        return begun._replace(adhesion_state=initial_adhesion(self.law, zeros()), bound=zeros())
+            return carry
+        return carry._replace(adhesion_state=initial_adhesion(self.law, zeros()), bound=zeros())
 
     def advance(self, carry: ShearCarry, step: Steps) -> tuple[ShearCarry, Outcome]:
         dt, before = step.dt, carry.traction[2]
@@ -149,8 +149,8 @@ class ShearStepper(Stepper):
             found = Round(
                 normal=pressed,
                 tangential=sheared,
-                tangential_shift=uncoupled,
-                normal_shift=uncoupled[0],
+                tangential_by_pressure=uncoupled,
+                normal_by_traction=uncoupled[0],
                 taken=pressed.iterations + sheared.iterations,
                 rounds=jnp.ones((), int),
                 settled=jnp.ones((), bool),
@@ -191,7 +191,7 @@ class ShearStepper(Stepper):
             memory=self.memory.update(fields, traction, dt),
             traction=traction,
             rate=rate,
-            moved=earlier[:2] + sheared.displacement + found.tangential_shift,
+            moved=earlier[:2] + sheared.displacement + found.tangential_by_pressure,
             shift=carry.shift + jnp.where(moves, sheared.shift, 0.0),
             work=work,
             time_step_error=time_step_error,
@@ -201,7 +201,7 @@ class ShearStepper(Stepper):
 
         # 6. The status of the normal contact, unless the tangential one has no solution, or none was found. There is none
         # for a given load that exceeds the sum of the bounds.
-        under = replace(problem.under(found.normal_shift), law=self.law)
+        under = replace(problem.under(found.normal_by_traction), law=self.law)
         total = jnp.sum(sheared.traction, (1, 2))
         met = solved(sheared.error, self.tolerance, sheared.traction, sheared.slip, sheared.shift)
         status = status_of(under, pressed, self.tolerance, self.edges)
@@ -218,7 +218,7 @@ class ShearStepper(Stepper):
         numbers |= self.memory.observe(carry.memory, traction, dt)
         shown = {
             "pressure": numbers.pop("pressure"),
-            "displacement": earlier[2] + found.normal_shift + pressed.displacement,
+            "displacement": earlier[2] + found.normal_by_traction + pressed.displacement,
             "traction": sheared.traction,
             "slip": sheared.slip,
             "stick": sheared.stick,

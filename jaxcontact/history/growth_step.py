@@ -111,11 +111,11 @@ class Heated:
         return jnp.stack([now, rate, dt])
 
 
-def reduced(dt: Array, shift: Array) -> Array:
+def reduced(dt: Array, time_shift: Array) -> Array:
     """Return the reduced time of a step, from the log of the shift factor and its rate of change over the step before, and
     the length of that step. In a step that is longer the extrapolation is less by the square of the ratio.
     """
-    before, rate, last = shift
+    before, rate, last = time_shift
     extrapolated = jnp.minimum(dt, last**2 / jnp.where(dt > 0.0, dt, jnp.inf))
     return dt * jnp.exp(-before - rate * extrapolated / 2.0)
 
@@ -188,21 +188,18 @@ def check_path(path: Any, times: Any, indenter: Any, grid: Grid, *, in_its_frame
             grid.periodic[axis] or farthest < half,
             f"path [m]: expected positions within {half:g} of the centre of the grid along {name}, got {farthest:g}",
         )
-        if grid.periodic[axis]:
-            _check_goes_on(np.diff(path[:, axis]), half, name)
+        if not grid.periodic[axis]:
+            continue
+        # a path around a periodic axis that starts again on the other side: long moves back between short ones forward
+        moves = np.diff(path[:, axis])
+        forward = np.sign(np.sum(np.sign(moves)))
+        long = (np.abs(moves) > half) & (moves * forward < 0.0)
+        checks.require(
+            not np.any(long) or np.any(np.abs(moves[~long]) > half),
+            f"path [m]: expected positions that go on around the periodic axis {name}, beyond the grid, or moves of at most"
+            f" half its width, {half:g}, got one of {moves[np.argmax(long)]:g} back: they seem to start again",
+        )
     return True
-
-
-def _check_goes_on(moves: np.ndarray, half: float, name: str) -> None:
-    """Raise ValueError for a path around a periodic axis that starts again on the other side of the grid: single long moves
-    (nt - 1,) back between short ones forward."""
-    forward = np.sign(np.sum(np.sign(moves)))
-    long = (np.abs(moves) > half) & (moves * forward < 0.0)
-    checks.require(
-        not np.any(long) or np.any(np.abs(moves[~long]) > half),
-        f"path [m]: expected positions that go on around the periodic axis {name}, beyond the grid, or moves of at most half"
-        f" its width, {half:g}, got one of {moves[np.argmax(long)]:g} back: they seem to start again",
-    )
 
 
 # tolerance of the first contact of a step over that of the second; its largest value
@@ -231,7 +228,7 @@ class RubCarry(NamedTuple):
     """The carry: that of the contact; the state after the last step, and its rise of the temperature over the speed
     [K s/m], (nx, ny), None without heat; work of friction per area [J/m2], (nx, ny); error: sum
     of the estimates of all steps so far [m], (); bare: the first time at which a part of the contact was worn to the base
-    [s], and the largest such share of it, (2,); shift: as ``Heated.shifted`` gives it, (3,); slopes: mean
+    [s], and the largest such share of it, (2,); time_shift: as ``Heated.shifted`` gives it, (3,); slopes: mean
     rates of change over the last step of the law's rate and of the thickness, (2, nx, ny), and last: its length [s].
     """
 
@@ -241,7 +238,7 @@ class RubCarry(NamedTuple):
     work: Array
     error: Array
     bare: Array
-    shift: Array
+    time_shift: Array
     slopes: Array
     last: Array
 
@@ -323,7 +320,7 @@ class RubStepper(PressStepper):
 
         # 2. The contact before its pressure is known: on the surface as it was at first, with the operator of the film in
         # the middle of the step by the first estimate, in the reduced time of the body.
-        own = reduced(dt, carry.shift)
+        own = reduced(dt, carry.time_shift)
         driven = ThicknessStep(own, known, guessed) if self.of_film else own
         predicted = self.memory.predict(contact.memory, contact.pressure, driven)
         profile = self.profile
@@ -369,11 +366,11 @@ class RubStepper(PressStepper):
         fields = self.memory.update(predicted.fields, pressure, driven)
         fluxes = carry.state.friction_stress * step.more.speed_before
         fluxes = fluxes + second.state.friction_stress * step.more.speed
-        shift, lapse = carry.shift, self._lapse(step, jnp.sum(solution.carried > 0.0))
+        time_shift, lapse = carry.time_shift, self._lapse(step, jnp.sum(solution.carried > 0.0))
         if self.heated is not None:
-            shift = self.heated.shifted(shift, second.state.temperature, solution.carried, dt)
+            time_shift = self.heated.shifted(time_shift, second.state.temperature, solution.carried, dt)
             if self.heated.shift is not None:
-                lapse = lapse._replace(assumed=own, found=in_reduced_time(dt, carry.shift, shift))
+                lapse = lapse._replace(assumed=own, found=in_reduced_time(dt, carry.time_shift, time_shift))
         if second.adhesion_state is not None:
             lapse = lapse._replace(touches=jnp.any(solution.carried > 0.0))
         time_step_error = self._time_step_error(contact, fields, pressure, lapse)
@@ -402,7 +399,7 @@ class RubStepper(PressStepper):
             work=carry.work + dt / 2.0 * fluxes,
             error=carry.error + estimate,
             bare=bare,
-            shift=shift,
+            time_shift=time_shift,
             slopes=jax.lax.stop_gradient(slopes),
             last=dt,
         )

@@ -134,7 +134,7 @@ class Memory(abc.ABC):
 # to a jump of the load is the instantaneous kernel C_0. The error is of second order in dt, and every dt is stable.
 
 
-class Before(NamedTuple):
+class BeforeStep(NamedTuple):
     """eta (K, nx, ny) and the pressure (nx, ny) before a step. ``update`` changes eta, once for each step, so that these
     large arrays are read and written once."""
 
@@ -167,9 +167,9 @@ class RecursiveMemory(Memory):
         mixed = (mix * decay) @ eta.reshape(len(eta), pressure.size)
         mixed = mixed.reshape(count, *pressure.shape) + jnp.tensordot(mix @ (dt * old), pressure, 0)
         earlier = k.family.total(mixed)
-        return Prediction(k.family.combined([1.0, *(k.mix @ (dt * new))]), earlier, Before(eta, pressure))
+        return Prediction(k.family.combined([1.0, *(k.mix @ (dt * new))]), earlier, BeforeStep(eta, pressure))
 
-    def update(self, before: Before, pressure: Array, dt: Array) -> Array:
+    def update(self, before: BeforeStep, pressure: Array, dt: Array) -> Array:
         decay, old, new = ramps(self.kernels.rates * dt)
         added = jnp.tensordot(dt * old, before.pressure, 0) + jnp.tensordot(dt * new, pressure, 0)
         return decay[:, None, None] * before.eta + added
@@ -220,7 +220,7 @@ class RecursiveMemory(Memory):
 # Under one pressure the displacements of body and indenter add, and each surface remembers the pressure at its own rates
 # and with its own velocity: the body may move past the contact, while the surface of an indenter that slides is at rest in
 # it. So the operator of a step is the sum of those of the surfaces, and what earlier pressure has left is the sum of theirs.
-# This holds for the traction of friction in sliding as well: the memory of the indenter is then one whose shift is zero.
+# This holds for the traction of friction in sliding as well: the memory of the indenter is then one whose move is zero.
 
 
 @pytree
@@ -228,7 +228,7 @@ class BothSurfaces(Memory):
     """The memories of body and indenter, in this order; the surface of the indenter is at rest in its frame.
 
     Fields: a tuple of the fields of each memory; step: the input of the body's memory. The indenter's memory takes the time
-    step from it, in sliding with friction all but the shift.
+    step from it, in sliding with friction all but the move.
     """
 
     memories: tuple[Any, ...]
@@ -398,7 +398,7 @@ ABSORB_AFTER = 1 / 32  # distance over the padded length after which the absorbi
 NEVER = 1e9  # distance that stands for no loss of history [cells]
 
 
-class Shift(NamedTuple):
+class Way(NamedTuple):
     """Displacement of the indenter along x and y; y is None when it moves along x only."""
 
     x: Array
@@ -406,22 +406,22 @@ class Shift(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """One step: dt [s], the shift in it [cells along x], and the unit vector of the velocity at its end, (2,).
+    """One step: dt [s], the move of the indenter [cells along x], and the unit vector of the velocity at its end, (2,).
 
-    aside: how far in the middle of the step the indenter is off the way of its mean velocity, as a shift; None where the
+    aside: how far in the middle of the step the indenter is off the way of its mean velocity; None where the
     velocity does not change. sheared: for ``update``, the traction at its end where it does not follow from the pressure,
     (nx, ny), else None.
     """
 
     dt: Array
-    shift: Shift
+    move: Way
     direction: Array
-    aside: Shift | None = None
+    aside: Way | None = None
     sheared: Array | None = None
 
     def standing(self) -> "Motion":
         """Return the step of a surface that is at rest in the frame of the fields, under the same tractions."""
-        return self._replace(shift=Shift(jnp.zeros(()), None), aside=None)
+        return self._replace(move=Way(jnp.zeros(()), None), aside=None)
 
 
 def distance(way: Array) -> Array:
@@ -429,29 +429,29 @@ def distance(way: Array) -> Array:
     return jnp.where(way == 0.0, 0.0, jnp.abs(way))
 
 
-def phase_and_loss(shape: tuple[int, int], shift: Shift, ratio: Array | float) -> tuple[Array, Array]:
-    """Return the phase k . shift of each Fourier mode in a shift, and the exponent of the loss of modes without a direction.
+def phase_and_loss(shape: tuple[int, int], move: Way, ratio: Array | float) -> tuple[Array, Array]:
+    """Return the phase k . move of each Fourier mode in a move, and the exponent of the loss of modes without a direction.
 
-    Both are (1, mx), or (my/2 + 1, mx) where the shift has a y. shape: (mx, my), of the padded grid; ratio: dy/dx. The
-    highest mode of an even grid stands for both signs of its wavenumber, so that no shift of it can be represented: its
+    Both are (1, mx), or (my/2 + 1, mx) where the move has a y. shape: (mx, my), of the padded grid; ratio: dy/dx. The
+    highest mode of an even grid stands for both signs of its wavenumber, so that no move of it can be represented: its
     phase is zero, and it decays by as much as its phase would have changed.
     """
     mx, my = shape
     m = 2.0 * jnp.pi * jnp.fft.fftfreq(mx)
     highest = (jnp.arange(mx) == mx // 2) & (mx % 2 == 0)
-    phase = jnp.where(highest, 0.0, m) * shift.x
-    loss = jnp.where(highest, jnp.abs(m), 0.0) * distance(shift.x)
-    if shift.y is None:
+    phase = jnp.where(highest, 0.0, m) * move.x
+    loss = jnp.where(highest, jnp.abs(m), 0.0) * distance(move.x)
+    if move.y is None:
         return phase[None], loss[None]
     n = 2.0 * jnp.pi * jnp.fft.rfftfreq(my) / ratio
     highest = (jnp.arange(n.size) == my // 2) & (my % 2 == 0)
-    phase = phase + (jnp.where(highest, 0.0, n) * shift.y)[:, None]
-    return phase, loss + (jnp.where(highest, jnp.abs(n), 0.0) * distance(shift.y))[:, None]
+    phase = phase + (jnp.where(highest, 0.0, n) * move.y)[:, None]
+    return phase, loss + (jnp.where(highest, jnp.abs(n), 0.0) * distance(move.y))[:, None]
 
 
 def step_weights(rates: Array, motion: Motion, shape: tuple[int, int], ratio: Array) -> tuple[Array, ...]:
     """Return the weights of eta, p(t) and p(t + dt) in the update of ``MovingMemory``, each (K, 1 or my/2 + 1, mx)."""
-    phase, loss = phase_and_loss(shape, motion.shift, ratio)
+    phase, loss = phase_and_loss(shape, motion.move, ratio)
     decay, old, new = ramps((rates * motion.dt)[:, None, None] + jax.lax.complex(loss, -phase))
     return decay, motion.dt * old, motion.dt * new
 
@@ -467,7 +467,7 @@ class Trail(NamedTuple):
     inside: Array
 
 
-class Fields(NamedTuple):
+class MovingFields(NamedTuple):
     """State of a moving memory.
 
     eta: spectra, (K, my/2 + 1, mx); pressure: spectrum of the last pressure; sheared: spectrum of
@@ -489,7 +489,7 @@ class Fields(NamedTuple):
 
 @pytree
 class MovingMemory(Memory):
-    """The memory of a body that moves past the contact. Fields: ``Fields``; step: a ``Motion``.
+    """The memory of a body that moves past the contact. Fields: ``MovingFields``; step: a ``Motion``.
 
     spectra: C_0 and lambda_k C_k, (K + 1, my/2 + 1, mx), first the rates of the response to pressure, then those of the
     response to traction; circulants: of the response to pressure alone; rates [1/s], (K,); sources: the parts of p, p e_x
@@ -523,10 +523,10 @@ class MovingMemory(Memory):
     def _padded(self, shape: tuple[int, ...]) -> tuple[int, int]:
         return spectral.padded_shape(shape, self._periodic)
 
-    def start(self, shape: tuple[int, int]) -> Fields:
+    def start(self, shape: tuple[int, int]) -> MovingFields:
         mx, my = self._padded(shape)
         zero = jnp.zeros((my // 2 + 1, mx), complex)
-        return Fields(
+        return MovingFields(
             jnp.broadcast_to(zero, (self.rates.size, *zero.shape)),
             zero,
             zero if self._varies else None,
@@ -537,7 +537,7 @@ class MovingMemory(Memory):
             jnp.zeros((), bool),
         )
 
-    def predict(self, fields: Fields, pressure: Array, motion: Motion) -> Prediction:
+    def predict(self, fields: MovingFields, pressure: Array, motion: Motion) -> Prediction:
         # 1. The history moves with the body, decays, and takes in the pressure at the beginning of the step (both in the
         # weights of a spectrum); u of the earlier pressure is sum_k lambda_k C_k eta_k.
         shape = pressure.shape
@@ -563,14 +563,14 @@ class MovingMemory(Memory):
 
         # 3. The trail from the indenter's new place.
         lost = fields.lost * jnp.exp(-self.rates * motion.dt)
-        shift, trail = motion.shift, fields.trail
-        moved = jnp.stack([shift.x, jnp.zeros_like(shift.x) if shift.y is None else shift.y])
+        move, trail = motion.move, fields.trail
+        moved = jnp.stack([move.x, jnp.zeros_like(move.x) if move.y is None else move.y])
         away = moved[:, None] * jnp.array([1.0, -1.0])
         trail = Trail(jnp.maximum(trail.reach + away, 0.0), trail.inside - away)
         fields = fields._replace(eta=eta, lost=lost, trail=trail)
         return Prediction(operator, earlier, fields, drag=drag)
 
-    def update(self, fields: Fields, pressure: Array, motion: Motion) -> Fields:
+    def update(self, fields: MovingFields, pressure: Array, motion: Motion) -> MovingFields:
         # the spectra of pressure and traction at the end of the step, which the history takes in
         new = step_weights(self.rates, motion, self._padded(pressure.shape), self.ratio)[2]
         fields = fields._replace(pressure=spectral.transform(pressure, self._periodic))
@@ -601,20 +601,20 @@ class MovingMemory(Memory):
         of_traction = self.sources[:, 1:] @ motion.direction
         return self.sources[:, 0, None, None], of_traction[:, None, None]
 
-    def _source(self, motion: Motion, fields: Fields) -> Array:
+    def _source(self, motion: Motion, fields: MovingFields) -> Array:
         """Return the spectrum that each field takes in under the last tractions, (K, my/2 + 1, mx)."""
         of_pressure, of_traction = self._shares(motion)
         if fields.sheared is None:
             return (of_pressure + of_traction) * fields.pressure
         return of_pressure * fields.pressure + of_traction * fields.sheared
 
-    def displacement(self, fields: Fields, pressure: Array) -> Array:
+    def displacement(self, fields: MovingFields, pressure: Array) -> Array:
         """Return the displacement under the pressure, (nx, ny), from the fields after a step."""
         k = self.kernels.rates.size
         spectrum = self.spectra[0] * fields.pressure + jnp.sum(self.spectra[1 : k + 1] * fields.eta[:k], 0)
         return spectral.inverse(spectrum, pressure.shape, self._periodic)
 
-    def by_traction(self, fields: Fields, motion: Motion, shape: tuple[int, ...]) -> Array | None:
+    def by_traction(self, fields: MovingFields, motion: Motion, shape: tuple[int, ...]) -> Array | None:
         """Return the displacement u_q under the traction (comment on observables below), (nx, ny); None without friction."""
         if self.traction_at_once is None:
             return None
@@ -627,12 +627,12 @@ class MovingMemory(Memory):
     def delayed_rates(self) -> Array:
         return self.kernels.rates
 
-    def works(self, fields: Fields, pressure: Array) -> Array:
+    def works(self, fields: MovingFields, pressure: Array) -> Array:
         """Return the works of the pressure alone, since friction adds little."""
         return self.kernels.works(pressure)
 
     def observe(
-        self, fields: Fields, pressure: Array, motion: Motion, other: Array | None = None
+        self, fields: MovingFields, pressure: Array, motion: Motion, other: Array | None = None
     ) -> dict[str, Array]:
         """Return the forces, energies and places of the comment on observables below, and the film strain."""
         k, padded = self.kernels.rates.size, self._padded(pressure.shape)
@@ -711,17 +711,17 @@ def absorption(n: int, padded: int) -> Array:
 
 
 def absorb(
-    fields: Fields, motion: Motion, ratio: Array, shape: tuple[int, int], periodic: spectral.Periodic
-) -> Fields:
+    fields: MovingFields, motion: Motion, ratio: Array, shape: tuple[int, int], periodic: spectral.Periodic
+) -> MovingFields:
     """Let the absorbing layer act for the way moved since it last did, once that is long enough."""
     if all(periodic):
         return fields
     (nx, ny), (mx, my) = shape, spectral.padded_shape(shape, periodic)
-    across = motion.shift.y is not None
-    way_y = distance(motion.shift.y) / (ratio * my) if across else jnp.zeros(())
-    moved = fields.moved + jnp.stack([distance(motion.shift.x) / mx, way_y])
+    across = motion.move.y is not None
+    way_y = distance(motion.move.y) / (ratio * my) if across else jnp.zeros(())
+    moved = fields.moved + jnp.stack([distance(motion.move.x) / mx, way_y])
 
-    def act(fields: Fields) -> tuple[Array, Array]:
+    def act(fields: MovingFields) -> tuple[Array, Array]:
         rows = jnp.fft.ifft(fields.eta, axis=-1) * jnp.exp(-absorption(nx, mx) * mx * moved[0])
         if across and not periodic[1]:
             share = jnp.exp(-absorption(ny, my) * my * moved[1])[:, None]

@@ -1,4 +1,4 @@
-"""The motion of the indenter over the body: shifts and directions in the inner steps, and checks of the track."""
+"""The motion of the indenter over the body: moves and directions in the inner steps, and checks of the track."""
 
 from typing import Any
 
@@ -13,7 +13,8 @@ from jaxcontact._support.pytree import is_concrete, require_real
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded
 from jaxcontact.bodies.controls import check_friction
 from jaxcontact.bodies.grid import Grid, check_grid
-from jaxcontact.history.memory import Shift
+from jaxcontact.history.memory import Way
+from jaxcontact.history.time_loop import at_fine_times, fine_steps
 from jaxcontact.indenters.shapes import Indenter
 
 FARTHEST = 1 / 2  # longest move in an inner step over the width of the grid
@@ -34,15 +35,6 @@ def as_array(velocity: Array | float) -> Any:
         )
     except (TypeError, ValueError):
         raise ValueError(f"velocity: expected a number or numbers [m/s], got {velocity!r}") from None
-
-
-def at_fine_times(values: Array, substeps: int) -> tuple[Array, Array]:
-    """Return values (nt, 2), linear between the times, at the start and at the end of every inner step, (nt, substeps, 2)
-    each."""
-    before = jnp.concatenate([values[:1], values[:-1]])
-    share = (jnp.arange(substeps + 1) / substeps)[:, None]
-    fine = before[:, None] + (values - before)[:, None] * share
-    return fine[:, :-1], fine[:, 1:]
 
 
 def speed_of(velocity: Array) -> Array:
@@ -85,10 +77,15 @@ def _times_asinh(g: Array, x: Array) -> Array:
     return jnp.where(some, safe * jnp.arcsinh(x / jnp.sqrt(safe)), 0.0)
 
 
+def as_vector(velocity: Any) -> Any:
+    """Return a velocity, a number along x or a vector (..., 2), as a vector; known values in numpy stay so."""
+    numbers: Any = np if isinstance(velocity, np.ndarray | np.generic) else jnp
+    return numbers.stack([velocity, numbers.zeros(())]) if velocity.ndim == 0 else velocity
+
+
 def over_times(velocity: Array, times: Array) -> Array:
     """Return a velocity (), (2,) or (nt, 2) at each time, (nt, 2)."""
-    vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
-    return jnp.broadcast_to(vector, (times.shape[0], 2))
+    return jnp.broadcast_to(as_vector(velocity), (times.shape[0], 2))
 
 
 def ways(velocity: Any, times: Any, grid: Grid) -> tuple[Any, Any]:
@@ -97,49 +94,46 @@ def ways(velocity: Any, times: Any, grid: Grid) -> tuple[Any, Any]:
     velocity: a number, (2,) or (nt, 2). Known values stay in numpy, since operations of jax are traced inside jit.
     """
     numbers: Any = np if is_concrete(velocity, times, grid) else jnp
-    v = numbers.asarray(velocity, float)
-    v = numbers.broadcast_to(numbers.stack([v, 0.0 * v]) if v.ndim == 0 else v, (np.shape(times)[0], 2))
+    v = numbers.broadcast_to(as_vector(numbers.asarray(velocity, float)), (np.shape(times)[0], 2))
     spacing = numbers.stack([numbers.asarray(d, float) for d in grid.spacing])
     per_cell = numbers.diff(numbers.asarray(times, float))[:, None] / spacing
     return v[:-1] * per_cell, v[1:] * per_cell
 
 
-def shifts(velocity: Array, times: Array, substeps: int) -> Shift:
-    """Return the shift of the indenter in each inner step, (nt, substeps), for a velocity in cells per second."""
+def moves(velocity: Array, times: Array, substeps: int) -> Way:
+    """Return the move of the indenter in each inner step, (nt, substeps), for a velocity in cells per second."""
     start, end = at_fine_times(over_times(velocity, times), substeps)
-    before = jnp.append(times[:1], times[:-1])
-    move = (start + end) / 2.0 * ((times - before) / substeps)[:, None, None]
-    return Shift(move[..., 0], None if velocity.ndim == 0 else move[..., 1])
+    move = (start + end) / 2.0 * fine_steps(times, substeps)[..., None]
+    return Way(move[..., 0], None if velocity.ndim == 0 else move[..., 1])
 
 
-def departures(velocity: Array, times: Array, substeps: int) -> Shift | None:
+def departures(velocity: Array, times: Array, substeps: int) -> Way | None:
     """Return how far the indenter, in the middle of each inner step, is from where its mean velocity would have it,
-    -dv dt/8, as ``shifts``; dv: change of the velocity in the step.
+    -dv dt/8, as ``moves``; dv: change of the velocity in the step.
 
     None for a velocity that does not change.
     """
     if velocity.ndim < 2:
         return None
     start, end = at_fine_times(velocity, substeps)
-    before = jnp.append(times[:1], times[:-1])
-    aside = (start - end) / 8.0 * ((times - before) / substeps)[:, None, None]
-    return Shift(aside[..., 0], aside[..., 1])
+    aside = (start - end) / 8.0 * fine_steps(times, substeps)[..., None]
+    return Way(aside[..., 0], aside[..., 1])
 
 
-def carried_past(field: Array, shift: Shift, ratio: Array, periodic: tuple[bool, bool], beyond: str) -> Array:
-    """Return a field of the body (nx, ny) in the frame of an indenter after its move: f(x + shift), along x and then y.
+def carried_past(field: Array, move: Way, ratio: Array, periodic: tuple[bool, bool], beyond: str) -> Array:
+    """Return a field of the body (nx, ny) in the frame of an indenter after its move: f(x + move), along x and then y.
 
     By Lagrange's polynomial through four cells, held between the two cells on either side, so that no value arises beyond
     those of the field, and none is changed by a move of whole cells (R. Bermejo, A. Staniforth, Mon. Weather Rev. 120 (1992)
-    2622). shift [cells along x]; ratio: dy/dx; beyond: what lies beyond a side that is not periodic, "constant" for zero or
+    2622). move [cells along x]; ratio: dy/dx; beyond: what lies beyond a side that is not periodic, "constant" for zero or
     "edge".
     """
-    for axis, move in enumerate((shift.x, None if shift.y is None else shift.y / ratio)):
+    for axis, cells in enumerate((move.x, None if move.y is None else move.y / ratio)):
         n = field.shape[axis]
-        if move is None or n == 1:
+        if cells is None or n == 1:
             continue
-        whole = jnp.floor(move)
-        t = move - whole
+        whole = jnp.floor(cells)
+        t = cells - whole
         whole = jax.lax.stop_gradient(whole).astype(int)
         whole = whole % n if periodic[axis] else jnp.clip(whole, -n - 2, n + 2)
 
@@ -200,17 +194,12 @@ def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> V
 
     Nothing leaves a grid that is periodic along both axes; in plane strain the motion is along x.
     """
-    shape, nt = np.shape(velocity), np.shape(times)[0]
-    checks.require(
-        shape in ((), (2,), (nt, 2)),
-        f"velocity: expected a number, shape (2,) or ({nt}, 2) as times, got shape {shape}",
-    )
-    finite = checks.finite("velocity [m/s]", velocity) & check_along_x(shape, grid)
+    nt = np.shape(times)[0]
+    finite = check_shape_of_velocity(velocity, nt) & check_along_x(np.shape(velocity), grid)
+    finite = finite & checks.finite("velocity [m/s]", velocity)
     if all(grid.periodic) or not is_concrete(velocity, times, grid):
         return finite
-    values = np.asarray(velocity, dtype=float)
-    vector = np.array([values, 0.0]) if values.ndim == 0 else values
-    vector = np.broadcast_to(vector, (nt, 2))
+    vector = np.broadcast_to(as_vector(np.asarray(velocity, dtype=float)), (nt, 2))
     width = np.asarray(grid.width, dtype=float)
     moves = (vector[1:] + vector[:-1]) / 2.0 * np.diff(np.asarray(times, dtype=float))[:, None] / width
 
@@ -239,6 +228,16 @@ def checked_track(velocity: Array, times: Array, grid: Grid, substeps: int) -> V
                 f" comes back to, got one that goes {stroke:.3g} widths away: a grid {2.0 * stroke:.3g} times"
                 " as wide, and more for the contact, holds it"
             )
+    return True
+
+
+def check_shape_of_velocity(velocity: Any, nt: int | None = None, where: str = "") -> Verdict:
+    """Check that a velocity is a number or (2,) or, with a number of times, (nt, 2); where: when only these are accepted."""
+    shape = np.shape(velocity)
+    over = "" if nt is None else f" or ({nt}, 2) as times"
+    expected = f"a number{',' if over else ' or'} shape (2,){over}{where}"
+    good = shape in ((), (2,)) or (nt is not None and shape == (nt, 2))
+    checks.require(good, f"velocity: expected {expected}, got shape {shape}")
     return True
 
 

@@ -35,6 +35,26 @@ class Steps(NamedTuple):
     more: Any
 
 
+def fine_steps(times: Array, substeps: int) -> Array:
+    """Return the lengths of the inner steps [s], (nt, substeps); those of the first row are zero."""
+    before = jnp.append(times[:1], times[:-1])
+    return (times - before)[:, None] / substeps * jnp.ones(substeps)
+
+
+def at_fine_times(values: Array, substeps: int) -> tuple[Array, Array]:
+    """Return values (nt, ...), linear between times, at the start and at the end of every inner step, (nt, substeps, ...)
+    each."""
+    before = jnp.concatenate([values[:1], values[:-1]])
+    share = (jnp.arange(substeps + 1) / substeps).reshape(-1, *[1] * (values.ndim - 1))
+    fine = before[:, None] + (values - before)[:, None] * share
+    return fine[:, :-1], fine[:, 1:]
+
+
+def fine_values(values: Array, substeps: int) -> Array:
+    """Return values (nt, ...), linear between times, at the ends of the inner steps, (nt, substeps, ...)."""
+    return at_fine_times(values, substeps)[1]
+
+
 class Rows(NamedTuple):
     """Rows of inner steps.
 
@@ -112,7 +132,7 @@ class Stepper(abc.ABC):
         return {}
 
 
-def begin(stepper: Stepper) -> Carry:
+def first_carry(stepper: Stepper) -> Carry:
     """Return the carry before the first step."""
     return Carry(stepper.start(), jnp.zeros((), int))
 
@@ -144,10 +164,10 @@ def march(stepper: Stepper, state: March, rows: Rows, kept: Keep) -> tuple[March
     def row(state: March, steps: Any) -> March:
         zeros = {name: jnp.zeros_like(state.last.fields[name]) for name in stepper.summed}
         last = state.last._replace(fields=state.last.fields | zeros)
-        begun = March(state.carry._replace(failed=to_next_row(state.carry.failed)), last)
+        cleared = March(state.carry._replace(failed=to_next_row(state.carry.failed)), last)
         if count_of(steps) == 1:
-            return inner(begun, jax.tree.map(lambda a: a[0], steps))[0]
-        return jax.lax.scan(jax.checkpoint(inner, policy=PRESSURES), begun, steps)[0]
+            return inner(cleared, jax.tree.map(lambda a: a[0], steps))[0]
+        return jax.lax.scan(jax.checkpoint(inner, policy=PRESSURES), cleared, steps)[0]
 
     def outer(state: March, given: Rows) -> tuple[March, Outcome]:
         if given.exists is None:
@@ -177,7 +197,7 @@ def march_from_rest(
     blocks = in_blocks(steps, length)
     if nt % length == 0:
         blocks = blocks._replace(exists=None)
-    first = begun(stepper, begin(stepper), steps)
+    first = before_rows(stepper, first_carry(stepper), steps)
     policy = PRESSURES if checkpoint == "pressures" else None
     block = jax.checkpoint(lambda state, rows: march(stepper, state, rows, kept), policy=policy)
     state, outcomes = jax.lax.scan(block, first, blocks)
@@ -198,8 +218,8 @@ def in_blocks(steps: Any, length: int) -> Rows:
     return jax.tree.map(lambda a: a.reshape(-1, length, *a.shape[1:]), rows)
 
 
-def begun(stepper: Stepper, carry: Carry, steps: Any) -> March:
-    """Return the march that begins with a carry; its last outcome is zero, until a row has been computed.
+def before_rows(stepper: Stepper, carry: Carry, steps: Any) -> March:
+    """Return the march with a carry before some rows; its last outcome is zero, until a row has been computed.
 
     steps: input of the stepper with leading axes (rows, substeps).
     """
@@ -502,10 +522,10 @@ def _path(p0: Array, p1: Array, q0: Array, q1: Array, left_over: Array) -> Calla
     # q^2 is linear inside; the first cell that enters does so at the start of the step, the others later
     first = jnp.where(punch, to, jnp.max(jnp.where(entered, to, 0.0)))
     at_edge = jnp.maximum(jnp.max(first), jnp.max(jnp.where((p0 > 0.0) & (p1 == 0.0), q0, 0.0)))
-    begin, end = jnp.where(entered, jnp.minimum(to**2 - first**2, 0.0), from_**2), to**2
+    squares_before, squares_after = jnp.where(entered, jnp.minimum(to**2 - first**2, 0.0), from_**2), to**2
 
     # the share of a linear q in place of a linear q^2, from the change of q^2 inside over that at the edge
-    inside = jnp.sum(jnp.where(both, jnp.abs(end - begin), 0.0)) / jnp.maximum(count, 1)
+    inside = jnp.sum(jnp.where(both, jnp.abs(squares_after - squares_before), 0.0)) / jnp.maximum(count, 1)
     even = (inside - EVEN * at_edge**2) / jnp.where(at_edge > 0.0, 2.0 * at_edge**2, 1.0)
     even = jnp.where(at_edge > 0.0, jnp.clip(even, 0.0, 1.0), 1.0)
     even = jnp.where(count > 0, even, jnp.where(punch, 1.0, 0.0))
@@ -514,7 +534,7 @@ def _path(p0: Array, p1: Array, q0: Array, q1: Array, left_over: Array) -> Calla
 
     def path(pace: Array | float) -> Array:
         straight = low + (to - low) * pace
-        squares = jnp.sqrt(jnp.maximum(begin + (end - begin) * pace, 0.0))
+        squares = jnp.sqrt(jnp.maximum(squares_before + (squares_after - squares_before) * pace, 0.0))
         mixed = (1.0 - even) * squares + even * jnp.maximum(straight, 0.0)
         return base + jnp.where(attracted, straight, mixed)
 

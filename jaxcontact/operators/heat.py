@@ -129,7 +129,15 @@ def _remainder(
     along_y = w_y[:, None] * jnp.cos(k_y[:, None] * y)
     if periodic_y:
         k_y, along_y = jnp.zeros(1), jnp.ones((1, 1))
-    values = _remaining(k_x[:, None], k_y, speed, base, film)
+
+    # the module's remainder at wavenumbers above zero
+    k1, k2 = film.solid.conductivity, base.conductivity
+    root = lambda solid: jnp.sqrt(k_x[:, None] ** 2 + k_y**2 - 1j * k_x[:, None] * speed / solid.diffusivity)
+    s1, s2 = root(film.solid), root(base)
+    h, depth = film.thickness, film.thickness * (1.0 + k1 / k2)
+    back = (k1 * s1 - k2 * s2) / (k1 * s1 + k2 * s2) * jnp.exp(-2.0 * s1 * h)
+    whole = (1.0 + back) / (k1 * s1 * (1.0 - back))
+    values = whole + jnp.expm1(-s1 * depth) / (k1 * s1) - jnp.exp(-s2 * depth) / (k2 * s2)
     return ((w_x * jnp.exp(1j * x[:, None] * k_x)) @ values).real @ along_y
 
 
@@ -146,17 +154,6 @@ def _wavenumbers(n: int, d: Array) -> tuple[Array, Array]:
     half = np.diff(ends)[:, None] / 2.0
     k, w = (ends[:-1, None] + half * (1.0 + nodes)).ravel(), (half * weights).ravel()
     return jnp.asarray(k) / d, jnp.asarray(w * np.sinc(k / (2.0 * np.pi)) / np.pi)
-
-
-def _remaining(k_x: Array, k_y: Array, speed: Array, base: Solid, film: Covered) -> Array:
-    """Return the module's remainder at wavenumbers above zero."""
-    k1, k2 = film.solid.conductivity, base.conductivity
-    root = lambda solid: jnp.sqrt(k_x**2 + k_y**2 - 1j * k_x * speed / solid.diffusivity)
-    s1, s2 = root(film.solid), root(base)
-    h, depth = film.thickness, film.thickness * (1.0 + k1 / k2)
-    back = (k1 * s1 - k2 * s2) / (k1 * s1 + k2 * s2) * jnp.exp(-2.0 * s1 * h)
-    whole = (1.0 + back) / (k1 * s1 * (1.0 - back))
-    return whole + jnp.expm1(-s1 * depth) / (k1 * s1) - jnp.exp(-s2 * depth) / (k2 * s2)
 
 
 def apply_coefficients(coefficients: Array, flux: Array) -> Array:

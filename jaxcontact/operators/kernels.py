@@ -352,6 +352,8 @@ def _of_surface(
         mean = separable.terms[:, 0] * body.height / scale.length
         mean = mean.at[0].divide(scale.compliance)
     family, coefficients = on_grid(grid, scaled, mean)
+    # ``scaled_images`` divides C_0 [1/Pa] by the unit of compliance; the shapes S_m have no unit, and it is their weights in
+    # time, ``mix`` and the film's own factors, that are divided by it
     mix = separable.mix / scale.compliance
 
     # the strain of the film, from S_1, the top layer's own shape

@@ -46,7 +46,13 @@ def load_against_approach(ax: Axes, history: Any) -> Axes:
     jumped = np.flatnonzero(np.diff(np.asarray(history.jumps)) > 0)
     if _closed(x) and _closed(y):
         ax.fill(x, y, color=colour, alpha=0.15, lw=0.0, label="hysteresis")
-        ax.set_title(_losses(history, lost_in_a_cycle(approach, load)), fontsize="medium")
+        # the energy lost in the cycle, in jumps and, where it is known, in the body
+        lost = lost_in_a_cycle(approach, load)
+        jumps, body = (float(np.asarray(a)[-1]) for a in (history.jump_energy, history.viscous_energy))
+        words = f"lost {_short(lost, 'J')}\nin jumps {_short(jumps, 'J')}"
+        ax.set_title(
+            words if np.isnan(body) else f"{words}, in the body {_short(body, 'J')}", fontsize="medium"
+        )
     broken = jumped + 1  # a line that is interrupted at the jumps
     ax.plot(
         np.insert(x, broken, np.nan), np.insert(y, broken, np.nan), marker=".", ms=3, color=colour, lw=1.4
@@ -65,13 +71,6 @@ def load_against_approach(ax: Axes, history: Any) -> Axes:
     if ax.get_legend_handles_labels()[1]:
         ax.legend(loc="upper left")
     return ax
-
-
-def _losses(history: Any, lost: float) -> str:
-    """Return the energy lost in a cycle and, in a line below, in jumps and, where it is known, in the body."""
-    jumps, body = (float(np.asarray(a)[-1]) for a in (history.jump_energy, history.viscous_energy))
-    words = f"lost {_short(lost, 'J')}\nin jumps {_short(jumps, 'J')}"
-    return words if np.isnan(body) else f"{words}, in the body {_short(body, 'J')}"
 
 
 def _closed(values: np.ndarray) -> bool:
@@ -378,8 +377,12 @@ def _draw_dimensions(ax: Axes, result: Any, sizes: Sizes) -> None:
         ax.text(0.03 * half, -0.5 * approach, "\N{GREEK SMALL LETTER DELTA}", va="center", **SMALL)
     if radius > 0.0:
         # the edges of the contact: a circle's from its area, which is finer than cells; elsewhere those of the cells
-        edges, words = _edges_of_contact(result), "2a"
-        if abs(edges[0] + edges[1]) > 2.0 * float(result.grid.spacing[0]):
+        x, cell = np.asarray(result.grid.axes()[0]), float(result.grid.spacing[0])
+        pressed = x[last_map(result.pressure)[:, result.grid.shape[1] // 2] > 0.0]
+        edges, words = (0.0, 0.0), "2a"
+        if pressed.size:
+            edges = float(pressed[0]) - 0.5 * cell, float(pressed[-1]) + 0.5 * cell
+        if abs(edges[0] + edges[1]) > 2.0 * cell:
             words = "contact"
         else:
             edges = (-radius, radius)
@@ -389,14 +392,6 @@ def _draw_dimensions(ax: Axes, result: Any, sizes: Sizes) -> None:
             0.5 * (edges[0] + edges[1]), height - 0.05 * span, f"{words} = {_short(edges[1] - edges[0], 'm')}",
             ha="center", va="top", **SMALL,
         )  # fmt: skip
-
-
-def _edges_of_contact(result: Any) -> tuple[float, float]:
-    """Return the first and the last x [m] of the cells that are pressed at y = 0 and the last time; zeros without any."""
-    x, middle = np.asarray(result.grid.axes()[0]), result.grid.shape[1] // 2
-    pressed = x[last_map(result.pressure)[:, middle] > 0.0]
-    half = 0.5 * float(result.grid.spacing[0])
-    return (float(pressed[0]) - half, float(pressed[-1]) + half) if pressed.size else (0.0, 0.0)
 
 
 def _short(value: float, unit: str) -> str:

@@ -75,9 +75,11 @@ def colours_of_time(times: Any) -> ScalarMappable:
     """
     times = np.asarray(times, dtype=float)
     low, high = float(times[0]), float(times[-1])
+    # times of which most lie in some tenth of the duration would have colours that are alike
+    inside = np.searchsorted(times, times + 0.1 * (high - low), side="right") - np.arange(times.size)
     if shows_decades(times):
         norm: Normalize = LogNorm(first_after_zero(times), high)
-    elif _crowded(times):
+    elif times.size > 3 and np.max(inside) > CROWDED * times.size:
         different = np.unique(times)
         order = np.linspace(0.0, 1.0, different.size)
         norm = FuncNorm(
@@ -86,13 +88,6 @@ def colours_of_time(times: Any) -> ScalarMappable:
     else:
         norm = Normalize(low, high if high > low else low + 1.0)
     return ScalarMappable(norm, colormaps[COLOURS].resampled(256))
-
-
-def _crowded(times: np.ndarray) -> bool:
-    """Return whether most times lie in some tenth of the duration, so that their colours would be alike."""
-    window = 0.1 * (times[-1] - times[0])
-    inside = np.searchsorted(times, times + window, side="right") - np.arange(times.size)
-    return bool(times.size > 3 and np.max(inside) > CROWDED * times.size)
 
 
 def time_axis(ax: Axes, times: Any) -> None:

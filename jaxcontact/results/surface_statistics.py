@@ -71,7 +71,16 @@ def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
     """
     h = _checked(heights, grid)
     for axis in np.flatnonzero(grid.periodic).tolist():
-        _warn_of_step(h, axis, "xy"[axis])
+        # a step where a periodic axis begins again
+        size = lambda change: float(np.sqrt(np.mean(change**2)))
+        step, usual = size(np.take(h, 0, axis) - np.take(h, -1, axis)), size(np.diff(h, axis=axis))
+        if step > STEP * usual:
+            warnings.warn(
+                f"the heights do not match at the two ends of the periodic {'xy'[axis]} axis: a step of {step:.3g} m,"
+                f" {usual:.3g} m between neighbours, adds to slopes, curvatures and spectrum; give a grid that is not"
+                " periodic",
+                stacklevel=2,
+            )
     h = h - np.mean(h)
     (dx, dy), (x, y) = map(float, grid.spacing), grid.periodic
     slopes = _derivative(h, -2, dx, x, 1), _derivative(h, -1, dy, y, 1)
@@ -83,18 +92,6 @@ def surface_statistics(heights: Any, grid: Grid) -> SurfaceStatistics:
         np.sqrt(np.mean(((bend_x + bend_y) / 2.0) ** 2)),
         *_spectrum(h, grid),
     )
-
-
-def _warn_of_step(h: np.ndarray, axis: int, name: str) -> None:
-    """Warn if the heights have a step where a periodic axis begins again."""
-    size = lambda change: float(np.sqrt(np.mean(change**2)))
-    step, usual = size(np.take(h, 0, axis) - np.take(h, -1, axis)), size(np.diff(h, axis=axis))
-    if step > STEP * usual:
-        warnings.warn(
-            f"the heights do not match at the two ends of the periodic {name} axis: a step of {step:.3g} m, {usual:.3g} m"
-            " between neighbours, adds to slopes, curvatures and spectrum; give a grid that is not periodic",
-            stacklevel=3,
-        )
 
 
 def _derivative(h: np.ndarray, axis: int, spacing: float, periodic: bool, order: int) -> np.ndarray:
@@ -112,29 +109,23 @@ def _inside(field: np.ndarray, axis: int, periodic: bool) -> np.ndarray:
 
 def _spectrum(h: np.ndarray, grid: Grid) -> tuple[np.ndarray, np.ndarray]:
     """Return wavenumbers [rad/m] and C [m^4] of the module, averaged over rings, up to the highest wave of both axes."""
-    waves_of_axes = [_waves(n, float(d)) for n, d in zip(grid.shape, grid.spacing, strict=True)]
+    waves_of_axes = [
+        2.0 * np.pi * np.fft.fftfreq(n, float(d)) for n, d in zip(grid.shape, grid.spacing, strict=True)
+    ]
     k = np.hypot(waves_of_axes[0][:, None], waves_of_axes[1])
     width, highest = min(a[1] for a in waves_of_axes), min(np.max(np.abs(a)) for a in waves_of_axes)
     ring = np.rint(k / width).astype(int)
     count = int(np.rint(highest / width))
-    ring = np.where(
-        ring <= count, ring, 0
-    ).ravel()  # ring 0 holds the mean, which is zero, and all higher waves
+    # ring 0 holds the mean, which is zero, and all higher waves
+    ring = np.where(ring <= count, ring, 0).ravel()
     sums = lambda values: np.bincount(ring, values.ravel(), count + 1)[1:]
-    waves, transformed = sums(np.ones(k.shape)), np.fft.fft2(h * _window(grid))
-    squares = (transformed.real**2 + transformed.imag**2) * grid.cell_area / h.size
-    return sums(k) / waves, sums(squares) / waves
 
-
-def _waves(n: int, spacing: float) -> np.ndarray:
-    return 2.0 * np.pi * np.fft.fftfreq(n, spacing)
-
-
-def _window(grid: Grid) -> np.ndarray:
-    """Return a window (nx, ny) of mean square one: a Hann window along axes that are not periodic."""
+    # a window (nx, ny) of mean square one: a Hann window along axes that are not periodic
     hann = lambda n: np.sqrt(8.0 / 3.0) * np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2
     x, y = (np.ones(n) if wraps else hann(n) for n, wraps in zip(grid.shape, grid.periodic, strict=True))
-    return x[:, None] * y
+    waves, transformed = sums(np.ones(k.shape)), np.fft.fft2(h * (x[:, None] * y))
+    squares = (transformed.real**2 + transformed.imag**2) * grid.cell_area / h.size
+    return sums(k) / waves, sums(squares) / waves
 
 
 def _checked(heights: Any, grid: Grid) -> np.ndarray:
@@ -323,24 +314,23 @@ def contact_clusters(result: Any, step: int = -1) -> ContactClusters:
     maps = np.asarray(result.in_contact)
     maps = maps if maps.ndim == 3 else maps[None]
     checks.whole("step", step, -len(maps), len(maps) - 1)
-    labels = _joined(scipy.ndimage.label(maps[step])[0], result.grid)
-    cells = np.bincount(labels.ravel())[1:]
-    order = np.argsort(-cells, kind="stable")
-    rank = np.zeros(cells.size + 1, int)
-    rank[1 + order] = 1 + np.arange(cells.size)
-    return ContactClusters(rank[labels], cells[order] * float(result.grid.cell_area))
+    labels = scipy.ndimage.label(maps[step])[0]
 
-
-def _joined(labels: np.ndarray, grid: Grid) -> np.ndarray:
-    """Return labels in which patches (0 to n) that touch across a periodic side are one."""
-    sides = [(labels[0], labels[-1])] * grid.periodic[0] + [(labels[:, 0], labels[:, -1])] * grid.periodic[1]
+    # patches (0 to n) that touch across a periodic side are one
+    wraps = result.grid.periodic
+    sides = [(labels[0], labels[-1])] * wraps[0] + [(labels[:, 0], labels[:, -1])] * wraps[1]
     pairs = np.concatenate(
         [np.stack([a, b])[:, (a > 0) & (b > 0)] for a, b in sides] + [np.zeros((2, 0), int)], 1
     )
     size = labels.max() + 1
     links = scipy.sparse.coo_array((np.ones(pairs.shape[1]), tuple(pairs)), shape=(size, size))
     _, patches = scipy.sparse.csgraph.connected_components(links, directed=False)
-    return patches[labels]  # open cells, label 0, form the first component
+    labels = patches[labels]  # open cells, label 0, form the first component
+    cells = np.bincount(labels.ravel())[1:]
+    order = np.argsort(-cells, kind="stable")
+    rank = np.zeros(cells.size + 1, int)
+    rank[1 + order] = 1 + np.arange(cells.size)
+    return ContactClusters(rank[labels], cells[order] * float(result.grid.cell_area))
 
 
 def _boundary_sides(touching: Array, grid: Grid) -> tuple[Array, Array]:

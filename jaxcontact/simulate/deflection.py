@@ -24,13 +24,13 @@ from jaxcontact._support.status import LARGEST_ERROR, Status, most_serious
 from jaxcontact.bodies.body import LayeredHalfSpace, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.history.memory import Motion, moving_memory
-from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directions, shifts, ways
+from jaxcontact.history.motion import FARTHEST, as_array, checked_track, directions, moves, ways
+from jaxcontact.history.time_loop import fine_steps, fine_values
 from jaxcontact.indenters.shapes import Sphere
 from jaxcontact.operators.kernels import Kernels, build, check_stiffness
 from jaxcontact.operators.operator import Operator
 from jaxcontact.response.stack import has_zero_instantaneous_compliance, top_layer
 from jaxcontact.results.contact import Deflection
-from jaxcontact.simulate.run import fine_steps, fine_values
 
 RIGID = Sphere(1.0)  # what presses has no compliance of its own
 MOST_SUBSTEPS = 1000
@@ -154,8 +154,8 @@ def _march(
     # the way of the load over the body in inner steps [cells], and the pressure at their ends
     scale = kernels.scale
     memory = moving_memory(kernels, jnp.zeros(grid.shape), grid.spacing[1] / grid.spacing[0])
-    shift = shifts(velocity / scale.length, times, substeps)
-    motion = Motion(fine_steps(times, substeps), shift, directions(velocity, times, substeps))
+    move = moves(velocity / scale.length, times, substeps)
+    motion = Motion(fine_steps(times, substeps), move, directions(velocity, times, substeps))
     pressures = fine_values(scale.from_si("pressure", pressure), substeps)
 
     def advance(carry: tuple[Any, Array], step: tuple[Motion, Array]) -> tuple[tuple[Any, Array], Any]:
@@ -180,7 +180,7 @@ def _march(
     far = jnp.zeros(times.shape, bool)
     if not all(grid.periodic):
         nx, ny = grid.shape
-        way = [jnp.abs(shift.x) / nx] + ([] if shift.y is None else [jnp.abs(shift.y) / (ny * memory.ratio)])
+        way = [jnp.abs(move.x) / nx] + ([] if move.y is None else [jnp.abs(move.y) / (ny * memory.ratio)])
         far = jnp.max(jnp.stack(way), (0, 2)) > FARTHEST * (1.0 + 1e-9)
     status = most_serious(
         (jnp.cumsum(far) > 0, Status.MOVED_TOO_FAR),

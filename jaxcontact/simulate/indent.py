@@ -28,7 +28,7 @@ from jaxcontact.history.memory import (
     with_indenter,
 )
 from jaxcontact.history.normal_step import PressStepper
-from jaxcontact.history.time_loop import Delayed
+from jaxcontact.history.time_loop import Delayed, fine_steps, fine_values
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.kernels import Errors, Kernels, build_images
 from jaxcontact.response.stack import surface_creep, surface_material
@@ -38,8 +38,6 @@ from jaxcontact.simulate.run import (
     Experiment,
     Plan,
     Save,
-    fine_steps,
-    fine_values,
     refined,
 )
 
@@ -251,7 +249,7 @@ class Indentation(Experiment):
         if self.kernels is not None:
             memory = with_indenter(memory, self.kernels)
 
-        stepper, steps = PressStepper(memory, **self.contact(scale)), self.steps(scale, more)
+        stepper, steps = PressStepper(memory, **self.stepper_arguments(scale)), self.steps(scale, more)
         known = {"times": self.times} | self.tabor_number, {"grid": self.grid}
         result_class = ContactHistory if self.adhesion is None else AdhesiveHistory
         return Plan(stepper, steps, scale, errors, *known, result_class)

@@ -40,7 +40,7 @@ from jaxcontact.contact.implicit import implied, known_contact, solve_attracted,
 from jaxcontact.contact.law import UNILATERAL
 from jaxcontact.contact.normal import Problem, Solution
 from jaxcontact.history.memory import Observer, RecursiveMemory
-from jaxcontact.history.motion import check_along_x, unit_vectors
+from jaxcontact.history.motion import as_vector, check_along_x, check_shape_of_velocity, unit_vectors
 from jaxcontact.history.normal_step import cohesive_cells, contact_outcome, resolved, solved, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.coupled import Tangential, TractionOperator
@@ -301,7 +301,24 @@ class RollingContact:
 
     def rolled(self) -> Rolled:
         """The steady state, with its derivatives: what sticks, slips and touches is held."""
-        found = jax.lax.stop_gradient(jax.lax.stop_gradient(self)._rolled())
+        # 1. Step by step until nothing changes. A symmetric normal problem needs no other operator for its first guess, and
+        # finds it in the loop: each search is compiled for itself. With adhesion it begins from a distance.
+        held_fixed, shape = jax.lax.stop_gradient(self), self.profile.shape
+        nothing, zero = jnp.zeros((2, *shape)), jnp.zeros_like(self.profile)
+        guess, steps, none, no = zero, COLD, jnp.zeros((), int), jnp.zeros((), bool)
+        if self.adheres:
+            steps = 0
+        elif not self.surface.normal.symmetric:
+            guess, steps = nonsymmetric.cold_start(held_fixed.pressed(nothing)), 0
+        pressed = Solution(guess, zero, jnp.zeros(()), jnp.ones(()), none)
+        if self.adheres:
+            pressed = replace(pressed, contact_pressure=zero, separated=no, unstable=no)
+        sheared = TangentialSolution(nothing, nothing, nothing, zero > 0.0, jnp.zeros(2), jnp.ones(()), none)
+        before = Rolled(pressed, sheared, jnp.ones(()), none + steps, no)
+        found = jax.lax.while_loop(lambda state: ~state.ended, held_fixed._further, before)
+
+        # 2. The derivatives of the state that was found.
+        found = jax.lax.stop_gradient(found)
         pressed = found.pressed
         if not self.coupled:  # its derivatives, which do not depend on those of the traction
             pressed = known_contact(self.pressed(found.sheared.traction), pressed)
@@ -317,29 +334,6 @@ class RollingContact:
         return found._replace(
             pressed=pressed, sheared=replace(found.sheared, traction=traction, shift=shift, slip=slip)
         )
-
-    def _rolled(self) -> Rolled:
-        """Step by step until nothing changes.
-
-        A symmetric normal problem needs no other operator for its first guess, and finds it in the loop: each search is
-        compiled for itself.
-        """
-        nothing, zero, none = (
-            jnp.zeros((2, *self.profile.shape)),
-            jnp.zeros_like(self.profile),
-            jnp.zeros((), int),
-        )
-        guess, steps, no = zero, COLD, jnp.zeros((), bool)
-        if self.adheres:  # from a distance
-            steps = 0
-        elif not self.surface.normal.symmetric:
-            guess, steps = nonsymmetric.cold_start(self.pressed(nothing)), 0
-        pressed = Solution(guess, zero, jnp.zeros(()), jnp.ones(()), none)
-        if self.adheres:
-            pressed = replace(pressed, contact_pressure=zero, separated=no, unstable=no)
-        sheared = TangentialSolution(nothing, nothing, nothing, zero > 0.0, jnp.zeros(2), jnp.ones(()), none)
-        before = Rolled(pressed, sheared, jnp.ones(()), none + steps, no)
-        return jax.lax.while_loop(lambda state: ~state.ended, self._further, before)
 
     def _further(self, state: Rolled) -> Rolled:
         """Find the pressure under the last traction, and then the traction of the next step, unless the state is steady.
@@ -504,8 +498,7 @@ def roll_steady(
     checks.require(
         shape == (), f"{type(control).__name__}: expected one number in the steady state, got shape {shape}"
     )
-    shape = np.shape(velocity)
-    checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
+    check_shape_of_velocity(velocity)
     fastest = jnp.max(jnp.abs(velocity)) if not is_concrete(velocity) else np.max(np.abs(velocity))
     valid = checks.positive("velocity [m/s] (its size)", fastest)
     forced = isinstance(creepage, TangentialControl)
@@ -555,7 +548,7 @@ def _run(
 ) -> tuple[SteadyRolling, Errors]:
     """Solve the rolling contact, compiled once for equal shapes and options, and observe it."""
     grid, scale, spacing = experiment.grid, kernels.normal.scale, jnp.stack(experiment.grid.spacing)
-    vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
+    vector = as_vector(velocity)
     speed = jnp.sqrt(jnp.sum(vector**2))
     direction, step = unit_vectors(vector), spacing[0] if velocity.ndim == 0 else jnp.min(spacing)
 

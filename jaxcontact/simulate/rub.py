@@ -30,7 +30,14 @@ from jaxcontact.bodies.laws import (
 )
 from jaxcontact.history.growth_step import Heated, RubStep, RubStepper, Track, check_path
 from jaxcontact.history.memory import Memory, RecursiveMemory, VaryingMemory, with_indenter
-from jaxcontact.history.motion import as_array, at_fine_times, mean_speed, over_times, speed_of
+from jaxcontact.history.motion import (
+    as_array,
+    check_shape_of_velocity,
+    mean_speed,
+    over_times,
+    speed_of,
+)
+from jaxcontact.history.time_loop import at_fine_times, fine_steps, fine_values
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import coefficients_at_rest
@@ -42,8 +49,6 @@ from jaxcontact.simulate.run import (
     Experiment,
     Plan,
     Save,
-    fine_steps,
-    fine_values,
     marched,
     profile_over_film,
     refined,
@@ -258,11 +263,7 @@ class RubExperiment(Experiment):
         )
         if path is None:
             velocity = as_array(velocity)
-            shape = np.shape(velocity)
-            checks.require(
-                shape in ((), (2,), (count, 2)),
-                f"velocity: expected a number, shape (2,) or ({count}, 2) as times, got shape {shape}",
-            )
+            check_shape_of_velocity(velocity, count)
             valid = valid & checks.finite("velocity [m/s]", velocity) & check_thermal(thermal, grid, "rub")
         else:
             shape = np.shape(path)
@@ -357,7 +358,7 @@ class RubExperiment(Experiment):
             heated = Heated(response, thermal.ambient, thermal.share, thermal.shift)
         stepper = RubStepper(
             memory,
-            **self.contact(scale),
+            **self.stepper_arguments(scale),
             kinetics=self.law,
             friction=self.friction,
             strength=self.shear_strength,

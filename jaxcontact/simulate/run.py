@@ -45,9 +45,11 @@ from jaxcontact.history.time_loop import (
     Rows,
     Stepper,
     Steps,
-    begin,
-    begun,
+    before_rows,
     count_of,
+    fine_steps,
+    fine_values,
+    first_carry,
     in_blocks,
     march,
     march_from_rest,
@@ -141,8 +143,10 @@ class Experiment:
         valid = valid & good & checks.not_decreasing("times [s]", times)
         # surfaces that attract each other can be pulled, by a negative load
         adhesive = adhesion is not None
-        valid = valid & check_adhesion(adhesion)
-        valid = valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
+        if adhesive:
+            valid = valid & check_adhesion(adhesion)
+        if shear_strength is not None:
+            valid = valid & check_shear_strength(shear_strength, grid.shape, adhesive=adhesive)
         valid = valid & check_control(control, np.shape(times)[0], adhesive=adhesive)
         if hardness is not None:
             valid = valid & check_hardness(hardness, grid.shape)
@@ -306,7 +310,7 @@ class Experiment:
         compliance = compliance + self.indenter.compliance_of_short_waves(since)
         return {"tabor_number": self.adhesion.tabor_number(self.indenter.radius, 2.0 / compliance)}
 
-    def contact(self, scale: Scale) -> dict[str, Any]:
+    def stepper_arguments(self, scale: Scale) -> dict[str, Any]:
         """Return the arguments that every stepper has in common; ``law`` only for surfaces that yield or attract each
         other, since hard contact is the law of a stepper that is given none."""
         law: dict[str, Any] = {}
@@ -390,19 +394,6 @@ def profile_over_film(indenter: Indenter, grid: Grid, film_map: ThicknessMap | N
     over = profile - film_map.at_first
     cell = grid.spacing[0]
     return over - (lowest_point(over, cell) - lowest_point(profile, cell))
-
-
-def fine_steps(times: Array, substeps: int) -> Array:
-    """Return the lengths of the inner steps [s], (nt, substeps); those of the first row are zero."""
-    before = jnp.append(times[:1], times[:-1])
-    return (times - before)[:, None] / substeps * jnp.ones(substeps)
-
-
-def fine_values(values: Array, substeps: int) -> Array:
-    """Return values (nt, ...) at the ends of the inner steps, (nt, substeps, ...), linear between times."""
-    before = jnp.concatenate([values[:1], values[:-1]])
-    share = (jnp.arange(1, substeps + 1) / substeps).reshape(-1, *[1] * (values.ndim - 1))
-    return before[:, None] + (values - before)[:, None] * share
 
 
 # The march: its plan, the compiled program of all its steps, and the choice of ``substeps="auto"``.
@@ -701,7 +692,7 @@ def blocks(plan: Plan, done: int = 0, carry: Sequence[np.ndarray] | None = None)
 
     A march that continues from a carry gives results that are equal, bit for bit, to those without a stop.
     """
-    state, rows = _begun(plan)
+    state, rows = _carry_and_blocks(plan)
     if carry is not None:
         state = jax.tree.unflatten(jax.tree.structure(state), [jnp.asarray(leaf) for leaf in carry])
     # as numpy arrays, since each operation of jax outside run_block would be compiled as a program
@@ -731,7 +722,7 @@ def blocks(plan: Plan, done: int = 0, carry: Sequence[np.ndarray] | None = None)
 def first_block(experiment: Experiment) -> tuple[Plan, Carry, Outcome]:
     """Return the plan of a march with the carry and the outcome of its first block, scaled, whose shapes are needed."""
     plan = plan_of(experiment)
-    state, rows = _begun(plan)
+    state, rows = _carry_and_blocks(plan)
     return plan, *run_block(plan.stepper, state, jax.tree.map(lambda a: a[0], rows))
 
 
@@ -741,13 +732,13 @@ def _planned(experiment: Experiment) -> Plan:
 
 
 @Program
-def _begun(plan: Plan) -> tuple[Carry, Rows]:
+def _carry_and_blocks(plan: Plan) -> tuple[Carry, Rows]:
     """Return the carry before the first step, and the steps in blocks."""
-    return begin(plan.stepper), in_blocks(plan.steps, BLOCK)
+    return first_carry(plan.stepper), in_blocks(plan.steps, BLOCK)
 
 
 @Program
 def run_block(stepper: Stepper, carry: Carry, rows: Rows) -> tuple[Carry, Outcome]:
     """Return the carry and the outcomes of one block of ``BLOCK`` rows."""
-    state, outcomes = march(stepper, begun(stepper, carry, rows.steps), rows, lambda outcome: outcome)
+    state, outcomes = march(stepper, before_rows(stepper, carry, rows.steps), rows, lambda outcome: outcome)
     return state.carry, outcomes

@@ -25,11 +25,12 @@ from jaxcontact.bodies.grid import Grid, check_free_along_x
 from jaxcontact.bodies.laws import Adhesion
 from jaxcontact.history.friction_step import ShearStepper
 from jaxcontact.history.memory import TractionMemory, with_indenter
+from jaxcontact.history.time_loop import fine_values
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.kernels import TractionKernels, build_traction
 from jaxcontact.results.contact import ShearHistory, ShearStep
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.run import Experiment, Plan, Save, fine_values, refined
+from jaxcontact.simulate.run import Experiment, Plan, Save, refined
 
 
 def shear(
@@ -176,7 +177,7 @@ class Shearing(Experiment):
             tangential_load_controlled=load_given,
             coupled=self.coupled,
             strength=strength,
-            **self.contact(scale),
+            **self.stepper_arguments(scale),
         )
 
         # The tangential control at the inner steps, (nt, substeps, 2).

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from jaxcontact._support import checks
@@ -30,28 +29,29 @@ from jaxcontact.bodies.laws import (
 )
 from jaxcontact.contact.law import Hardness
 from jaxcontact.history.growth_step import Heated, in_reduced_time, reduced
-from jaxcontact.history.memory import BothSurfaces, Memory, Motion, Shift, moving_memory, with_indenter
+from jaxcontact.history.memory import BothSurfaces, Memory, Motion, Way, moving_memory, with_indenter
 from jaxcontact.history.motion import (
     FARTHEST,
     as_array,
     carried_past,
+    check_shape_of_velocity,
     check_sliding_friction,
     checked_track,
     departures,
     directions,
+    moves,
     over_times,
-    shifts,
     speed_of,
 )
 from jaxcontact.history.normal_step import AdhesionState, PressCarry, PressStepper, plane_strain
-from jaxcontact.history.time_loop import Bent, Lapse, Outcome, Steps, in_radii
+from jaxcontact.history.time_loop import Bent, Lapse, Outcome, Steps, fine_steps, in_radii
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import Solid, rise_coefficients
 from jaxcontact.operators.kernels import Kernels, friction_kernels, friction_kernels_of_indenter, joint_errors
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.run import Experiment, Plan, Save, fine_steps, refined
+from jaxcontact.simulate.run import Experiment, Plan, Save, refined
 from jaxcontact.simulate.temperature import check_peclet
 
 TRUNCATION_LIMIT = 0.01  # largest truncation bound, over the largest approach so far
@@ -218,11 +218,7 @@ class Sliding(Experiment):
                 f" {type(experiment.indenter.material).__name__}",
             )
             # heat: a velocity at which the temperature is steady, friction, and a diffusivity
-            shape = np.shape(velocity)
-            checks.require(
-                shape in ((), (2,)),
-                f"velocity: expected a number or shape (2,) with thermal=, whose temperature is steady, got shape {shape}",
-            )
+            check_shape_of_velocity(velocity, where=" with thermal=, whose temperature is steady")
             checks.require(
                 friction is not None,
                 "friction: expected a coefficient with thermal=, got None, which makes no heat",
@@ -240,7 +236,7 @@ class Sliding(Experiment):
         """Return the march: the memory of a moving body, the heat of friction, and the motion in the inner steps."""
         kernels, grid, substeps = self.kernels, self.grid, self.substeps
         scale: Scale = kernels.scale
-        contact = self.contact(scale)
+        contact = self.stepper_arguments(scale)
 
         # the response, with that of the traction mu p if there is friction
         sheared_body, sheared_indenter = None, None
@@ -264,10 +260,10 @@ class Sliding(Experiment):
             memory = BothSurfaces((of_body, remembers(kernels.indenter, sheared_indenter)))
 
         # the motion; on a periodic grid a step may have any length
-        shift = shifts(self.velocity / scale.length, self.times, substeps)
+        move = moves(self.velocity / scale.length, self.times, substeps)
         motion = Motion(
             fine_steps(self.times, substeps),
-            shift,
+            move,
             directions(self.velocity, self.times, substeps),
             departures(self.velocity / scale.length, self.times, substeps),
         )
@@ -316,15 +312,15 @@ class Heating:
 
 
 class SlideCarry(NamedTuple):
-    """The carry: that of the contact; the largest approach so far; whether a step so far moved too far; shift: as
+    """The carry: that of the contact; the largest approach so far; whether a step so far moved too far; time_shift: as
     ``Heated.shifted`` gives it, (3,); way: of the indenter so far [cells along x], None without a hardness that varies.
     """
 
     contact: PressCarry
     depth: Array
     far: Array
-    shift: Array
-    way: Shift | None = None
+    time_shift: Array
+    way: Way | None = None
 
 
 @pytree
@@ -337,7 +333,7 @@ class SlideStepper(PressStepper):
 
     def start(self) -> SlideCarry:  # type: ignore[override]
         varies = isinstance(self.law, Hardness) and self.law.limit.ndim == 2
-        way = Shift(jnp.zeros(()), jnp.zeros(())) if varies else None
+        way = Way(jnp.zeros(()), jnp.zeros(())) if varies else None
         return SlideCarry(super().start(), jnp.zeros(()), jnp.zeros((), bool), jnp.zeros(3), way)
 
     def advance(  # type: ignore[override]
@@ -348,12 +344,12 @@ class SlideStepper(PressStepper):
             memory = self._of_body
             periodic = memory.kernels.family.periodic
             past = partial(carried_past, ratio=memory.ratio, periodic=periodic)
-            dent = past(carry.contact.dent, step.more.shift, beyond="constant")
+            dent = past(carry.contact.dent, step.more.move, beyond="constant")
             carry = carry._replace(contact=carry.contact._replace(dent=dent))
             if carry.way is not None:
-                x, y = step.more.shift
+                x, y = step.more.move
                 carry = carry._replace(
-                    way=Shift(carry.way.x + x, carry.way.y if y is None else carry.way.y + y)
+                    way=Way(carry.way.x + x, carry.way.y if y is None else carry.way.y + y)
                 )
                 law = replace(self.law, limit=past(self.law.limit, carry.way, beyond="edge"))
                 return replace(self, law=law)._slid(carry, step)
@@ -363,18 +359,20 @@ class SlideStepper(PressStepper):
         """Return the carry and the outcome of a step under the dent and the hardness at its end."""
         # 1. The step of the contact, with heat in reduced time, extrapolated from the temperature before the step.
         if self.heating is not None:
-            motion = step.more._replace(dt=reduced(step.dt, carry.shift))
+            motion = step.more._replace(dt=reduced(step.dt, carry.time_shift))
             contact, outcome = super().advance(carry.contact, step._replace(more=motion))
             # the temperature under the new pressure, the shift of time that it makes, and the power lost in real time
             heated, pressure = self.heating.heated, outcome.fields["pressure"]
             temperature = heated.temperature(self.heating.flux * pressure)
-            shift = heated.shifted(carry.shift, temperature, pressure, step.dt)
-            lost = outcome.numbers["hysteresis_power"] * jnp.exp(-shift[0])
+            time_shift = heated.shifted(carry.time_shift, temperature, pressure, step.dt)
+            lost = outcome.numbers["hysteresis_power"] * jnp.exp(-time_shift[0])
             numbers = outcome.numbers | {"hysteresis_power": lost}
             outcome = outcome._replace(fields=outcome.fields | {"temperature": temperature}, numbers=numbers)
             if contact.time_step_error is not None:  # anew, with the temperature that the step has led to
                 lapse = self._lapse(step, outcome.numbers["contact_area"])
-                lapse = lapse._replace(assumed=motion.dt, found=in_reduced_time(step.dt, carry.shift, shift))
+                lapse = lapse._replace(
+                    assumed=motion.dt, found=in_reduced_time(step.dt, carry.time_shift, time_shift)
+                )
                 time_step_error = self._time_step_error(
                     carry.contact, contact.memory, contact.pressure, lapse
                 )
@@ -384,7 +382,7 @@ class SlideStepper(PressStepper):
                     numbers=outcome.numbers | {"time_step_error": time_step_error.estimate}
                 )
         else:
-            (contact, outcome), shift = super().advance(carry.contact, step), carry.shift
+            (contact, outcome), time_shift = super().advance(carry.contact, step), carry.time_shift
 
         # 2. The lateral force of a dented body ploughs, whether or not the body creeps.
         if contact.dent is not None:
@@ -400,13 +398,13 @@ class SlideStepper(PressStepper):
         # 3. The status of a slide: steps that are too long, and a track that re-enters the contact from beyond the grid.
         approach, status = outcome.numbers["approach"], outcome.numbers["status"]
         depth = jnp.maximum(carry.depth, jnp.abs(jax.lax.stop_gradient(approach)))
-        moved = step.more.shift
+        moved = step.more.move
         way = jnp.stack([moved.x, jnp.zeros(()) if moved.y is None else moved.y])
         far = carry.far | jnp.any(jnp.abs(way) > self.farthest * (1.0 + 1e-9))
         track = self.memory.of_body(contact.memory)
         back = reentered(track.overlaps, track.truncation_bound, depth)
         status = most_serious((far, Status.MOVED_TOO_FAR), (back, Status.REENTERED_TRACK), status=status)
-        return SlideCarry(contact, depth, far, shift, carry.way), outcome._replace(
+        return SlideCarry(contact, depth, far, time_shift, carry.way), outcome._replace(
             numbers=outcome.numbers | {"status": status}
         )
 
@@ -416,8 +414,8 @@ class SlideStepper(PressStepper):
         return self.memory.memories[0] if isinstance(self.memory, BothSurfaces) else self.memory
 
     def _lapse(self, step: Steps, contact_area: Array) -> Lapse:
-        shift, aside, body = step.more.shift, step.more.aside, self._of_body
-        way = jnp.abs(shift.x) if shift.y is None else jnp.hypot(shift.x, shift.y)
+        move, aside, body = step.more.move, step.more.aside, self._of_body
+        way = jnp.abs(move.x) if move.y is None else jnp.hypot(move.x, move.y)
         drift = in_radii(way, contact_area, plane_strain(self.profile))
         count = body.delayed_rates.size
         if isinstance(self.memory, BothSurfaces):  # what the indenter remembers stays in the contact
@@ -426,7 +424,7 @@ class SlideStepper(PressStepper):
         bent = None
         if aside is not None:
             in_cells = lambda moved: jnp.stack([moved.x, moved.y / body.ratio])
-            bent = Bent(in_cells(shift), in_cells(aside), count, body.kernels.family.periodic)
+            bent = Bent(in_cells(move), in_cells(aside), count, body.kernels.family.periodic)
         return Lapse(step.dt, drift=drift, bent=bent)
 
     def _energies(self, adhesion_state: AdhesionState, fields: Any, pressure: Array) -> dict[str, Array]:

@@ -30,8 +30,15 @@ from jaxcontact.contact import nonsymmetric
 from jaxcontact.contact.adhesive import Drag
 from jaxcontact.contact.implicit import solve_contact
 from jaxcontact.contact.normal import Problem
-from jaxcontact.history.memory import Observer, RecursiveMemory, Shift, phase_and_loss
-from jaxcontact.history.motion import as_array, check_along_x, check_sliding_friction, unit_vectors
+from jaxcontact.history.memory import Observer, RecursiveMemory, Way, phase_and_loss
+from jaxcontact.history.motion import (
+    as_array,
+    as_vector,
+    check_along_x,
+    check_shape_of_velocity,
+    check_sliding_friction,
+    unit_vectors,
+)
 from jaxcontact.history.normal_step import contact_outcome, initial_adhesion, solve_step, status_of
 from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
@@ -132,14 +139,14 @@ class Wake:
         """Unit vector of the velocity, zero at rest, (2,)."""
         return unit_vectors(self.velocity)
 
-    def shift(self, time: Array | float) -> Shift:
-        """Return the shift of the indenter in a time [s]."""
-        return Shift(self.velocity[0] * time, self.velocity[1] * time if self.across else None)
+    def move(self, time: Array | float) -> Way:
+        """Return the move of the indenter in a time [s]."""
+        return Way(self.velocity[0] * time, self.velocity[1] * time if self.across else None)
 
     def symbols(self) -> Array:
         """Return eta_k over p at each mode [s], (K, 1 or MY/2 + 1, MX) on the doubled grid."""
         if all(self.periodic):
-            phase, loss = phase_and_loss(self.shape, self.shift(1.0), self.ratio)
+            phase, loss = phase_and_loss(self.shape, self.move(1.0), self.ratio)
             z = self.kernels.rates[:, None, None] + jax.lax.complex(loss, -phase)
             # 1/z; zero for a mean pressure on a fluid, which does nothing on a periodic grid
             return jnp.where(z == 0.0, 0.0, 1.0 / jnp.where(z == 0.0, 1.0, z))
@@ -149,7 +156,7 @@ class Wake:
         """Return eta_k over p for any rates (K,), as ``symbols``, on a grid that is not periodic along both axes."""
         T = self.crossing_time
         padded = spectral.padded_shape(doubled(self.shape, self.periodic), self.periodic)
-        phase, loss = phase_and_loss(padded, self.shift(T), self.ratio)
+        phase, loss = phase_and_loss(padded, self.move(T), self.ratio)
         return T * phi1((rates * T)[:, None, None] + jax.lax.complex(loss, -phase))
 
     def kernel(self, weights: Array, symbols: Array) -> Array:
@@ -172,7 +179,7 @@ class Wake:
         """
         parts = self.kernels.family.circulant
         own = jnp.tensordot(self.kernels.mix.T, parts[1:], 1)
-        phase, loss = phase_and_loss(self.shape, self.shift(1.0), self.ratio)
+        phase, loss = phase_and_loss(self.shape, self.move(1.0), self.ratio)
         damping = (self.kernels.rates + 1.0 / self.crossing_time)[:, None, None]
         return parts[0] + jnp.sum(own / (damping + jax.lax.complex(loss, -phase)), 0)
 
@@ -215,19 +222,16 @@ class Wake:
             varying = self.varying(
                 self.kernels.rates, lambda x, y: -jnp.log(square(x, y)), lambda r: -2.0 * jnp.log(r)
             )
-            beyond = varying + self._uniform_of_lines()[:, None, None]
+            # the part that is the same in all cells, zero for a flow; the doubled grid has twice the datum of the grid
+            rates, T = self.kernels.rates, self.crossing_time
+            flows = rates == 0.0
+            way = jnp.exp(-rates * T) * jnp.log(self.length / (2.0 * self.shape[0])) + jnp.log(2.0)
+            tail = exponential_integral(jnp.where(flows, 1.0, rates * T))
+            uniform = jnp.where(flows, 0.0, -2.0 * (way + tail) / jnp.where(flows, 1.0, rates))
+            beyond = varying + uniform[:, None, None]
         else:
             beyond = self.beyond(self.kernels.rates, lambda x, y: 1.0 / jnp.sqrt(square(x, y)))
         return self._point_strength()[:, None, None] * beyond
-
-    def _uniform_of_lines(self) -> Array:
-        """Return the part of the far displacement of line sources that is the same in all cells, (K,); zero for a flow."""
-        rates, T = self.kernels.rates, self.crossing_time
-        flows = rates == 0.0
-        # the doubled grid has twice the datum of the grid
-        way = jnp.exp(-rates * T) * jnp.log(self.length / (2.0 * self.shape[0])) + jnp.log(2.0)
-        tail = exponential_integral(jnp.where(flows, 1.0, rates * T))
-        return jnp.where(flows, 0.0, -2.0 * (way + tail) / jnp.where(flows, 1.0, rates))
 
     def beyond(
         self, rates: Array, pattern: Callable[[Array, Array], Array], ahead: Array | float = 1.0
@@ -482,20 +486,15 @@ class FrictionWake:
 
     def spectrum(self) -> Array:
         """Return the spectrum (my/2 + 1, mx) of ``displacement`` over p, or over mu p where mu varies."""
-        of_body = self._spectrum_of_body()
-        return of_body if self.of_indenter is None else of_body + self.relaxed()
-
-    def _spectrum_of_body(self) -> Array:
-        """Return the part of ``spectrum`` of the body: C_0, the track on the grid and, if it creeps far, that beyond."""
-        shape, kernels = self.wake.shape, self.of_body
-        at_once = self._along_velocity(kernels.spectra(shape)[0])
-        if not kernels.rates.size:
-            return at_once
-        wide = self._along_velocity(kernels.lasting(kernels.spectra(doubled(shape, self.wake.periodic))))
-        near = jnp.sum(wide * self.wake.passage(kernels.rates), 0)
-        return at_once + spectrum_on_grid(
-            near, shape, self.wake.periodic, self._far() if self.wake.far_off else 0.0
-        )
+        # the body: C_0, the track on the grid and, if it creeps far, that beyond
+        shape, periodic, kernels = self.wake.shape, self.wake.periodic, self.of_body
+        found = self._along_velocity(kernels.spectra(shape)[0])
+        if kernels.rates.size:
+            wide = self._along_velocity(kernels.lasting(kernels.spectra(doubled(shape, periodic))))
+            near = jnp.sum(wide * self.wake.passage(kernels.rates), 0)
+            far = self._far() if self.wake.far_off else 0.0
+            found = found + spectrum_on_grid(near, shape, periodic, far)
+        return found if self.of_indenter is None else found + self.relaxed()
 
     def _far(self) -> Array:
         """Return the displacement over p due to the track beyond the grid, in wrap-around order, (mx, my)."""
@@ -575,9 +574,8 @@ def slide_steady(
     """
     # one velocity and one value of the control
     velocity = as_array(velocity)
-    shape = np.shape(velocity)
-    checks.require(shape in ((), (2,)), f"velocity: expected a number or shape (2,), got shape {shape}")
-    check_along_x(shape, grid)
+    check_shape_of_velocity(velocity)
+    check_along_x(np.shape(velocity), grid)
     name, shape = type(control).__name__, np.shape(getattr(control, "value", 0.0))
     checks.require(shape == (), f"{name}: expected one number in the steady state, got shape {shape}")
     body, film_map, valid = separate_map(body, getattr(grid, "shape", ()), 1)
@@ -662,8 +660,8 @@ def _tilts_or_thins(grid: Grid, body: LayeredHalfSpace) -> bool:
 def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tuple[SteadySliding, Errors]:
     """Solve the steady contact and compute all fields of its result; compiled once for equal shapes and flags."""
     # the wake: the response of a body that pressure in this place has passed over for ever
-    vector = jnp.stack([velocity, jnp.zeros(())]) if velocity.ndim == 0 else velocity
     kernels, grid = experiment.kernels, experiment.grid
+    vector = as_vector(velocity)
     cells_per_second = vector / kernels.scale.length
     wake: Wake | FilmWake
     if experiment.film_map is not None:

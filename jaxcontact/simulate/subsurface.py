@@ -22,8 +22,9 @@ from jaxcontact._support.checks import Verdict
 from jaxcontact._support.pytree import as_float64, is_concrete, pytree, replace, untupled
 from jaxcontact.bodies.body import LayeredHalfSpace, check_bonded, checked_body
 from jaxcontact.bodies.grid import Grid, check_grid
-from jaxcontact.history.memory import Shift, phase_and_loss
-from jaxcontact.history.motion import as_array, check_along_x, shifts, ways
+from jaxcontact.history.memory import Way, phase_and_loss
+from jaxcontact.history.motion import as_array, check_along_x, check_shape_of_velocity, moves, ways
+from jaxcontact.history.time_loop import fine_values
 from jaxcontact.indenters.shapes import Indenter, checked_indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.coupled import spectrum as padded_spectrum
@@ -48,7 +49,6 @@ from jaxcontact.response.interior import (
 )
 from jaxcontact.response.stack import creeps, solids, spectra
 from jaxcontact.results.contact import InteriorFields
-from jaxcontact.simulate.run import fine_values
 
 STEP = 0.25  # cells by which a load moves in an inner step, unless their number is given
 # largest number of inner steps, and of cells along a grid that contains the track
@@ -216,8 +216,8 @@ def subsurface(
     # the inner steps: their ends, the place of each among the times, and the way of the load from there to the last one
     ends = lambda values: jnp.append(values[:1], fine_values(values, count)[1:])
     left = lambda each: jnp.append(jnp.cumsum(each[1:].ravel()[::-1])[::-1], 0.0)
-    move = shifts(as_float64(velocity) / grid.spacing[0], times, count)
-    way = Shift(left(move.x), None if move.y is None else left(move.y))
+    move = moves(as_float64(velocity) / grid.spacing[0], times, count)
+    way = Way(left(move.x), None if move.y is None else left(move.y))
     track = Track(way, ends(jnp.arange(1.0 * times.size)))
     wide = replace(grid, shape=tuple(n + sum(more) for n, more in zip(grid.shape, margins, strict=True)))
     tractions = jnp.pad(tractions, ((0, 0), (0, 0), *margins))
@@ -234,7 +234,7 @@ class Track:
     """The way of a load from the end of each inner step to the last one [cells along x], (n,) each, and the place of each
     end among the times, their number and the share of the next step, (n,)."""
 
-    way: Shift
+    way: Way
     place: Array
 
     def mixed(self, shares: Array, tractions: Array, grid: Grid) -> Array:
@@ -244,7 +244,7 @@ class Track:
         ratio, last = grid.spacing[1] / grid.spacing[0], tractions.shape[0] - 2
 
         def add(
-            carry: tuple[Array, Array], step: tuple[Array, Array, Shift]
+            carry: tuple[Array, Array], step: tuple[Array, Array, Way]
         ) -> tuple[tuple[Array, Array], None]:
             (total, before), (share, place, way) = carry, step
             i = jnp.clip(jnp.floor(jax.lax.stop_gradient(place)).astype(int), 0, last)
@@ -271,12 +271,9 @@ def _checked_motion(
     are in range: the inner steps, and a track that is traced, which has to lie on the grid."""
     # times and velocity, of which an unknown one cannot choose the number of inner steps
     checks.require(times is not None, "times: expected those of the motion with velocity=, got None")
-    shape, nt = np.shape(velocity), np.shape(times)[0]
-    checks.require(
-        shape in ((), (2,), (nt, 2)),
-        f"velocity: expected a number, shape (2,) or ({nt}, 2) as times, got shape {shape}",
-    )
-    valid = checks.finite("velocity [m/s]", velocity) & check_along_x(shape, grid)
+    nt = np.shape(times)[0]
+    valid = check_shape_of_velocity(velocity, nt) & check_along_x(np.shape(velocity), grid)
+    valid = valid & checks.finite("velocity [m/s]", velocity)
     known = is_concrete(velocity, times, grid)
     checks.require(
         known or substeps is not None,

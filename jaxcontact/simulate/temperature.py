@@ -15,6 +15,7 @@ from jaxcontact._support.checks import Verdict, require
 from jaxcontact._support.pytree import as_float64, pytree
 from jaxcontact.bodies.grid import Grid, check_grid
 from jaxcontact.contact.implicit import linear_solution
+from jaxcontact.history.motion import check_shape_of_velocity
 from jaxcontact.operators.heat import (
     HIGHEST,
     Covered,
@@ -130,10 +131,7 @@ def check_heat(
         shape == tuple(grid.shape),
         f"heat_flux [W/m2]: expected the grid's shape {tuple(grid.shape)}, got {shape}",
     )
-    require(
-        np.shape(velocity) in ((), (2,)),
-        f"velocity [m/s]: expected a number or shape (2,), got {np.shape(velocity)}",
-    )
+    check_shape_of_velocity(velocity)
     valid = valid & checks.finite("heat_flux [W/m2]", heat_flux) & checks.finite("velocity [m/s]", velocity)
     valid = valid & checks.positive("conductivity [W/(m K)]", conductivity)
     valid = valid & checks.positive("diffusivity [m2/s]", diffusivity)

@@ -125,27 +125,22 @@ def test_the_shape_of_the_scan_its_table_its_arrays_and_its_pictures(fitted, tmp
 @pytest.mark.slow
 def test_a_map_that_was_stopped_is_continued_from_its_store(fitted, tmp_path, monkeypatch):
     depth, load, times, *_ = MAP
-    whole, calls = force_map.searched, []
+    whole, calls = force_map.fitted_batches, []
 
-    def stopped(curves, *given):
-        *rest, done = given
+    def stopped(*given):
+        yield next(whole(*given))
+        raise KeyboardInterrupt
 
-        def once(first, found):
-            done(first, found)
-            raise KeyboardInterrupt
-
-        return whole(curves, *rest, once)
-
-    monkeypatch.setattr(force_map, "searched", stopped)
+    monkeypatch.setattr(force_map, "fitted_batches", stopped)
     with pytest.raises(KeyboardInterrupt):
         fitting.fit_map(depth, load, times, indenter=BALL, store=tmp_path)
     assert len(list(tmp_path.glob("*.npz"))) == 1
 
-    def counted(curves, *given):
-        calls.append(len(curves))
-        return whole(curves, *given)
+    def counted(rows, *given):
+        calls.append(len(rows.units))
+        return whole(rows, *given)
 
-    monkeypatch.setattr(force_map, "searched", counted)
+    monkeypatch.setattr(force_map, "fitted_batches", counted)
     again = fitting.fit_map(depth, load, times, indenter=BALL, store=tmp_path)
     fitting.fit_map(depth, load, times, indenter=BALL, store=tmp_path)  # nothing is left to do
     fitting.fit_map(depth[:3], load[:3], times[:3], indenter=BALL, nu=0.3, store=tmp_path)  # other options

@@ -10,7 +10,7 @@ from scipy.optimize import lsq_linear
 
 import jaxcontact as jc
 from jaxcontact._support.status import Status
-from jaxcontact.history.memory import Shift
+from jaxcontact.history.memory import Way
 from jaxcontact.history.motion import carried_past
 
 pytestmark = pytest.mark.filterwarnings(
@@ -289,7 +289,7 @@ def test_carried_past_moves_a_field_between_cells():
     ratio, x = jnp.asarray(2.0), 2 * np.pi * np.arange(n) / n
     wave = lambda a, b: jnp.asarray(np.sin(x[:, None] + a) * np.cos(x[None, :] + b))
     both = lambda field, sx, sy, **given: carried_past(
-        field, Shift(jnp.asarray(sx), None if sy is None else jnp.asarray(sy)), ratio, **given
+        field, Way(jnp.asarray(sx), None if sy is None else jnp.asarray(sy)), ratio, **given
     )
     round_ = {"periodic": (True, True), "beyond": "constant"}
     # ratio: a move along y by two cells along x is one of its cells

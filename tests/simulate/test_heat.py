@@ -307,7 +307,7 @@ def test_a_partition_of_what_is_no_body_or_no_heat_is_refused():
     ("change", "words"),
     [
         ({"flux": jnp.zeros((4, 4))}, r"heat_flux \[W/m2\]: expected the grid's shape"),
-        ({"velocity": (1.0, 2.0, 3.0)}, r"velocity \[m/s\]: expected a number or shape"),
+        ({"velocity": (1.0, 2.0, 3.0)}, r"velocity: expected a number or shape \(2,\), got shape \(3,\)"),
         ({"velocity": 1e3}, "Peclet number"),
         ({"conductivity": 0.0}, r"conductivity \[W/\(m K\)\]: expected > 0"),
         ({"diffusivity": -1.0}, r"diffusivity \[m2/s\]: expected > 0"),

@@ -10,10 +10,9 @@ from tolerances import APPROACH, PEAK, RADIUS, ROUND_OFF, SEPARATION
 
 import jaxcontact as jc
 from jaxcontact.history.memory import DirectMemory, RecursiveMemory, rows
-from jaxcontact.history.time_loop import Delayed
+from jaxcontact.history.time_loop import Delayed, fine_steps
 from jaxcontact.operators.kernels import build_images
 from jaxcontact.reference import abel, lee_radok, ting
-from jaxcontact.simulate.run import fine_steps
 
 TAU = 1.0
 MAXWELL = jc.Maxwell(80.77e9, 80.77e9 * TAU)

@@ -12,7 +12,7 @@ import pytest
 import jaxcontact as jc
 from jaxcontact._support.status import more_serious, most_serious, passed_on, to_next_row
 from jaxcontact.history.normal_step import solved
-from jaxcontact.history.time_loop import begin, in_blocks
+from jaxcontact.history.time_loop import first_carry, in_blocks
 from jaxcontact.simulate.indent import Indentation
 from jaxcontact.simulate.run import plan_of, run_block
 from jaxcontact.simulate.slide import reentered
@@ -82,7 +82,7 @@ def test_a_march_that_goes_on_from_a_carry_knows_of_an_earlier_failure():
     """In two blocks of five steps; the first step fails by itself, all others have a contact that moves little."""
     body, load = jc.LayeredHalfSpace([], MATERIALS["creeping"]), jc.Load(5.0)
     stepper, steps = _plan(body, load)
-    carry, blocks = begin(stepper), in_blocks(steps, 5)
+    carry, blocks = first_carry(stepper), in_blocks(steps, 5)
     assert blocks.exists.shape == (2, 5)
     found = []
     for index in range(2):

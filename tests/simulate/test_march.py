@@ -11,8 +11,8 @@ from jaxcontact.history.time_loop import (
     Outcome,
     Stepper,
     Steps,
-    begin,
-    begun,
+    before_rows,
+    first_carry,
     in_blocks,
     march,
     march_from_rest,
@@ -81,10 +81,10 @@ def test_a_march_goes_on_from_its_carry_with_the_same_numbers():
     values[1, 0] = FAILS
     stepper, keep = Decay(jnp.asarray(0.8)), lambda outcome: outcome
     whole = march_from_rest(stepper, steps_of(values), keep)[1]
-    carry, blocks, found = begin(stepper), in_blocks(steps_of(values), 3), []
+    carry, blocks, found = first_carry(stepper), in_blocks(steps_of(values), 3), []
     for index in range(3):
         rows = jax.tree.map(lambda a, i=index: a[i], blocks)
-        state, outcomes = march(stepper, begun(stepper, jax.device_get(carry), rows.steps), rows, keep)
+        state, outcomes = march(stepper, before_rows(stepper, jax.device_get(carry), rows.steps), rows, keep)
         carry = state.carry
         found.append(jax.tree.map(lambda a, r=rows: a[np.asarray(r.exists)], outcomes))
     found = jax.tree.map(lambda *parts: np.concatenate(parts), *found)

@@ -12,7 +12,7 @@ import jaxcontact as jc
 from jaxcontact import kernels as make_kernels
 from jaxcontact import slide as public_slide
 from jaxcontact.contact.normal import Problem, solve
-from jaxcontact.history.memory import Motion, RecursiveMemory, Shift, step_weights
+from jaxcontact.history.memory import Motion, RecursiveMemory, Way, step_weights
 
 TIMES = jnp.linspace(0.0, 600.0, 13)
 GRID = jc.Grid.square(64, 500e-6)
@@ -288,7 +288,7 @@ def test_derivatives_of_the_memory_by_a_component_of_the_motion_that_is_zero(sha
     rates, still = jnp.asarray([0.0, 0.2]), jnp.zeros(2)
 
     def weights(way):
-        motion = Motion(jnp.asarray(1.5), Shift(*way), still)
+        motion = Motion(jnp.asarray(1.5), Way(*way), still)
         return jnp.stack(step_weights(rates, motion, shape, jnp.asarray(1.2)))
 
     slopes = jax.jit(jax.jacfwd(weights))(jnp.asarray(way))
