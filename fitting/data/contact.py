@@ -467,6 +467,13 @@ def _slopes(t: np.ndarray, y: np.ndarray) -> np.ndarray:
 SEEN_DRAG, DRAG_PART = 4.0, 0.01
 
 
+def check_drag(drag: Any) -> None:
+    """Raise ValueError for anything but a coefficient of a drag, "fit" or None."""
+    known = isinstance(drag, int | float | np.number) and 0.0 <= drag < np.inf
+    if drag is not None and not (isinstance(drag, str) and drag == "fit") and not known:
+        raise ValueError(f'drag: expected a coefficient >= 0 N s/m, "fit" or None, got {drag!r}')
+
+
 def without_drag(data: Any, drag: float | str | None) -> tuple[Any, Drag | None, tuple[str, ...]]:
     """Return an ``IndentationData`` without drag, the drag that was subtracted, None without a correction, and notes;
     ValueError on bad input, and where the baselines show none.
@@ -489,9 +496,7 @@ def without_drag(data: Any, drag: float | str | None) -> tuple[Any, Drag | None,
             ' drag="fit" subtracts it, which matters where the tip slows down in contact'
         )
         return data, None, (note,)
-    known = isinstance(drag, int | float | np.number) and 0.0 <= drag < np.inf
-    if drag != "fit" and not known:
-        raise ValueError(f'drag: expected a coefficient >= 0 N s/m, "fit" or None, got {drag!r}')
+    check_drag(drag)
     if isinstance(drag, str):
         found = find_drag(data)
         if found.coefficient < -SEEN_DRAG * found.sd:

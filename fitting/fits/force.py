@@ -26,13 +26,14 @@ from fitting.data.contact import (
     baseline,
     by_sensitivity,
     calibration_in_words,
+    check_drag,
     directions,
     sample_noise,
     smooth,
     without_drag,
 )
 from fitting.data.indentation import IndentationData, depth_notes, probe_of, too_deep
-from fitting.data.weights import choose_weights
+from fitting.data.weights import check_kind, choose_weights
 from fitting.fits.adhesion import AdhesiveFit
 from fitting.fits.contact_model import ContactModel, choose_contact_model
 from fitting.fits.force_history import CHANGE, HALF, TREND, ViscoelasticForceFit, fit_history
@@ -41,7 +42,7 @@ from fitting.inference.result import Fit, FitProblem, conclude, least_squares, p
 from fitting.inference.sample import Deviation, Sample, Solved, judged_by_size
 from fitting.models import thin_layer
 from fitting.models.parameters import Parameters
-from fitting.models.structure import CLASSICAL, Sought
+from fitting.models.structure import CLASSICAL, Compressibility, Sought
 from fitting.models.thin_layer import RIGID, Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Objective
@@ -104,6 +105,7 @@ def unit_forces(points: Array, curve: ScaledApproach) -> Array:
 # Preparation of a force curve, and the search for modulus, contact point and baseline.
 
 
+WEIGHTS = "estimated", "absolute"
 MOST = 1000  # largest number of points, or means of neighbours
 COARSE = 200  # that of the curve in which the contact is sought first
 EDGE = 30.0  # bound of the logarithm of the scaled compliance
@@ -601,7 +603,7 @@ def fit_force(
 
     # 2. A viscoelastic model has a fit of its own, to all segments of the curve.
     weights = "estimated" if weights is None and sigma is None else weights
-    check_options(indenter, nu, thickness, substrate, unbonded, errors, spring_constant)
+    check_options(indenter, nu, thickness, substrate, unbonded, weights, sigma, errors, spring_constant, drag)
     if unbonded and polynomials:
         raise ValueError(
             "polynomials: expected False with unbonded, got True: they are those of a bonded sample"
@@ -716,11 +718,20 @@ def check_options(
     thickness: float | None,
     substrate: Any,
     unbonded: Any,
+    weights: str | None,
+    sigma: Any,
     errors: Any,
     spring_constant: float | None,
+    drag: Any,
 ) -> None:
-    """Raise ValueError for a bad body or indenter, and for unknown or bad errors of the calibration."""
+    """Raise ValueError for what is wrong with any curve: a bad body or indenter, weights in proportion to a load whose
+    baseline is zero, and unknown or bad errors of the calibration."""
     probe_of(indenter)
+    Compressibility.of(nu, None)
+    check_kind(weights, sigma, WEIGHTS)
+    if sigma is not None and not (isinstance(sigma, int | float | np.number) and 0.0 < sigma < math.inf):
+        raise ValueError(f"sigma: expected a standard deviation > 0 N, a number, got {sigma!r}")
+    check_drag(drag)
     if substrate is not None and (thickness is None or not isinstance(substrate, jc.Elastic)):
         got = "no thickness" if thickness is None else type(substrate).__name__
         raise ValueError(f"substrate: expected Elastic, below a sample with a thickness, got {got}")

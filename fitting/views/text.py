@@ -161,7 +161,7 @@ def line(name: str, values: Any, unit: str = "") -> str:
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
         "adhesion", "contact_point", "control", "convention", "curve", "drag", "drift", "exclude", "induction", "law",
-        "layer", "level", "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma",
+        "layer", "level", "processes", "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma",
         "spring_constant", "start", "stress", "tau", "temperature", "weights", "window", "bulk_modulus",
     )},
     "columns, units, decimal": "--column, --unit, --decimal",
