@@ -14,6 +14,7 @@ sum, else that of the sum. A curve that was cut at d is described by the same la
 more is found before contact in it.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -79,8 +80,10 @@ def infer(t: np.ndarray, load: np.ndarray, depth: np.ndarray) -> np.ndarray:
     rise = int(np.argmax(P[:stop] >= NEAR * P[:stop].max()))
     knees = [_knee(t, y, rise, stop) for y in (load, depth)]
     held = [knee > start and _still(t, y, knee, stop) for knee, y in zip(knees, (P, h), strict=True)]
-    if held[0] or held[1]:
-        start = knees[0] if held[0] else knees[1]
+    if any(
+        held
+    ):  # at a constant depth the load bends later than the depth, at a constant load the depth does
+        start = min(itertools.compress(knees, held))
     if _still(t, P, start, stop):
         level = np.median(P[start:stop])
         stop = (

@@ -208,6 +208,7 @@ FLAGS = (
     (r"--segment=\(\"(\w+)\", \"(\w+)\"\)", r"--segment \1 --segment \2"),
     (r"\bindenter: (?=expected a radius)", "--radius, --punch: "),
     (r"\bin_contact\((film=True)?\)", "--in-contact"),
+    (r"\bin_contact\(depth\)", "--in-contact DEPTH"),
     (r"\bdata\.(?=--)", ""),
     (r"\bread_(creep|growth|relaxation|oscillation|indentation|stiffness)\b", r"jaxcontact fit \1"),
     (r"\bfit_prony\(data\) (.*) \(jaxcontact fit prony\)", r"jaxcontact fit prony \1"),
