@@ -67,7 +67,6 @@ from fitting.models.thin_layer import LARGEST, Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.views import output, sheet, text
 from jaxcontact._compile.programs import Program
-from jaxcontact._support.checks import whole
 from jaxcontact._support.pytree import require_real
 
 STEPS, CLOSE = 60, 1e-10  # Gauss-Newton steps for a contact point, and the last of them
@@ -1261,8 +1260,8 @@ def fit_map(
             raise ValueError(f"adhesion: expected no {', '.join(others)} beside it in a map, got some")
     if not 0.0 < level < 1.0:
         raise ValueError(f"level: expected between 0 and 1, got {level!r}")
-    if processes is not None:
-        whole("processes", processes, 1, 10**4)
+    if processes is not None and not (isinstance(processes, int | np.integer) and processes >= 1):
+        raise ValueError(f"processes: expected a whole number from 1 on or None, got {processes!r}")
     # what the fit of every curve would refuse
     weights = "estimated" if weights is None and sigma is None else weights
     force.check_options(

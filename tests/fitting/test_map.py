@@ -186,7 +186,7 @@ def test_arguments_that_do_not_fit_together_are_refused(tmp_path):
         "level: expected": {"depth": depth, "load": load, "level": 95},
         "nu: expected -1 < nu <= 0.5, got 0.7": {"depth": depth, "load": load, "nu": 0.7},
         "nu: expected -1 < nu <= 0.5, got -1.5": {"depth": depth, "load": load, "nu": -1.5},
-        "processes: expected 1 to 10000, got 0": {"depth": depth, "load": load, "processes": 0},
+        "processes: expected a whole number from 1 on or None, got 0": {"depth": depth, "load": load, "processes": 0},
         "weights: expected one of estimated, absolute, got 'relative'": {
             "depth": depth, "load": load, "weights": "relative",
         },
@@ -407,7 +407,7 @@ def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys
         ("--bound Q=1:2", "--bound: Elastic has parameters ['G'], got 'Q'"),
         ("--weights proportional", "--weights: expected one of estimated, absolute, got 'proportional'"),
         ("--spring-constant-error 2", "--spring-constant-error: expected a relative standard deviation"),
-        ("--processes 0", "--processes: expected 1 to 10000, got 0"),
+        ("--processes 0", "--processes: expected a whole number from 1 on or None, got 0"),
         ("--level 95", "--level: expected between 0 and 1, got 95"),
         ("--window 5:2", "--window: expected begin < end, got 5.0 and 2.0"),
     ],
