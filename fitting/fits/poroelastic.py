@@ -456,7 +456,7 @@ def fit_poroelastic(
         if name in table:
             low, high = table[name]
             if low > top or (high > top and math.isfinite(high)):
-                raise ValueError(f"{name}: expected values from 0 to {top:g}, got {low:g} to {high:g}")
+                raise ValueError(f"fixed, bounds: expected {name} from 0 to {top:g}, got {low:g} to {high:g}")
             table[name] = (low, min(high, top))
     first = [np.median(hold.load[: max(hold.t.size // 20, 1)]) / hold.tip.force for hold in holds]
     end = max(float(hold.t[-1]) for hold in holds)

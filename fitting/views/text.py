@@ -162,7 +162,7 @@ HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
         "adhesion", "contact_point", "control", "convention", "curve", "drag", "drift", "exclude", "induction", "law",
         "layer", "level", "processes", "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma",
-        "spring_constant", "start", "stress", "tau", "temperature", "weights", "window", "bulk_modulus",
+        "ramp", "spring_constant", "start", "stress", "tau", "temperature", "weights", "window", "bulk_modulus", "viscosity",
     )},
     "columns, units, decimal": "--column, --unit, --decimal",
     "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",

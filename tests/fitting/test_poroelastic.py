@@ -305,10 +305,49 @@ def test_what_has_no_hold_is_refused():
         (lambda: fit(data, indenter=[BEAD, BEAD]), "one for each of 1 curves"),
         (lambda: fit(data, indenter=BEAD, ramp=5.0), "ramp: expected 0 to"),
         (lambda: fit(data, indenter=BEAD, viscosity=-1.0), "viscosity: expected a number > 0"),
-        (lambda: fit(data, indenter=BEAD, bounds={"nu": (0.1, 0.7)}), "nu: expected values from 0 to 0.5"),
+        (lambda: fit(data, indenter=BEAD, bounds={"nu": (0.1, 0.7)}), "fixed, bounds: expected nu from 0 to 0.5"),
     ):  # fmt: skip
         with pytest.raises(ValueError, match=words):
             call()
+
+
+@pytest.mark.parametrize(
+    ("kind", "words", "line"),
+    [
+        (
+            "poroelastic",
+            "--radius 50",
+            "--radius: expected a length in m, got 50 m, and 50 um is --radius 50e-6",
+        ),
+        ("cause", "--radius 50", "--radius: expected a length in m, got 50 m, and 50 um is --radius 50e-6"),
+        (
+            "cause",
+            "--radius 50e-6 --ramp 99",
+            "--ramp: expected 0 to 0.52 s, the begin of the hold, got 99.0",
+        ),
+        (
+            "poroelastic",
+            "--radius 50e-6 --viscosity -1",
+            "--viscosity: expected a number > 0 or None, got -1.0",
+        ),
+        (
+            "poroelastic",
+            "--radius 50e-6 --fix nu=0.7",
+            "--fix, --bound: expected nu from 0 to 0.5, got 0.7 to 0.7",
+        ),
+        ("poroelastic", "--radius 50e-6 --thickness 20", "--thickness: expected a length in m, got 20 m"),
+    ],
+)
+def test_a_wrong_option_of_a_hold_is_one_line(tmp_path, capsys, kind, words, line):
+    data = curve(5e-6)
+    rows = "".join(
+        f"{t:.9g},{P:.9g},{d:.9g}\n" for t, P, d in zip(data.t, data.load, data.depth, strict=True)
+    )
+    (tmp_path / "hold.csv").write_text("Time (s),Load (N),Depth (m)\n" + rows)
+    command = ["fit", kind, str(tmp_path / "hold.csv"), "-o", str(tmp_path / "out")]
+    assert main([*command, *words.split()]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1 and line in said[0] and not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
