@@ -176,7 +176,7 @@ def checked(options: argparse.Namespace, free: tuple[str, ...] = ()) -> tuple[Ki
 
 def check_contact(options: argparse.Namespace) -> str:
     """Raise ValueError for an impossible indenter or sample; return a sentence where the indenter is assumed."""
-    if not hasattr(options, "radius") or not hasattr(options, "nu"):
+    if not hasattr(options, "radius"):
         return ""
     if hasattr(options, "layer"):
         flags.indenter_of(options)
@@ -189,7 +189,7 @@ def check_contact(options: argparse.Namespace) -> str:
             )
         return ""
     if not hasattr(options, "pyramid"):
-        flags.check_metres(options, radius=1.0, punch=1.0)
+        flags.check_metres(options, radius=1.0, punch=1.0, thickness=0.1)
         return ""
     flags.check_metres(options, radius=1e-2, punch=1e-2, thickness=0.1)  # of a microscope
     flags.indenter_of(options)

@@ -5,6 +5,7 @@ command continues a map that was stopped.
 """
 
 import argparse
+import contextlib
 import dataclasses
 import json
 import math
@@ -241,6 +242,7 @@ def folders_of(files: Sequence[str]) -> list[str]:
 
 
 STORE = "curves"  # folder of the stored fits
+MAP_RESULTS = ("map.csv", "map.nc", "map.png", "summary.json")
 MAPPED = kinds.KINDS["force"]._replace(without=("curve", "polynomials", "model", "fixed", "adhesion"))
 # options that do not change a fit
 LOCAL = (
@@ -295,9 +297,10 @@ def run_map(options: argparse.Namespace) -> int:
         if options.force and (directory / STORE).is_dir():
             for path in (directory / STORE).glob("*"):
                 path.unlink()
-    directory.mkdir(parents=True, exist_ok=True)
-    output.write_text(known, text)
     files, left = files_of(options.file)
+    output.check_directory(
+        argparse.Namespace(directory=directory, force=True, file=files), (known.name, *MAP_RESULTS)
+    )
 
     # The curves with their places; a file or a curve that cannot be read is one that fails.
     curves: list[Any] = []
@@ -323,10 +326,19 @@ def run_map(options: argparse.Namespace) -> int:
     if not arguments:
         raise ValueError(f"{curves[0]} (and no other curve could be read)" if curves[1:] else curves[0])
     x, y = (np.array([getattr(one, axis) for one in places]) for axis in "xy")
-    map_fit = fit_map(
-        curves, **arguments, x=x, y=y, names=names, curve=np.array([one.curve for one in places]),
-        adhesion=options.adhesion, store=options.directory / STORE, processes=options.processes, progress=True,
-    )  # fmt: skip
+    directory.mkdir(parents=True, exist_ok=True)
+    output.write_text(known, text)
+    try:
+        map_fit = fit_map(
+            curves, **arguments, x=x, y=y, names=names, curve=np.array([one.curve for one in places]),
+            adhesion=options.adhesion, store=directory / STORE, processes=options.processes, progress=True,
+        )  # fmt: skip
+    except ValueError as error:  # wrong options leave no directory, in which the right ones would be refused
+        if not same:
+            known.unlink()
+            with contextlib.suppress(OSError):  # unless it holds something else
+                directory.rmdir()
+        raise ValueError(in_flags(str(error))) from error
     map_fit = dataclasses.replace(
         map_fit, reasons=tuple(map(in_flags, map_fit.reasons)),
         notes=tuple(tuple(map(in_flags, one)) for one in map_fit.notes),

@@ -14,6 +14,7 @@ sum, else that of the sum. A curve that was cut at d is described by the same la
 more is found before contact in it.
 """
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -79,8 +80,10 @@ def infer(t: np.ndarray, load: np.ndarray, depth: np.ndarray) -> np.ndarray:
     rise = int(np.argmax(P[:stop] >= NEAR * P[:stop].max()))
     knees = [_knee(t, y, rise, stop) for y in (load, depth)]
     held = [knee > start and _still(t, y, knee, stop) for knee, y in zip(knees, (P, h), strict=True)]
-    if held[0] or held[1]:
-        start = knees[0] if held[0] else knees[1]
+    if any(
+        held
+    ):  # at a constant depth the load bends later than the depth, at a constant load the depth does
+        start = min(itertools.compress(knees, held))
     if _still(t, P, start, stop):
         level = np.median(P[start:stop])
         stop = (
@@ -467,6 +470,13 @@ def _slopes(t: np.ndarray, y: np.ndarray) -> np.ndarray:
 SEEN_DRAG, DRAG_PART = 4.0, 0.01
 
 
+def check_drag(drag: Any) -> None:
+    """Raise ValueError for anything but a coefficient of a drag, "fit" or None."""
+    known = isinstance(drag, int | float | np.number) and 0.0 <= drag < np.inf
+    if drag is not None and not (isinstance(drag, str) and drag == "fit") and not known:
+        raise ValueError(f'drag: expected a coefficient >= 0 N s/m, "fit" or None, got {drag!r}')
+
+
 def without_drag(data: Any, drag: float | str | None) -> tuple[Any, Drag | None, tuple[str, ...]]:
     """Return an ``IndentationData`` without drag, the drag that was subtracted, None without a correction, and notes;
     ValueError on bad input, and where the baselines show none.
@@ -489,9 +499,7 @@ def without_drag(data: Any, drag: float | str | None) -> tuple[Any, Drag | None,
             ' drag="fit" subtracts it, which matters where the tip slows down in contact'
         )
         return data, None, (note,)
-    known = isinstance(drag, int | float | np.number) and 0.0 <= drag < np.inf
-    if drag != "fit" and not known:
-        raise ValueError(f'drag: expected a coefficient >= 0 N s/m, "fit" or None, got {drag!r}')
+    check_drag(drag)
     if isinstance(drag, str):
         found = find_drag(data)
         if found.coefficient < -SEEN_DRAG * found.sd:

@@ -32,16 +32,9 @@ def choose_weights(
 
     scatter (n,): standard deviations up to a factor, used if nothing else is chosen.
     """
-    weights = weights.lower() if isinstance(weights, str) else weights
     if weights is None and sigma is None and scatter is not None:
         return 1.0 / scatter, "averaged"
-    if weights is not None and not isinstance(weights, str):
-        kind = type(weights).__name__
-        raise ValueError(
-            f"weights: expected one of {', '.join(KINDS)}, got {kind}: sigma= takes standard deviations, weights are 1/sigma"
-        )
-    if (weights is None) == (sigma is None):
-        raise ValueError(f"weights: expected one of {', '.join(KINDS)}, or sigma=...; got both or none")
+    weights = check_kind(weights, sigma)
     if sigma is not None:
         require_real("sigma", sigma)
         if np.shape(sigma) not in ((), y.shape):
@@ -65,9 +58,20 @@ def choose_weights(
         if np.any(y <= 0):
             raise ValueError(f'weights: "{weights}" needs data > 0; take "estimated", "absolute" or sigma')
         return 1.0 / y, weights
-    if weights == "absolute":
-        return np.full(y.shape, 1.0 / np.max(np.abs(y))), weights
-    raise ValueError(f"weights: expected one of {', '.join(KINDS)}, got {weights!r}")
+    return np.full(y.shape, 1.0 / np.max(np.abs(y))), "absolute"
+
+
+def check_kind(weights: str | None, sigma: Any, kinds: tuple[str, ...] = KINDS) -> str | None:
+    """Return the kind of weights in lower case, None with a sigma; ValueError unless one choice is made, of these kinds."""
+    known = f"weights: expected one of {', '.join(kinds)}"
+    if weights is not None and not isinstance(weights, str):
+        kind = type(weights).__name__
+        raise ValueError(f"{known}, got {kind}: sigma= takes standard deviations, weights are 1/sigma")
+    if (weights is None) == (sigma is None):
+        raise ValueError(f"{known}, or sigma=...; got both or none")
+    if weights is not None and weights.lower() not in kinds:
+        raise ValueError(f"{known}, got {weights!r}")
+    return None if weights is None else weights.lower()
 
 
 def error_ratio(t: np.ndarray, y: np.ndarray) -> float:

@@ -4,7 +4,9 @@
 
 with the work of adhesion w, the strength s of the attraction (Dugdale) and the contact modulus E* of a ball of radius R on a
 half-space. Maugis's theory holds for every mu; where mu is small it is that of Derjaguin, Muller and Toporov (DMT), where it
-is large that of Johnson, Kendall and Roberts (JKR), and without tension that of Hertz. The limits of mu are those of the
+is large that of Johnson, Kendall and Roberts (JKR), and without tension that of Hertz. A tension below the noise of a point
+also shifts the contact point of Hertz's theory and so its modulus, which the interval of the modulus includes
+(``unseen_tension``). The limits of mu are those of the
 map of K. L. Johnson, J. A. Greenwood, J. Colloid Interface Sci. 192 (1997) 326. The interval of mu from the fit of Maugis's
 theory decides; where it includes a limit, the curve does not tell the theories on both sides apart, and the result is
 Maugis's.
@@ -22,6 +24,7 @@ import jaxcontact as jc
 from fitting.data.contact import baseline, directions, sample_noise
 from fitting.data.indentation import IndentationData, read_pull_off, zeroed
 from fitting.fits.adhesion import AdhesiveFit, body_of, fit_adhesive
+from fitting.inference.noise import two_sided
 from fitting.inference.result import plain
 from fitting.models.adhesive_contact import JKR
 from fitting.search.press import Instrument
@@ -31,6 +34,9 @@ SEEN = 5.0  # least tension in standard deviations of the noise, as of ``read_pu
 DMT_PARAMETER = 0.01  # Maugis's lambda at which his theory is that of DMT within a percent
 FAINT = 0.01  # tension over the largest load below which adhesion hardly changes the modulus
 FEW = 10  # fewest points of a retraction
+# trial tensions over the largest force, as multiples of ``SEEN`` standard deviations, and trial contact points beside that
+# of Hertz over the largest depth
+TENSIONS, SHIFTS = np.linspace(0.0, 1.5, 61), np.linspace(-0.15, 0.15, 121)
 
 
 class Candidate(NamedTuple):
@@ -86,6 +92,74 @@ class ContactModel(NamedTuple):
         return [f"  contact model: {self.name}; {self.words}", *rows]
 
 
+class UnseenTension(NamedTuple):
+    """A tension that the approach allows though no point of the retraction has it.
+
+    best, largest [N]: the tension that describes the approach best, and the end of its interval; factors: least and largest
+    ratio of the contact modulus and that of Hertz for tensions of the interval; seen: whether zero is far outside of it.
+    """
+
+    best: float
+    largest: float
+    factors: tuple[float, float]
+    seen: bool
+
+    def in_words(self) -> str:
+        """Return by how much the modulus is lower."""
+        return f"with which the modulus is lower by up to {100.0 * (1.0 - self.factors[0]):.2g} %, as its interval includes"
+
+
+def unseen_tension(fit: Any, spread: float) -> UnseenTension:
+    """Return the tension T that the approach of an elastic fit to a ball allows, in the limit of DMT,
+
+        force = c max(depth - p, 0)^(3/2) - T [depth > p] + b + k i
+
+    by least squares over c, b, k and trial p and T; spread: standard deviation of a load [N]. The interval of T allows for
+    the correlation of neighbouring residuals.
+    """
+    top = float(np.max(fit.force))
+    x, y, n = fit.depth / float(np.max(fit.depth)), fit.force / top, fit.force.size
+    tensions = TENSIONS * min(SEEN * spread / top, 1.0)
+    squares, moduli = np.full((2, tensions.size, SHIFTS.size), np.inf)
+    for j, shift in enumerate(SHIFTS):
+        A = np.stack([np.maximum(x - shift, 0.0) ** 1.5, np.ones(n), np.linspace(0.0, 1.0, n)], -1)
+        pulled = y[:, None] + tensions * (x > shift)[:, None]
+        found = np.linalg.lstsq(A, pulled, rcond=None)[0]
+        squares[:, j], moduli[:, j] = np.sum((A @ found - pulled) ** 2, 0), found[0]
+    rows, place = np.arange(tensions.size), np.argmin(squares, 1)
+    squares, moduli = squares[rows, place], moduli[rows, place]
+    residual = (fit.force - fit.model_force) / top
+    lag = max(float(residual[1:] @ residual[:-1] / max(residual @ residual, 1e-300)), 0.0)
+    least = int(np.argmin(squares))
+    variance = squares[least] / max(n - 5, 1) * (1.0 + lag) / max(1.0 - lag, 1e-3)
+    excess = (squares - squares[least]) / max(variance, 1e-300)
+    allowed = np.flatnonzero(excess <= two_sided(fit.level) ** 2)
+    ratios = np.maximum(moduli[allowed] / moduli[0], 1e-3) if moduli[0] > 0.0 else np.ones(1)
+    factors = min(float(ratios.min()), 1.0), max(float(ratios.max()), 1.0)
+    return UnseenTension(
+        float(tensions[least]) * top, float(tensions[allowed[-1]]) * top, factors, bool(excess[0] > SEEN**2)
+    )
+
+
+def with_unseen_tension(fit: Any, body: Any, unseen: UnseenTension) -> Any:
+    """Return an elastic fit whose intervals include the moduli with an unseen tension, unless it is rejected."""
+    if fit.refused:
+        return fit
+    own, share = body.own, 1.0 - fit.nu
+    # of the shear modulus, beside the compliance of the ball
+    of = lambda G, factor: share / max((share / G + own) / factor - own, 1e-300)
+    low, high = fit.intervals["G"]
+    low, high = of(low, unseen.factors[0]), of(high, unseen.factors[1]) if math.isfinite(high) else high
+    E = fit.youngs_modulus[0], 2.0 * (1.0 + fit.nu) * low, 2.0 * (1.0 + fit.nu) * high
+    sd = max(map(abs, map(math.log, unseen.factors))) / two_sided(fit.level)
+    covariance = fit.estimate.covariance + np.outer(sd * fit.estimate.best, sd * fit.estimate.best)
+    return dataclasses.replace(
+        fit, intervals=fit.intervals | {"G": (low, high)}, youngs_modulus=E,
+        sd_log=fit.sd_log | {"G": math.hypot(fit.sd_log["G"], sd)},
+        estimate=fit.estimate._replace(covariance=covariance),
+    )  # fmt: skip
+
+
 def choose_contact_model(
     data: IndentationData, *, indenter: Any, nu: float, weights: str | None, sigma: Any,
     bounds: dict[str, tuple] | None, level: float, elastic: Callable[[], Any],
@@ -107,14 +181,17 @@ def choose_contact_model(
     turned, _ = zeroed(turned)
     spread, load = sample_noise(turned.load), float(np.max(turned.load))
 
+    every = ("Hertz", "DMT", "Maugis", "JKR")
     if back.sum() < FEW:
+        hertz = elastic()
+        unseen = unseen_tension(hertz, spread)
         words = (
             "the curve has no retraction, and without its tension adhesion is not seen: the approach alone does not tell"
-            " Hertz from the others"
+            f" Hertz from the others; it allows a tension up to {unseen.largest:.2g} N, {unseen.in_words()}"
         )
         model = ContactModel(
             "cannot tell",
-            ("Hertz", "DMT", "Maugis", "JKR"),
+            every,
             None,
             math.nan,
             spread,
@@ -123,7 +200,7 @@ def choose_contact_model(
             (),
             words,
         )
-        return dataclasses.replace(elastic(), contact_model=model)
+        return dataclasses.replace(with_unseen_tension(hertz, body, unseen), contact_model=model)
     tension = -float(np.min(turned.load[back]))
     try:
         read_pull_off(turned)
@@ -133,8 +210,16 @@ def choose_contact_model(
             f"no tension above {SEEN:g} standard deviations of the noise ({SEEN * spread:.3g} N) in the retraction, so that"
             f" the work of adhesion is below about {most:.2g} J/m2"
         )
-        model = ContactModel("Hertz", ("Hertz",), None, tension, spread, load, most, (), words)
-        return dataclasses.replace(elastic(), contact_model=model)
+        hertz = elastic()
+        unseen = unseen_tension(hertz, spread)
+        name, possible = ("cannot tell", every) if unseen.seen else ("Hertz", every[:1])
+        if unseen.seen:
+            words += f", but the approach is described better with a tension of {unseen.best:.2g} N from the contact on,"
+            words += f" {unseen.in_words()}: a mean of several curves tells whether it is there"
+        else:
+            words += f"; the approach allows a tension up to {unseen.largest:.2g} N, {unseen.in_words()}"
+        model = ContactModel(name, possible, None, tension, spread, load, most, (), words)
+        return dataclasses.replace(with_unseen_tension(hertz, body, unseen), contact_model=model)
 
     # Maugis's theory, whose strength and work give the Tabor number with its interval, and the limits for comparison.
     known = None if bounds is None else {name: pair for name, pair in bounds.items() if name == "G"}

@@ -56,11 +56,13 @@ from fitting.data.contact import (
 )
 from fitting.data.indentation import IndentationData, depth_notes, probe_of, too_deep
 from fitting.fits import adhesive_map, force
+from fitting.fits.adhesion import JKR, body_of, table_of
 from fitting.fits.force import fit_force
 from fitting.fits.indentation import fit_indentation
 from fitting.inference import noise, verdict
 from fitting.inference.noise_of_many import is_doubted, noise_of_one, orthonormal, quantiles
 from fitting.inference.sample import EXACT, FLAT, NEGLIGIBLE, ROUNDING, SAME
+from fitting.models.structure import CLASSICAL, Sought
 from fitting.models.thin_layer import LARGEST, Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.views import output, sheet, text
@@ -1207,7 +1209,6 @@ def fit_map(
         [ True  True  True  True] [[ 300.  500.]
          [ 800. 1200.]]
     """
-    force.check_options(indenter, nu, thickness, substrate, unbonded, errors, spring_constant)
     if adhesion is not None and str(adhesion).upper() != "JKR":
         raise ValueError(f'adhesion: expected "JKR" or None, got {adhesion!r}')
     if adhesion is not None:
@@ -1217,6 +1218,18 @@ def fit_map(
             raise ValueError(f"adhesion: expected no {', '.join(others)} beside it in a map, got some")
     if not 0.0 < level < 1.0:
         raise ValueError(f"level: expected between 0 and 1, got {level!r}")
+    if processes is not None and not (isinstance(processes, int | np.integer) and processes >= 1):
+        raise ValueError(f"processes: expected a whole number from 1 on or None, got {processes!r}")
+    # what the fit of every curve would refuse
+    weights = "estimated" if weights is None and sigma is None else weights
+    force.check_options(
+        indenter, nu, thickness, substrate, unbonded, weights, sigma, errors, spring_constant, drag
+    )
+    if adhesion is None:
+        Sought.of(CLASSICAL[jc.Elastic], None, bounds, nu)
+    else:
+        body_of(indenter, nu)
+        table_of(JKR, None, bounds)
     # a list of ``IndentationData``, or of text where one could not be read; otherwise arrays
     listed = isinstance(depth, list | tuple) and len(depth) > 0
     listed = listed and all(isinstance(one, IndentationData | str) for one in depth)
@@ -1232,7 +1245,7 @@ def fit_map(
         raise ValueError(f"shape: expected rows x columns = {m} curves, got {shape}")
     # arguments of the fit of a curve alone, with those for which the program has no search
     single = {
-        "substrate": substrate, "weights": None if weights == "estimated" and sigma is None else weights, "sigma": sigma,
+        "substrate": substrate, "weights": None if weights == "estimated" else weights, "sigma": sigma,
         "bounds": bounds or None, "drag": drag,
     }  # fmt: skip
     given = {

@@ -163,8 +163,8 @@ class Hold(NamedTuple):
 
     t, load (n,): [s], [N], t from the contact on; depth [m] of the hold; tip: its contact; since (m,) [s]: the times of the
     increments of the ramp, and parts (m,) of F0 that they apply; ramp: duration [s] of the ramp; sigma (n,) or None;
-    unknown: whether the ramp is neither measured nor given, and a step at t = 0 stands for it; before (3, k): times, forces
-    and depths of the points before the hold.
+    unknown: whether the ramp is neither measured nor given, and a step at t = 0 stands for it; cut: whether the curve was
+    cut at a contact that was found; before (3, k): times, forces and depths of the points before the hold.
     """
 
     t: np.ndarray
@@ -176,6 +176,7 @@ class Hold(NamedTuple):
     ramp: float
     sigma: np.ndarray | None
     unknown: bool = False
+    cut: bool = False
     before: np.ndarray = np.zeros((3, 0))
 
     @property
@@ -190,7 +191,10 @@ class Hold(NamedTuple):
             raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
         deepest = float(np.max(data.depth))
         if not deepest > 0.0:
-            raise ValueError(f"depth: expected depths > 0 m, got at most {deepest:g}")
+            raise ValueError(
+                "depth: expected depths > 0 m where the indenter presses, got"
+                f" {np.min(data.depth):.3g} to {deepest + 0.0:.3g} m"
+            )
         # the hold is the longest run of points within STEADY of the median of the deep ones
         deep = float(np.median(data.depth[data.depth > (1.0 - STEADY) * deepest]))
         steady = np.abs(data.depth - deep) <= STEADY * deep
@@ -203,7 +207,11 @@ class Hold(NamedTuple):
                 f"data: expected a hold of at least {FEWEST} points at a constant depth (within {100 * STEADY:g} %), got"
                 f" {last - first}"
             )
-        depth = float(np.mean(data.depth[first:last]))
+        depth, load = float(np.mean(data.depth[first:last])), float(np.median(data.load[first:last]))
+        if not load > 0.0:
+            raise ValueError(
+                f"load: expected forces > 0 N where the indenter presses, got {load:.3g} N in the hold"
+            )
         tip = _tip(indenter, depth)
         check_depth(indenter, depth)
 
@@ -245,7 +253,7 @@ class Hold(NamedTuple):
         hold = data.t[on] >= end
         sigma = None if data.sigma_load is None else data.sigma_load[on][hold]
         return cls(data.t[on][hold] - begin, data.load[on][hold], depth, tip, since - begin, parts / parts.sum(),
-                   end - begin, sigma, ramp is None and not np.any(d > 0.0),
+                   end - begin, sigma, ramp is None and not np.any(d > 0.0), data.cut,
                    earlier - [[begin], [0.0], [0.0]])  # fmt: skip
 
     def with_ramp(self, ramp: float) -> "Hold":
@@ -448,7 +456,7 @@ def fit_poroelastic(
         if name in table:
             low, high = table[name]
             if low > top or (high > top and math.isfinite(high)):
-                raise ValueError(f"{name}: expected values from 0 to {top:g}, got {low:g} to {high:g}")
+                raise ValueError(f"fixed, bounds: expected {name} from 0 to {top:g}, got {low:g} to {high:g}")
             table[name] = (low, min(high, top))
     first = [np.median(hold.load[: max(hold.t.size // 20, 1)]) / hold.tip.force for hold in holds]
     end = max(float(hold.t[-1]) for hold in holds)
@@ -630,10 +638,14 @@ def zeros(hold: Hold, G: float, values: tuple) -> str | None:
     by_depth = (1.0 - float(trial[best]) / hold.depth) ** p - 1.0
     if given - chi2[best] < SURE * scale or max(abs(b[best]) / top, abs(by_depth)) < SIZE:
         return ""
+    better = "in_contact() counts both from the contact"
+    if hold.cut:
+        way = "deeper" if trial[best] > 0.0 else "less deep"
+        off = f"{abs(trial[best]):.3g} m {way}"
+        better = f"the contact is {off} than the one of in_contact(); in_contact(depth) takes another"
     return (
         f"the ramp begins at a force of about {b[best]:.3g} N ({100.0 * b[best] / top:.2g} % of the largest) and a depth of"
-        f" {trial[best]:.3g} m ({100.0 * trial[best] / hold.depth:.2g} % of that of the hold), not at zero: in_contact()"
-        " counts both from the contact"
+        f" {trial[best]:.3g} m ({100.0 * trial[best] / hold.depth:.2g} % of that of the hold), not at zero: {better}"
     )
 
 

@@ -163,8 +163,8 @@ def line(name: str, values: Any, unit: str = "") -> str:
 HEADS = {
     **{name: f"--{name.replace('_', '-')}" for name in (
         "adhesion", "contact_point", "control", "convention", "curve", "drag", "drift", "exclude", "induction", "law",
-        "layer", "level", "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma",
-        "spring_constant", "start", "stress", "tau", "temperature", "weights", "window", "bulk_modulus",
+        "layer", "level", "processes", "machine_compliance", "model", "nu", "segment", "sensitivity", "thickness", "sigma",
+        "ramp", "spring_constant", "start", "stress", "tau", "temperature", "weights", "window", "bulk_modulus", "viscosity",
     )},
     "columns, units, decimal": "--column, --unit, --decimal",
     "fixed, bounds": "--fix, --bound", "fixed": "--fix", "bounds": "--bound", "sigma": "--weights", "columns": "--column",
@@ -210,6 +210,7 @@ FLAGS = (
     (r"--segment=\(\"(\w+)\", \"(\w+)\"\)", r"--segment \1 --segment \2"),
     (r"\bindenter: (?=expected a radius)", "--radius, --punch: "),
     (r"\bin_contact\((film=True)?\)", "--in-contact"),
+    (r"\bin_contact\(depth\)", "--in-contact DEPTH"),
     (r"\bdata\.(?=--)", ""),
     (r"\bread_(creep|growth|relaxation|oscillation|indentation|stiffness)\b", r"jaxcontact fit \1"),
     (r"\bfit_prony\(data\) (.*) \(jaxcontact fit prony\)", r"jaxcontact fit prony \1"),

@@ -330,6 +330,18 @@ def test_a_hold_that_is_short_beside_its_ramp_is_found(ramp, hold, back, quadrat
     assert abs(found[0] - ramp) <= 3.1 * step and abs(found[-1] - ramp - hold) <= 3.1 * step
 
 
+def test_a_hold_at_constant_depth_begins_with_it_though_the_load_bends_later():
+    """The load relaxes as exp(-t^(1/2)), which two straight lines over sparse late samples divide well after the ramp."""
+    t = np.append(np.linspace(0.0, 0.1, 40, endpoint=False), 0.1 + np.geomspace(2e-3, 8.0, 300))
+    depth = 5e-6 * np.minimum(t / 0.1, 1.0)
+    load = 4e-6 * (depth / 5e-6) ** 1.5 * (0.6 + 0.4 * np.exp(-np.sqrt(np.maximum(t - 0.1, 0.0))))
+    load = load + 4e-8 * np.random.default_rng(0).standard_normal(t.size)
+    data = fitting.IndentationData(t=t, load=load, depth=depth)
+    assert (
+        np.flatnonzero(data.segments == "hold")[0] == pytest.approx(40, abs=1) and data.segments[-1] == "hold"
+    )
+
+
 def test_a_ramp_without_a_hold_has_none():
     t = np.arange(0.0, 60.0, 0.1)
     load = 10e-3 * (1.0 - np.abs(t / 30.0 - 1.0))

@@ -310,6 +310,20 @@ def test_a_table_over_the_depth_does_not_begin_far_above_the_sample(shape, seeds
         assert np.all((low < truth) & (truth < high)) and np.all(np.abs(found / truth - 1.0)[1:] < 0.15)
 
 
+@pytest.mark.slow
+def test_intervals_over_the_depth_of_a_film_on_a_soft_base_include_a_steep_fall_from_the_contact():
+    """Of 60 curves 72 to 90 % of the intervals hold E; of a spline in the depth alone 0 to 7 % at four of five depths."""
+    inside, off = [], []
+    for seed in range(6):
+        data, tip = depth_laws.curve("film on a soft base", "proportional", 0.01, seed)
+        found = depth_laws.held(
+            fitting.fit_force(data, indenter=tip, nu=depth_laws.NU), "film on a soft base"
+        )
+        inside.append(found[0])
+        off.append(found[1])
+    assert np.mean(inside) > 0.6 and np.max(np.abs(off)) < 0.06
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("noise, size", [("constant", 0.001), ("correlated", 0.003)])
 def test_intervals_of_the_modulus_over_the_depth_hold_it(noise, size):
@@ -411,6 +425,30 @@ def test_a_drag_is_subtracted_before_the_contact_model_is_chosen():
     assert known.verdict == read.verdict == "accepted"
     assert any("error of the drag" in note for note in read.notes)
     assert any('drag="fit" subtracts it' in note for note in unsaid.notes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("pull", [0.0, 0.03])
+def test_a_tension_below_the_noise_is_in_the_interval_of_the_modulus(pull):
+    """DMT: the force of Hertz less a constant in contact, 0 or three standard deviations of the noise; E = 5 kPa."""
+    z = np.linspace(-1.0, 1.0, 400)
+    load = 16.0 / 9.0 * 5e3 * np.sqrt(RADIUS) * (DEEP * np.maximum(z, 0.0)) ** 1.5
+    load, top = np.append(load, load[::-1]), load.max()
+    depth = DEEP * np.append(z, z[::-1])
+    held, wide = 0, []
+    for seed in range(8):
+        noise = 0.01 * top * np.random.default_rng(seed).standard_normal(800)
+        data = fitting.IndentationData(np.arange(800) / 400, load - pull * top * (depth > 0.0) + noise, depth)
+        fit = fitting.fit_force(data, indenter=BALL, adhesion="auto")
+        E, low, high = fit.youngs_modulus
+        held += low < 5e3 < high
+        assert fit.verdict == "accepted"
+        np.testing.assert_allclose(3.0 * np.array(fit.intervals["G"]), [low, high])
+        wide.append(E / low - 1.0)
+        assert fit.contact_model.name == ("cannot tell" if pull else "Hertz")
+    assert held >= 7  # of 95 % intervals
+    # the noise makes 0.9 %, and a tension that it may hide 0.8 % where there is none
+    assert max(wide) < (0.08 if pull else 0.03)
 
 
 def test_without_tension_or_retraction_the_contact_model_says_so():

@@ -169,7 +169,7 @@ def test_a_stored_curve_is_fitted_again_with_another_spring_constant_or_other_se
     assert width(1.0) == (stiff, deep)
 
 
-def test_arguments_that_do_not_fit_together_are_refused():
+def test_arguments_that_do_not_fit_together_are_refused(tmp_path):
     depth, load, times, *_ = MAP
     for words, given in {
         "load: expected rows": {"depth": depth},
@@ -179,9 +179,29 @@ def test_arguments_that_do_not_fit_together_are_refused():
         "x: expected 96 places": {"depth": depth, "load": load, "x": [0.0]},
         "adhesion: expected": {"depth": depth, "load": load, "adhesion": "DMT"},
         "level: expected": {"depth": depth, "load": load, "level": 95},
-    }.items():
+        "nu: expected -1 < nu <= 0.5, got 0.7": {"depth": depth, "load": load, "nu": 0.7},
+        "nu: expected -1 < nu <= 0.5, got -1.5": {"depth": depth, "load": load, "nu": -1.5},
+        "processes: expected a whole number from 1 on or None, got 0": {"depth": depth, "load": load, "processes": 0},
+        "weights: expected one of estimated, absolute, got 'relative'": {
+            "depth": depth, "load": load, "weights": "relative",
+        },
+        "weights: expected one of estimated, absolute, or sigma=...; got both": {
+            "depth": depth, "load": load, "weights": "absolute", "sigma": 1e-11,
+        },
+        "sigma: expected a standard deviation > 0 N, a number": {"depth": depth, "load": load, "sigma": -1e-11},
+        "drag: expected a coefficient": {"depth": depth, "load": load, "drag": -1.0},
+        r"bounds\['G'\]: expected 0 <= low < high": {"depth": depth, "load": load, "bounds": {"G": (5.0, 2.0)}},
+        "bounds: Elastic has parameters": {"depth": depth, "load": load, "bounds": {"E": (1.0, 2.0)}},
+        "bounds: JKR has parameters": {
+            "depth": depth, "load": load, "bounds": {"E": (1.0, 2.0)}, "adhesion": "JKR",
+        },
+    }.items():  # fmt: skip
         with pytest.raises(ValueError, match=words):
-            fitting.fit_map(**given, indenter=BALL)
+            fitting.fit_map(**given, indenter=BALL, store=tmp_path / "store")
+        assert not (tmp_path / "store").exists()
+    with pytest.raises(ValueError, match="adhesion: expected a Sphere, got Cone"):
+        fitting.fit_map(depth, load, indenter=jc.Cone(0.3), adhesion="JKR", store=tmp_path / "store")
+    assert not (tmp_path / "store").exists()
     few = fitting.fit_map(depth[:1, :4], load[:1, :4], indenter=BALL)
     assert few.verdict[0] == "failed" and "at least 10 points" in few.reasons[0]
 
@@ -373,6 +393,36 @@ def test_a_folder_becomes_a_table_and_a_figure_and_is_continued(tmp_path, capsys
     with pytest.raises(SystemExit) as ended:
         raise SystemExit(main([*command, "--nu", "0.3"]))
     assert ended.value.code not in (0, None) and "not of a map with these options" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        ("--nu 0.7", "--nu: expected -1 < nu <= 0.5, got 0.7"),
+        ("--bound Q=1:2", "--bound: Elastic has parameters ['G'], got 'Q'"),
+        ("--weights proportional", "--weights: expected one of estimated, absolute, got 'proportional'"),
+        ("--spring-constant-error 2", "--spring-constant-error: expected a relative standard deviation"),
+        ("--processes 0", "--processes: expected a whole number from 1 on or None, got 0"),
+        ("--level 95", "--level: expected between 0 and 1, got 95"),
+        ("--window 5:2", "--window: expected begin < end, got 5.0 and 2.0"),
+    ],
+)
+def test_a_wrong_option_of_a_map_is_one_line_and_leaves_no_directory(tmp_path, capsys, words, line):
+    write(tmp_path / "curve.txt", 500.0, 0)
+    out = tmp_path / "map"
+    command = ["fit", "map", str(tmp_path / "curve.txt"), "-o", str(out), "--radius", "5e-6"]
+    assert main([*command, *words.split()]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1 and line in said[0]
+    assert not out.exists()
+
+
+def test_the_results_of_a_map_do_not_replace_one_of_its_curves(tmp_path, capsys):
+    write(tmp_path / "map.csv", 500.0, 0)
+    before = (tmp_path / "map.csv").read_bytes()
+    assert main(["fit", "map", str(tmp_path), "-o", str(tmp_path), "--radius", "5e-6", "--force"]) == 2
+    assert "map.csv would replace it" in capsys.readouterr().err
+    assert (tmp_path / "map.csv").read_bytes() == before and len(list(tmp_path.iterdir())) == 1
 
 
 @pytest.mark.slow

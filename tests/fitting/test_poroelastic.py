@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -238,6 +239,13 @@ def test_zeros_that_are_not_those_of_the_contact_are_rejected(ramp):
     assert fitting.fit_poroelastic(free, indenter=BEAD).verdict == "rejected"
     fit = fitting.fit_poroelastic(free.in_contact(indenter=BEAD), indenter=BEAD)
     np.testing.assert_allclose([fit.values["G"] / G, fit.values["D"] / D], 1.0, atol=0.12)
+    # a contact that is taken too early is rejected, and the depth by which the reason corrects it is that of the contact
+    early = free.in_contact(3e-6 - 0.3e-6)
+    fit = fitting.fit_poroelastic(early, indenter=BEAD)
+    found = re.search(r"the contact is (\S+) m deeper than the one of in_contact\(\)", fit.refused[0])
+    assert float(found[1]) == pytest.approx(0.3e-6, abs=0.05e-6)
+    better = free.in_contact(3e-6 - 0.3e-6 + float(found[1]))
+    assert fitting.fit_poroelastic(better, indenter=BEAD).verdict == "accepted"
 
 
 def test_what_wrong_zeros_would_change_is_stated_without_a_ramp():
@@ -281,21 +289,65 @@ def test_what_has_no_hold_is_refused():
     t = np.linspace(0.0, 1.0, 40)
     ramp = fitting.IndentationData(t=t, load=t, depth=1e-6 * t)
     in_micrometres = dataclasses.replace(data, depth=1e6 * data.depth)
+    pulling = dataclasses.replace(data, load=-data.load)
+    outwards = dataclasses.replace(data, depth=-data.depth)
     fit = fitting.fit_poroelastic
     for call, words in (
         (lambda: fit(ramp, indenter=BEAD), "expected a hold of at least 8 points"),
         (lambda: fit(t, indenter=BEAD), "data: expected IndentationData"),
         (lambda: fit([], indenter=BEAD), "at least one curve"),
+        (lambda: fit(pulling, indenter=BEAD), r"load: expected forces > 0 N where the indenter presses, got -\S+ N in the"),
+        (lambda: fitting.relaxation_cause([data, pulling], indenter=BEAD), "load: expected forces > 0 N"),
+        (lambda: fit(outwards, indenter=BEAD), r"depth: expected depths > 0 m .* got -5e-06 to 0 m"),
         (lambda: fit(in_micrometres, indenter=BEAD), "expected a depth in m and not in mm, um or nm, and a radius in m"),
         (lambda: fit(data, indenter=jc.FlatPunch(1e-6)), "expected a Sphere or a Cone"),
         (lambda: fit(data, indenter=jc.Sphere(1e-3, jc.Elastic(1e9))), "expected a rigid one"),
         (lambda: fit(data, indenter=[BEAD, BEAD]), "one for each of 1 curves"),
         (lambda: fit(data, indenter=BEAD, ramp=5.0), "ramp: expected 0 to"),
         (lambda: fit(data, indenter=BEAD, viscosity=-1.0), "viscosity: expected a number > 0"),
-        (lambda: fit(data, indenter=BEAD, bounds={"nu": (0.1, 0.7)}), "nu: expected values from 0 to 0.5"),
+        (lambda: fit(data, indenter=BEAD, bounds={"nu": (0.1, 0.7)}), "fixed, bounds: expected nu from 0 to 0.5"),
     ):  # fmt: skip
         with pytest.raises(ValueError, match=words):
             call()
+
+
+@pytest.mark.parametrize(
+    ("kind", "words", "line"),
+    [
+        (
+            "poroelastic",
+            "--radius 50",
+            "--radius: expected a length in m, got 50 m, and 50 um is --radius 50e-6",
+        ),
+        ("cause", "--radius 50", "--radius: expected a length in m, got 50 m, and 50 um is --radius 50e-6"),
+        (
+            "cause",
+            "--radius 50e-6 --ramp 99",
+            "--ramp: expected 0 to 0.52 s, the begin of the hold, got 99.0",
+        ),
+        (
+            "poroelastic",
+            "--radius 50e-6 --viscosity -1",
+            "--viscosity: expected a number > 0 or None, got -1.0",
+        ),
+        (
+            "poroelastic",
+            "--radius 50e-6 --fix nu=0.7",
+            "--fix, --bound: expected nu from 0 to 0.5, got 0.7 to 0.7",
+        ),
+        ("poroelastic", "--radius 50e-6 --thickness 20", "--thickness: expected a length in m, got 20 m"),
+    ],
+)
+def test_a_wrong_option_of_a_hold_is_one_line(tmp_path, capsys, kind, words, line):
+    data = curve(5e-6)
+    rows = "".join(
+        f"{t:.9g},{P:.9g},{d:.9g}\n" for t, P, d in zip(data.t, data.load, data.depth, strict=True)
+    )
+    (tmp_path / "hold.csv").write_text("Time (s),Load (N),Depth (m)\n" + rows)
+    command = ["fit", kind, str(tmp_path / "hold.csv"), "-o", str(tmp_path / "out")]
+    assert main([*command, *words.split()]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1 and line in said[0] and not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow
