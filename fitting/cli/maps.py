@@ -26,6 +26,7 @@ from fitting.fits.force_map import fit_map
 from fitting.inference.result import Fit
 from fitting.views import output, text
 from fitting.views.text import in_flags
+from jaxcontact._support.terminal import exit_status, print_error, signal_of
 
 # HTML report of a batch: a table of all fits, a small plot of each, and the files that failed.
 
@@ -333,6 +334,11 @@ def run_map(options: argparse.Namespace) -> int:
             curves, **arguments, x=x, y=y, names=names, curve=np.array([one.curve for one in places]),
             adhesion=options.adhesion, store=directory / STORE, processes=options.processes, progress=True,
         )  # fmt: skip
+    except KeyboardInterrupt as interrupt:
+        count = len(list((directory / STORE).glob("*.npz")))
+        reason = f"finished batches of curves: {count}; the same command with --resume continues"
+        name = signal_of(interrupt).name
+        return print_error(f"{directory}: interrupted by {name}: {reason}", exit_status(interrupt))
     except ValueError as error:  # wrong options leave no directory, in which the right ones would be refused
         if not same:
             known.unlink()

@@ -80,9 +80,8 @@ def infer(t: np.ndarray, load: np.ndarray, depth: np.ndarray) -> np.ndarray:
     rise = int(np.argmax(P[:stop] >= NEAR * P[:stop].max()))
     knees = [_knee(t, y, rise, stop) for y in (load, depth)]
     held = [knee > start and _still(t, y, knee, stop) for knee, y in zip(knees, (P, h), strict=True)]
-    if any(
-        held
-    ):  # at a constant depth the load bends later than the depth, at a constant load the depth does
+    if any(held):
+        # at a constant depth the load bends later than the depth, at a constant load the depth later than the load
         start = min(itertools.compress(knees, held))
     if _still(t, P, start, stop):
         level = np.median(P[start:stop])

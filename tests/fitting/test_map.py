@@ -10,6 +10,7 @@ import pytest
 
 import fitting
 import jaxcontact as jc
+from fitting.cli import maps
 from fitting.fits import force_map
 from jaxcontact.__main__ import main
 from tests.support.force_curves import RADIUS as ADHESIVE
@@ -415,6 +416,24 @@ def test_a_wrong_option_of_a_map_is_one_line_and_leaves_no_directory(tmp_path, c
     said = capsys.readouterr().err.splitlines()
     assert len(said) == 1 and line in said[0]
     assert not out.exists()
+
+
+def test_an_interrupted_map_says_what_is_finished_and_how_it_continues(tmp_path, capsys, monkeypatch):
+    write(tmp_path / "curve.txt", 500.0, 0)
+    command = ["fit", "map", str(tmp_path / "curve.txt"), "-o", str(tmp_path / "map"), "--radius", "5e-6"]
+    whole = maps.fit_map
+
+    def stopped(*curves, **given):
+        whole(*curves, **given)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(maps, "fit_map", stopped)
+    assert main(command) == 130
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1
+    assert "interrupted by SIGINT: finished batches of curves: 1; the same command with --resume" in said[0]
+    monkeypatch.setattr(maps, "fit_map", whole)
+    assert main([*command, "--resume"]) == 0
 
 
 def test_the_results_of_a_map_do_not_replace_one_of_its_curves(tmp_path, capsys):
