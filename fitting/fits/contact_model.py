@@ -181,7 +181,7 @@ def choose_contact_model(
     turned, _ = zeroed(turned)
     spread, load = sample_noise(turned.load), float(np.max(turned.load))
 
-    every = ("Hertz", "DMT", "Maugis", "JKR")
+    every: tuple[str, ...] = ("Hertz", "DMT", "Maugis", "JKR")
     if back.sum() < FEW:
         hertz = elastic()
         unseen = unseen_tension(hertz, spread)

@@ -386,6 +386,7 @@ def test_the_contact_model_follows_from_the_tabor_number(parameter, noise, name)
     assert json.loads(fit.to_json())["contact_model"]["possible"] == list(found.possible)
 
 
+@pytest.mark.slow
 def test_the_command_chooses_a_contact_model(tmp_path, capsys):
     data = force_curve(1.0, 0.003, n=120)
     rows = "".join(

@@ -481,6 +481,7 @@ def test_a_modulus_above_that_of_diamond_is_rejected():
     assert list(many.refused) == [False, True]
 
 
+@pytest.mark.slow
 def test_a_map_in_other_units_is_rejected_as_its_curves_are():
     """Loads in pN of which each counts as a newton."""
     depth, load, times, *_ = simulated(4, 128, faulty=0.0)

@@ -28,6 +28,7 @@ def history():
     return jc.indent(RUBBER, BALL, jc.Load(5e-3), [0.0, 1.0, 2.0], grid=GRID)
 
 
+@pytest.mark.slow
 def test_a_history_shows_itself_in_ten_lines(history):
     text = repr(history)
     assert text == str(history) == history.summary() and len(text.splitlines()) <= 10

@@ -34,6 +34,7 @@ width = 40e-6
 """
 
 
+@pytest.mark.slow
 def test_a_loose_gel_on_a_rigid_base(tmp_path):
     """The body of the file, its run, the name of the base in a section, and what is refused."""
     path = tmp_path / "gel.toml"

@@ -43,6 +43,7 @@ def test_a_ready_made_case_is_checked_without_running(path, capfd, monkeypatch):
         assert err == ""
 
 
+@pytest.mark.slow
 def test_check_foretells_the_films_strain(case, tmp_path, capfd):
     """Its number is that of the run which follows, nearly, and the warning is there for both or for neither."""
     assert main(["check", str(case)]) == 0

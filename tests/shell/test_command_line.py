@@ -70,6 +70,7 @@ def case(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_a_run_writes_what_indent_gives(case, tmp_path, capfd):
     out = tmp_path / "out"
     assert main(["run", str(case), "-o", str(out)]) == 0

@@ -348,6 +348,7 @@ def test_a_step_a_thousand_times_longer_than_the_last_does_not_start_from_its_ex
     assert np.all(found.converged) and load[0] > 8.0 and load[2] == pytest.approx(load[1], abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_jump_into_contact_is_counted_although_the_search_meets_no_unstable_state():
     """The energy is about that of a march in a quarter of the step, 0.135 units: a step also does work on the way to it."""
     found = along(np.linspace(-1.6, -0.6, STEPS), exponential(2.0), n=32)
@@ -411,6 +412,7 @@ def test_a_step_starts_from_the_last_solution(periodic):
     assert float(found.load[1]) == pytest.approx(float(found.load[0]), rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("modulus", [1e10, 1e12, 1e14])
 def test_the_attraction_of_stiff_bodies_is_met_although_displacements_are_small_beside_the_approach(modulus):
     """Without contact, at a tolerance of 1e-4: the load is that of the undeformed gap."""

@@ -89,6 +89,7 @@ def test_the_contact_is_the_minimum_of_the_energy_by_a_dense_matrix():
 CREEPING = jc.StandardLinearSolid(0.9 * G, 0.45 * G, 0.45 * G, nu=0.45)
 
 
+@pytest.mark.slow
 # of the first the program is that of the test above, of the second that of the test below
 @pytest.mark.parametrize(
     "load_controlled, solid",

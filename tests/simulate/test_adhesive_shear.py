@@ -40,6 +40,7 @@ def sheared(tangential, friction, strength=None, *, solid=SOLID, control=None, l
         )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_contact_that_sticks_is_a_disc_and_one_that_slips_carries_friction_on_what_contact_carries():
     """Johnson, Kendall and Roberts' contact with Q = 8 G a d/(2 - nu) below a rigid ball, and mu times the sum of net
     pressure and attraction, which is computed here from the gap with averages of the law that are written out."""

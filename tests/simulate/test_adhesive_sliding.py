@@ -157,9 +157,10 @@ def test_the_steady_state_is_the_end_of_a_long_slide_and_pays_for_the_dashpots()
     assert np.median(near) < 0.02 * size and 30 < inside.sum() < 600
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "control",
-    [jc.Approach(0.6 * UNITS.approach), pytest.param(jc.Load(-1.2 * UNITS.load), marks=pytest.mark.slow)],
+    [jc.Approach(0.6 * UNITS.approach), jc.Load(-1.2 * UNITS.load)],
     ids=["approach", "load"],
 )
 def test_on_an_elastic_body_the_steady_state_is_the_contact_at_rest(control):

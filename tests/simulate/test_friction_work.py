@@ -40,7 +40,8 @@ def test_full_sliding_in_small_steps():
     assert ramp(16) == pytest.approx(0.2 / 16**2, abs=3e-4)
 
 
-@pytest.mark.parametrize("substeps", [1, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("substeps", [1, 3])
 def test_a_load_that_is_linear_in_the_way_takes_no_substeps(substeps):
     history = sheared(
         [2.0, 2.0, 6.0, 6.0], [0.0, 0.1e-3, STROKE, STROKE], [0.0, 1.0, 2.0, 2.0], substeps=substeps

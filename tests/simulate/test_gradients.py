@@ -238,6 +238,7 @@ def test_where_a_cell_enters_contact_the_derivative_is_that_of_one_side():
     assert abs(float(slope(high) / slope(low)) - 1.0) > 0.05  # a kink, on a grid this coarse
 
 
+@pytest.mark.slow
 def test_first_touch_by_heights_whose_top_is_several_cells_has_a_derivative_of_zero():
     """The approach is zero where the surfaces first touch, whatever the heights."""
     grid = jc.Grid.square(16, 16e-6)

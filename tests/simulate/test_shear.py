@@ -50,6 +50,7 @@ def test_cattaneo_and_mindlin(n, traction, shift):
     np.testing.assert_allclose(history.tangential_load[1], [0.6 * HELD, 0.0], atol=1e-7 * HELD)
 
 
+@pytest.mark.slow
 def test_a_tangential_load_that_friction_cannot_hold_has_a_status_of_its_own():
     with pytest.warns(UserWarning, match="friction cannot hold"):
         _, history = sheared(64, 0.0, 0.6, 1.01, 1.01)
