@@ -189,17 +189,7 @@ def choose_contact_model(
             "the curve has no retraction, and without its tension adhesion is not seen: the approach alone does not tell"
             f" Hertz from the others; it allows a tension up to {unseen.largest:.2g} N, {unseen.in_words()}"
         )
-        model = ContactModel(
-            "cannot tell",
-            every,
-            None,
-            math.nan,
-            spread,
-            load,
-            math.nan,
-            (),
-            words,
-        )
+        model = ContactModel("cannot tell", every, None, math.nan, spread, load, math.nan, (), words)
         return dataclasses.replace(with_unseen_tension(hertz, body, unseen), contact_model=model)
     tension = -float(np.min(turned.load[back]))
     try:

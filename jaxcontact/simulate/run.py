@@ -574,8 +574,17 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
 @jax.jit
 def _steep_share(heights: Array, grid: Grid) -> Array:
     """Return the share of steps between neighbouring cells with a slope above 1, along the axis where it is larger, ()."""
-    axes = [axis for axis, n in enumerate(grid.shape) if n > 1]
-    return jnp.max(jnp.stack([jnp.mean(jnp.abs(jnp.diff(heights, axis=k)) > grid.spacing[k]) for k in axes]))
+    return jnp.max(jnp.stack([jnp.mean(each > 1.0) for each in _slopes(heights, grid)]))
+
+
+def _slopes(values: Array, grid: Grid) -> list[Array]:
+    """Return the sizes of the slopes between neighbouring cells of a field (..., nx, ny), along each axis with several."""
+    found = []
+    for axis, wraps in enumerate(grid.periodic):
+        if grid.shape[axis] > 1:
+            step = values - jnp.roll(values, 1, axis - 2) if wraps else jnp.diff(values, axis=axis - 2)
+            found.append(jnp.abs(step) / grid.spacing[axis])
+    return found
 
 
 @jax.jit
@@ -597,15 +606,10 @@ def _thickness_diagnostics(
     than its base, and the largest growth of a cell beyond all its neighbours over the largest growth; thickness: of a film
     that grows, (nt, nx, ny) or (nx, ny), or None."""
     maps = [film_map.values] if thickness is None else [film_map.values, thickness]
-    axes = [axis for axis, n in enumerate(grid.shape) if n > 1]
-    slopes = []
-    for values in maps:
-        for axis in axes:
-            wraps = grid.periodic[axis]
-            step = values - jnp.roll(values, 1, axis - 2) if wraps else jnp.diff(values, axis=axis - 2)
-            slopes.append(jnp.max(jnp.abs(step)) / grid.spacing[axis])
     found = {
-        "thickness_slope": jnp.max(jnp.stack(slopes)),
+        "thickness_slope": jnp.max(
+            jnp.stack([jnp.max(each) for values in maps for each in _slopes(values, grid)])
+        ),
         "stiff_film": jnp.asarray(stiffness_ratio(body) > 1.0),
     }
     if thickness is None:
@@ -616,7 +620,7 @@ def _thickness_diagnostics(
     grown, least = last - film_map.at_first, ROUNDED * jnp.max(jnp.abs(last))
     grown = jnp.where(jnp.abs(grown) > least, grown, 0.0)
     highest = jnp.full_like(grown, -jnp.inf)
-    for axis in axes:
+    for axis in [axis for axis, n in enumerate(grid.shape) if n > 1]:
         ends = [(1, 1) if other == axis else (0, 0) for other in (0, 1)]
         outside = {"mode": "wrap"} if grid.periodic[axis] else {"constant_values": -jnp.inf}
         padded = jnp.pad(grown, ends, **outside)
