@@ -101,18 +101,18 @@ PRECEDENCE = (
 _RANK = np.argsort(PRECEDENCE)  # of each code: its place in PRECEDENCE
 
 
-def more_serious(one: Array, other: Array | int) -> Array:
+def more_serious(one: Array, other: Array) -> Array:
     """Return the more serious of two statuses, of any shape."""
-    rank = lambda status: jnp.asarray(_RANK)[status]
-    return jnp.where(rank(one) <= rank(other), one, other)
+    rank = jnp.asarray(_RANK)
+    return jnp.asarray(PRECEDENCE)[jnp.minimum(rank[one], rank[other])]
 
 
 def most_serious(*verdicts: tuple[Array, Status], status: Array | int = Status.FINE) -> Array:
     """Return the most serious of a status and of those whose condition holds; conditions: bool, of any shape."""
-    status = jnp.asarray(status)
+    rank = jnp.asarray(_RANK)[jnp.asarray(status)]
     for condition, verdict in verdicts:
-        status = jnp.where(condition, more_serious(status, int(verdict)), status)
-    return status
+        rank = jnp.where(condition, jnp.minimum(rank, _RANK[verdict]), rank)
+    return jnp.asarray(PRECEDENCE)[rank]
 
 
 def passed_on(status: Array) -> Array:

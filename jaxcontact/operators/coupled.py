@@ -42,9 +42,10 @@ class Tangential:
 
         The window is without derivative, since only searches use it.
         """
-        nx, ny = window_shape(kernels.xx.shape[-2:], periodic)
-        part = jax.tree.map(lambda a: jax.lax.stop_gradient(a[..., :nx, :ny]), kernels)
-        window = cls._of(part, None, coupled, periodic) if spectral.devices() == 1 else None
+        part, window = window_shape(kernels.xx.shape[-2:], periodic), None
+        if part is not None:
+            held = jax.tree.map(lambda a: jax.lax.stop_gradient(a[..., : part[0], : part[1]]), kernels)
+            window = cls._of(held, None, coupled, periodic)
         return cls._of(kernels, window, coupled, periodic)
 
     @classmethod

@@ -34,7 +34,8 @@ Entry = tuple[int, int, int]  # (i, j, k) of the formula above
 SINGLE: tuple[Entry, ...] = ((0, 0, 0),)
 
 FLOOR = 1e-3  # smallest eigenvalue of the preconditioned circulant, over the mean size of its eigenvalues
-SMALL = 64  # largest number of cells along a side with which residuals are not continued beyond the contact
+# largest number of cells along a side of a grid without a window, on which residuals are not continued beyond the contact
+SMALL = 64
 LEAST = 1e-6  # smallest eigenvalue of an extended operator, over the largest
 WRAPPED: spectral.Periodic = (True, True)
 
@@ -214,12 +215,8 @@ class Operator:
         return _mean_over_waves(self.circulant.real, shape)
 
     def window_shape(self, shape: tuple[int, ...]) -> tuple[int, int] | None:
-        """Return the shape of a smaller grid for the start of a search within a grid of ``shape``, or None.
-
-        There is none if the cells are divided among devices: each search would move its part of the grid.
-        """
-        none = self.window is None or spectral.devices() > 1
-        return None if none else window_shape(shape, self.periodic)
+        """Return the shape of a smaller grid for the start of a search within a grid of ``shape``, or None."""
+        return None if self.window is None else window_shape(shape, self.periodic)
 
     def restricted(self, corner: Corner) -> Operator:
         """Return the operator on the window of ``window_shape`` whose first cell is ``corner``, with the weights there and
@@ -229,6 +226,7 @@ class Operator:
             return self.window
         held = jax.lax.stop_gradient(self.weights)
         part = window_shape(held.shape[-2:], self.periodic)
+        assert part is not None
         return replace(self.window, weights=cut(held, corner, part))
 
     def extended(self, shape: tuple[int, ...]) -> Extended:
@@ -371,17 +369,16 @@ class Family:
         """Return the operators of kernels (M, nx, ny) at offsets (i, j) >= 0, even in both; of one period along a
         periodic axis.
 
-        The window and the wide circulant are without derivative, since only searches use them. There is no window if the
-        cells are divided among devices (``Operator.window_shape``).
+        The window and the wide circulant are without derivative, since only searches use them.
         """
         of = lambda k: (
             spectral.kernel_spectrum(k, periodic)[:, None],
             spectral.circulant_spectrum(k)[:, None],
         )
         held, window, wide = jax.lax.stop_gradient(kernels), None, None
-        if spectral.devices() == 1:
-            nx, ny = window_shape(kernels.shape[-2:], periodic)
-            window = cls(*of(held[..., :nx, :ny]), periodic=periodic)
+        part = window_shape(kernels.shape[-2:], periodic)
+        if part is not None:
+            window = cls(*of(held[..., : part[0], : part[1]]), periodic=periodic)
         around = spectral.wide_shape(kernels.shape[-2:], periodic)
         if around is not None:
             wide = spectral.circulant_spectrum(held, around)
@@ -528,8 +525,16 @@ def _around(blocks: Array) -> Array:
 # grid, where it goes on if the window was too small.
 
 
-def window_shape(shape: tuple[int, ...], periodic: spectral.Periodic = spectral.FREE) -> tuple[int, int]:
-    """Return the shape of a window: about three quarters of the grid along axes that are not periodic, at half the cost."""
+def window_shape(
+    shape: tuple[int, ...], periodic: spectral.Periodic = spectral.FREE
+) -> tuple[int, int] | None:
+    """Return the shape of a window: about three quarters of the grid along axes that are not periodic, at half the cost.
+
+    There is none, None, on grids of ``SMALL`` sides, where it saves no time and doubles what is compiled of each search; nor
+    if the cells are divided among devices, where each search would move its part of the grid.
+    """
+    if max(shape) <= SMALL or spectral.devices() > 1:
+        return None
     sides = list(shape)
     for axis, (n, wraps) in enumerate(zip(shape, periodic, strict=True)):
         if not wraps:

@@ -158,9 +158,9 @@ def differences(x: Array) -> tuple[Array, Array]:
     """Return f3 = 1 - theta^2 - 4 x theta and f4 = (1 - theta)^2 - 4 x^2 theta, to round-off at all x."""
     small = x < SERIES_BELOW
     low, high = jnp.where(small, x, 0.0), jnp.where(small, SERIES_BELOW, x)
-    theta = jnp.exp(-2.0 * low)
-    f3 = 2.0 * theta * _sinh_excess(2.0 * low)
-    f4 = 4.0 * theta * _sinh_excess(low) * (jnp.sinh(low) + low)
+    theta, (of_double, of_single) = jnp.exp(-2.0 * low), _sinh_excess(jnp.stack([2.0 * low, low]))
+    f3 = 2.0 * theta * of_double
+    f4 = 4.0 * theta * of_single * (jnp.sinh(low) + low)
     theta = jnp.exp(-2.0 * high)
     g3 = -jnp.expm1(-4.0 * high) - 4.0 * high * theta
     g4 = jnp.expm1(-2.0 * high) ** 2 - 4.0 * high**2 * theta

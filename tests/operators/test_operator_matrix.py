@@ -279,9 +279,9 @@ def test_mixtures_and_sums_of_a_family(grid):
 
 
 def test_the_window_has_the_weights_of_its_place():
-    shape = (24, 20)
+    shape = (72, 20)
     kernel = lambda i, j: np.exp(-0.5 * np.hypot(i, j))
-    at, weights = kernel(np.arange(24)[:, None], np.arange(20)[None, :]), RNG.normal(size=(1, *shape))
+    at, weights = kernel(np.arange(72)[:, None], np.arange(20)[None, :]), RNG.normal(size=(1, *shape))
     values = RNG.normal(size=shape)
 
     @jax.jit
@@ -301,7 +301,7 @@ def test_the_window_has_the_weights_of_its_place():
             entries=series_entries(2),
         ).combined([1.0])
         nx, ny = whole_grid.window_shape(shape)
-        assert nx < 24 and ny < 20
+        assert nx < 72 and ny < 20
         part, inside = whole_grid.restricted((jnp.asarray(3), jnp.asarray(2))), jnp.asarray(values[:nx, :ny])
         outer = whole_grid(jnp.zeros(shape).at[3 : 3 + nx, 2 : 2 + ny].set(inside))
         return part(inside), outer[3 : 3 + nx, 2 : 2 + ny]
