@@ -168,10 +168,10 @@ def free_directions(problem: TangentialProblem, q: Array, slip: Array) -> FreeDi
 def _solve_symmetric(xx: Array, yy: Array, xy: Array, right: Array) -> Array:
     """Return the solution (2,) of a symmetric 2 x 2 system; zero if it is singular."""
     det = xx * yy - xy**2
-    adjoint = jnp.stack([yy * right[0] - xy * right[1], xx * right[1] - xy * right[0]])
-    return adjoint / jnp.where(det > 0.0, det, jnp.inf)
+    return (jnp.stack([yy, xx]) * right - xy * right[::-1]) / jnp.where(det > 0.0, det, jnp.inf)
 
 
+@jax.jit  # so that it is traced once for each shape
 def level_of(bound: Array, y: Array, total: Array, start: Array) -> Array:
     """Return the vector (2,) which, added to y (2, nx, ny) and clipped to the bounds (nx, ny), gives tractions of a sum.
 

@@ -72,7 +72,7 @@ from jaxcontact.operators.operator import Linear, OnContact, Operator, cut, past
 # Each is nan where it fails. Searches stop at a residual of ``TANGENT_TOLERANCE`` of the right side.
 
 
-TANGENT_TOLERANCE = 1e-10
+TANGENT_TOLERANCE = 1e-11
 TANGENT_ITERATIONS = 400
 DIRECTIONS, RESTARTS = 80, 10  # of GMRES, for systems that neither conjugate gradients nor BiCGSTAB solves
 ROUNDING = 1e-14  # a part of a right side in the subspace that is smaller, relative to all of it, is rounding

@@ -213,6 +213,7 @@ def _of_zero_mean(problem: Problem) -> bool:
     return problem.load_controlled or problem.law.homogeneous
 
 
+@jax.jit  # so that it is traced once for each grid, and not before and within the loop
 def _assessed(problem: Problem, s: _Search) -> _Search:
     """Return the state with residual, approach, error and working cells for its pressure, in few passes over the grid.
 
@@ -231,7 +232,10 @@ def _assessed(problem: Problem, s: _Search) -> _Search:
     # The residual is the gap; under a given load at the approach of its zero mean over the cells in contact (Polonsky and
     # Keer's step 1), and so at a given approach if the magnitude is free.
     cells, heights, size, energy = totals(free, free * surface, p, p * s.displacement)
-    without = lambda: _zero_gap(problem, p, s.displacement, approach_of(problem, p, s.displacement))
+    if problem.load_controlled:
+        without = lambda: approach_of(problem, p, s.displacement)
+    else:
+        without = lambda: _zero_gap(problem, p, s.displacement, problem.target)
     level = jax.lax.cond(cells > 0.0, lambda: heights / cells, without)
     approach = level if problem.load_controlled else problem.target
     residual = surface - (level if _of_zero_mean(problem) else approach)

@@ -272,8 +272,10 @@ def superposed(
     weights = [] if at.weights is None else _each(at.weights)
     sides = sorted({j for _, j, _ in at.entries})
 
-    # for each i the products K_k F(f_j p), which are summed before they are transformed back
-    products: dict[int, list[tuple[Array, Array]]] = {i: [] for i, *_ in at.entries}
+    # for each i the products K_k F(f_j p), which are summed before they are transformed back; where spectra are real, real
+    # and imaginary parts apart, so that they are not made complex
+    parts_of = (lambda wave: (wave,)) if any(map(jnp.iscomplexobj, spectra)) else (lambda w: (w.real, w.imag))
+    products: dict[int, list[tuple[Array, ...]]] = {i: [] for i, *_ in at.entries}
     for each, field in zip(spectra, fields, strict=True):
         varying = field if lifts is None else field - jnp.mean(field)
         weighted = [weights[j - 1] * varying if j else varying for j in sides]
@@ -281,29 +283,25 @@ def superposed(
             waves = [spectral.transform(weighted[0], periodic)]
         else:
             waves = _each(spectral.transform(jnp.stack(weighted), periodic))
-        kernels = _each(each)
+        kernels, parts = _each(each), dict(zip(sides, map(parts_of, waves), strict=True))
         for i, j, k in at.entries:
-            products[i].append((kernels[k], waves[sides.index(j)]))
-    sums = []
-    for pairs in products.values():
-        if any(jnp.iscomplexobj(kernel) for kernel, _ in pairs):
-            sums.append(_sum([kernel * wave for kernel, wave in pairs]))
-        else:  # real spectra are not made complex
-            real = _sum([kernel * wave.real for kernel, wave in pairs])
-            sums.append(jax.lax.complex(real, _sum([kernel * wave.imag for kernel, wave in pairs])))
+            products[i].append(tuple(kernels[k] * part for part in parts[j]))
+    sums = [[_sum(list(part)) for part in zip(*products[i], strict=True)] for i in products]
+    spectra_of = [part[0] if len(part) == 1 else jax.lax.complex(*part) for part in sums]
 
     # back to the cells, all at once, and each times its f_i
-    if len(sums) == 1:
-        parts = [spectral.inverse(sums[0], shape, periodic)]
+    if len(spectra_of) == 1:
+        moved = [spectral.inverse(spectra_of[0], shape, periodic)]
     else:
-        parts = _each(spectral.inverse(jnp.stack(sums), shape, periodic))
-    total = _sum([weights[i - 1] * part if i else part for i, part in zip(products, parts, strict=True)])
+        moved = _each(spectral.inverse(jnp.stack(spectra_of), shape, periodic))
+    total = _sum([weights[i - 1] * field if i else field for i, field in zip(products, moved, strict=True)])
     if lifts is None:
         return total
     # displacement is from the mean, but for what a mean pressure lifts and, by reciprocity, what lifts the mean
     total = total - jnp.mean(total)
-    moved = [lift * jnp.mean(p) + jnp.mean(lift * p) for lift, p in zip(lifts, fields, strict=True)]
-    return total + _sum(moved)
+    return total + _sum(
+        [lift * jnp.mean(p) + jnp.mean(lift * p) for lift, p in zip(lifts, fields, strict=True)]
+    )
 
 
 def _sum(parts: list[Array]) -> Array:
