@@ -93,9 +93,17 @@ def half_angle(flag: str, text: Any) -> float:
     return math.radians(degrees)
 
 
+class Usual(float):
+    """A number that holds where none was given."""
+
+
 def elastic(options: argparse.Namespace, name: str) -> jc.Elastic | None:
     """Return the elastic material of ``--name-modulus`` and ``--name-nu``, or None without a modulus."""
     E, nu = (getattr(options, f"{name}_{one}", None) for one in ("modulus", "nu"))
+    if E is None and nu is not None and not isinstance(nu, Usual):
+        raise ValueError(
+            f"--{name}-modulus: expected Young's modulus in Pa with --{name}-nu {nu:g}, got none, which is rigid"
+        )
     if E is None or nu is None:
         return None
     if not (E > 0 and -1.0 < nu <= 0.5):
@@ -189,7 +197,7 @@ FORMS = {
     "substrate": Form(
         {
             "substrate_modulus": _float("E", "Young's modulus of the substrate [Pa]"),
-            "substrate_nu": _float("NU", "Poisson's ratio of the substrate") | {"default": 0.3},
+            "substrate_nu": _float("NU", "Poisson's ratio of the substrate") | {"default": Usual(0.3)},
         },
         lambda o: elastic(o, "substrate"),
     ),
@@ -223,11 +231,11 @@ FORMS = {
     ),
     "ball": Form({
         "ball_modulus": _float("E", "Young's modulus of the indenter [Pa]; rigid by default"),
-        "ball_nu": _float("NU", "Poisson's ratio of the indenter") | {"default": 0.3},
+        "ball_nu": _float("NU", "Poisson's ratio of the indenter") | {"default": Usual(0.3)},
     }),
     "tip": Form({
         "tip_modulus": _float("E", "Young's modulus of the tip [Pa], such as 1141e9 of diamond; rigid by default"),
-        "tip_nu": _float("NU", "Poisson's ratio of the tip") | {"default": 0.07},
+        "tip_nu": _float("NU", "Poisson's ratio of the tip") | {"default": Usual(0.07)},
     }),
     "pyramid": Form({"pyramid": _float(
         "A", f"a four-sided pyramid of this half-angle between axis and face [degrees] (the default, {FACE:g})"

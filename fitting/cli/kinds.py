@@ -73,7 +73,7 @@ KINDS = {
             "polynomials": "also fit the polynomials in common use for thin samples, and print their error",
             "substrate_modulus": "Young's modulus of the base below a sample with a --thickness [Pa], such as 70e9 of glass;"
                                  " rigid by default",
-            "substrate_nu": {"default": 0.22, "help": "Poisson's ratio of that base"},
+            "substrate_nu": {"default": flags.Usual(0.22), "help": "Poisson's ratio of that base"},
             "unbonded": "the sample slides on its base without friction; by default it is bonded",
         },
     ),

@@ -158,6 +158,8 @@ def test_a_berkovich_tip_from_the_shell(tmp_path, capsys):
         (["--radius", "0.01", "--layer", "1e-6"], "--substrate-modulus"),
         (["--radius", "0.01", "--layer", "-1", "--substrate-modulus", "2e11"], "layer"),
         (["--radius", "0.01", "--ball-modulus", "-5"], "--ball-modulus"),
+        (["--radius", "0.01", "--ball-nu", "0.2"], "--ball-modulus"),
+        (["--radius", "0.01", "--substrate-nu", "0.2"], "--substrate-modulus"),
         (["--radius", "0.01", "--drift", "much"], "--drift"),
         (["--radius", "0.01", "--weights", "log"], "--weights"),
         (["--radius", "0.01", "--fix", "G1"], "--fix"),
