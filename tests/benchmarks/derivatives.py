@@ -379,6 +379,9 @@ SCENARIOS: dict[str, Scenario] = {
         pressed(BODY([LAYER(SLS, 5e-6), LAYER(BURGERS, 9e-6)], STEEL), jc.Load(np.array([0.4, 0.5, 0.45])),
                 jc.Cone(1.54, STEEL), times=np.array([0.0, 4.0, 10.0])),
         ACCURATE,
+        # a film that does not flow over one that does: the weights of the delayed response nearly cancel, and the displacement
+        # far from the contact, 0.001 of itself by the viscosities, has a noise of 1e-7 to 1e-6
+        bound=3e-3, modes=5e-4,
     ),
     "indent, punch on a Kelvin-Voigt solid": Scenario(
         jc.indent,
@@ -476,7 +479,8 @@ SCENARIOS: dict[str, Scenario] = {
         in_a_plane(jc.shear),
         pressed(BODY([], SOFT), jc.Load(np.array([0.5, 0.9, 0.8])), jc.Cylinder(5e-3, 1e-3, STEEL), LINE,
                 tangential=jc.TangentialLoad(np.array([[0.03, 0.0], [0.1, 0.0], [0.15, 0.0]])), friction=0.4),
-        ACCURATE,
+        # at 1e-11 the difference of the peak pressure by the spacing, 0.002 of it, is 2e-5 off
+        {"tolerance": 1e-12},
         AS_LONG,
     ),
     # ---- roll_steady
@@ -513,11 +517,13 @@ SCENARIOS: dict[str, Scenario] = {
                 law=jc.StressActivated(0.2, 9e-20, 3e-28, None, stress="shear") + jc.ProportionalRemoval(1e-3),
                 thermal=jc.Thermal(330.0, 1e-2, 0.7), thickest=20e-6),
         ACCURATE,
+        {"thickest": NO_EFFECT + "kernels are computed up to it, and the film stays below"},
     ),
     "rub, growth at a given temperature": Scenario(
         jc.rub,
         pressed(BODY([LAYER(BURGERS, 8e-6)], STEEL), FALL, velocity=1e-3, law=GROWTH + jc.ProportionalRemoval(1e-3)),
         ACCURATE,
+        {"velocity": NO_EFFECT + "without friction and heat, growth and removal follow stress and thickness alone"},
     ),
     "rub, along a path": Scenario(
         jc.rub,
