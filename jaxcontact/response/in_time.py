@@ -220,7 +220,7 @@ class RateBand(NamedTuple):
 def rounded(body: LayeredHalfSpace) -> LayeredHalfSpace:
     """Return the body with rounded parameters, without derivative."""
     layers = [
-        replace(layer, material=_rounded_material(layer.material), thickness=_power(layer.thickness))
+        replace(layer, material=_rounded_material(layer.material), thickness=rounded_number(layer.thickness))
         for layer in body.sublayers()
     ]
     return replace(body, layers=tuple(layers), substrate=body.substrate and _rounded_material(body.substrate))
@@ -230,12 +230,12 @@ def _rounded_material(material: Material) -> Material:
     """Round a material; of nu its distance from 1/2 is rounded."""
     given = {name: value for name, value in vars(material).items() if value is not None}
     change = {
-        n: 0.5 - _power(0.5 - jnp.asarray(v, float)) if n == "nu" else _power(v) for n, v in given.items()
+        n: 0.5 - rounded_number(0.5 - jnp.asarray(v, float)) if n == "nu" else rounded_number(v) for n, v in given.items()
     }
     return replace(material, **change)
 
 
-def _power(value: Array | float) -> Array:
+def rounded_number(value: Array | float) -> Array:
     """Round to the nearest power of 2^(1/8); zero stays zero."""
     value = jax.lax.stop_gradient(jnp.asarray(value, float))
     return jnp.where(value > 0.0, jnp.exp2(jnp.round(ROUNDING * jnp.log2(value)) / ROUNDING), 0.0)

@@ -22,7 +22,7 @@ from jaxcontact.bodies.body import LayeredHalfSpace
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.response.coefficients import of_image, on_surface
 from jaxcontact.response.images import decomposed, log_spaced
-from jaxcontact.response.in_time import farthest_image
+from jaxcontact.response.in_time import farthest_image, rounded_number
 from jaxcontact.response.stack import (
     SurfaceCompliance,
     TwoPort,
@@ -439,7 +439,8 @@ def _largest(values: Array) -> Array:
 def _depths_and_nodes(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> tuple[Array, Array, Array]:
     """Return the depths of the images [m], the wavenumbers of the fit, and the length to which w' is relative in the fit.
 
-    A half-space needs one image. The depths have the derivative of z, all else has none.
+    A half-space needs one image. The depths have the derivative of z, all else has none, and is made for rounded lengths, as
+    the choices of ``response.in_time`` are: differences by the depth then agree with derivatives.
     """
     held = jax.lax.stop_gradient(z)
     if not body.layers:
@@ -447,9 +448,10 @@ def _depths_and_nodes(body: LayeredHalfSpace, z: Array, lags: Lags | None) -> tu
         return jnp.reshape(z, 1), jnp.asarray(np.linspace(0.0, 10.0, 20)) / scale, scale
     interfaces = depths_of_interfaces(body)
     total = interfaces[-1]
-    closest = jnp.maximum(jnp.min(jnp.abs(interfaces - held)), CLOSEST * total)
+    closest = rounded_number(jnp.maximum(jnp.min(jnp.abs(interfaces - held)), CLOSEST * total))
     times = jnp.zeros(1) if lags is None else lags.end
-    reach = jnp.maximum(REACH * total, farthest_image(body, times))
+    reach = rounded_number(jnp.maximum(REACH * total, farthest_image(body, times)))
+    total, held = rounded_number(total), rounded_number(held)
     flowing = lags is not None and any(has_fluidity(solid) for solid in solids(body))
     below = jnp.append(0.0, log_spaced(closest, reach, (MORE_IMAGES if flowing else IMAGES) - 1))
     shortest = SHORTEST / jnp.maximum(jnp.minimum(held, closest), CLOSEST * total)

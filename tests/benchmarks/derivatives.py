@@ -294,8 +294,8 @@ SCENARIOS: dict[str, Scenario] = {
     # ---- indent
     "indent, creeping film on a creeping base": Scenario(
         jc.indent, pressed(BODY([LAYER(SLS, 6e-6)], SOFT), RISING), ACCURATE,
-        # the displacement by the thickness of the film, 0.006 of itself: the operators of the delayed response alone, under a
-        # fixed pressure, have derivatives by it that differ by 1e-9 to 1e-8 of the displacement (at once by 1e-13)
+        # the displacement by the thickness of the film, 0.006 of itself: the operators of the delayed response alone, under
+        # a fixed pressure, have derivatives by it that differ by 1e-9 to 1e-8 of the displacement (at once by 1e-13)
         modes=5e-6,
     ),
     "indent, approach, elastic film on a Maxwell half-space": Scenario(
@@ -379,8 +379,8 @@ SCENARIOS: dict[str, Scenario] = {
         pressed(BODY([LAYER(SLS, 5e-6), LAYER(BURGERS, 9e-6)], STEEL), jc.Load(np.array([0.4, 0.5, 0.45])),
                 jc.Cone(1.54, STEEL), times=np.array([0.0, 4.0, 10.0])),
         ACCURATE,
-        # a film that does not flow over one that does: the weights of the delayed response nearly cancel, and the displacement
-        # far from the contact, 0.001 of itself by the viscosities, has a noise of 1e-7 to 1e-6
+        # a film that does not flow over one that does: the weights of the delayed response nearly cancel, and the
+        # displacement far from the contact, 0.001 of itself by the viscosities, has a noise of 1e-7 to 1e-6
         bound=3e-3, modes=5e-4,
     ),
     "indent, punch on a Kelvin-Voigt solid": Scenario(
@@ -439,6 +439,9 @@ SCENARIOS: dict[str, Scenario] = {
         {"body": BODY([LAYER(SLS, 10e-6)], SOFT), "indenter": BALL, "control": jc.Approach(0.6e-6), "velocity": 2e-6,
          "grid": GRID, "friction": 0.3},
         ACCURATE,
+        # entries of 1e-4 to 1e-3 of the term's largest: the weights of the delayed response nearly cancel, as in "indent,
+        # creeping film on a creeping base"
+        bound=2e-5, modes=1e-5,
     ),
     "slide_steady, thickness across the track": Scenario(
         jc.slide_steady,
@@ -532,7 +535,10 @@ SCENARIOS: dict[str, Scenario] = {
         ACCURATE | {"substeps": 4},
     ),
     "rub, worn indenter": Scenario(
-        jc.rub, pressed(BODY([], SOFT), jc.Load(0.12), velocity=1e-3, law=ARCHARD), ACCURATE | {"wears": "indenter"}
+        jc.rub,
+        pressed(BODY([], SOFT), jc.Load(0.12), velocity=1e-3, law=ARCHARD),
+        # at 1e-11 the difference of the peak pressure by the spacing is 1.3e-5 off
+        {"tolerance": 1e-12, "wears": "indenter"},
     ),
     # ---- without a contact; depths end at the surface, at which central differences do not exist
     "subsurface, elastic films": Scenario(

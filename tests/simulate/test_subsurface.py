@@ -252,3 +252,18 @@ def test_the_von_mises_stress_of_no_stress_has_a_derivative_of_zero():
         slopes = mode(largest)(stress)[0, :, 0, 0]  # (2, 3, 3, 2, 1)
         assert not np.any(slopes[1])
         np.testing.assert_allclose(slopes[0, 2, 2, 0, 0], -1.0, rtol=1e-14)
+
+
+@pytest.mark.slow
+def test_the_derivative_by_a_shallow_depth_is_that_of_the_displacement():
+    """At a thousandth of the height of the films; the images are chosen by the depth and must not move with it."""
+    films = [jc.Layer(jc.Elastic(1e9, 0.4), 30e-6), jc.Layer(jc.Elastic(5e9, 0.3), 20e-6)]
+    body = jc.LayeredHalfSpace(films, jc.Elastic.from_young(210e9, 0.3))
+    grid = jc.Grid((15, 13), (13e-6, 15e-6))
+    x, y = grid.coordinates()
+    pressure = 1e7 * jnp.exp(-(x**2 + 0.5 * y**2) / (50e-6) ** 2)
+    seen = jax.jit(lambda z: jc.subsurface(body, grid, pressure, depths=jnp.reshape(z, 1)).displacement[0])
+    z, step = 0.1e-6, 1e-9
+    slope = jax.jvp(seen, (z,), (1.0,))[1]
+    difference = (seen(z + step) - seen(z - step)) / (2.0 * step)
+    np.testing.assert_allclose(slope, difference, atol=2e-7 * float(jnp.max(jnp.abs(difference))))
