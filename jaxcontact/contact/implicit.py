@@ -92,9 +92,10 @@ class Subspace(NamedTuple):
         """Return the part of a right side in the subspace, zero where it is rounding alone.
 
         The part of a uniform field is zero in the subspace of zero mean; it occurs in reverse mode, as the cotangent of the
-        sum of pressures under a given load. Rounding leaves a remainder of it, for which the search would not converge.
+        sum of pressures under a given load. Rounding of the mean leaves a uniform remainder of it, outside the subspace, for
+        which the search would not converge: it is projected once more.
         """
-        inside, size = self(values), jnp.sum(jnp.where(self.mask, values, 0.0) ** 2)
+        inside, size = self(self(values)), jnp.sum(jnp.where(self.mask, values, 0.0) ** 2)
         return jnp.where(jnp.sum(inside**2) > ROUNDING**2 * size, inside, 0.0)
 
 
