@@ -114,7 +114,8 @@ OTHERS = {
 @pytest.mark.filterwarnings("ignore:the time steps have an estimated error")
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long if name == "shear" else ()) for name in OTHERS]
+    "name",
+    [pytest.param(name, marks=pytest.mark.long if name in ("shear", "rubbing") else ()) for name in OTHERS],
 )
 def test_a_run_of_the_other_verbs_stores_what_python_gives(name, case, capfd):
     case.write_text("[experiment]\n" + OTHERS[name])

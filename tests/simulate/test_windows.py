@@ -44,7 +44,14 @@ def slid(load):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("verb", "load"), [(film, 20.0), (uneven_film, 20.0), (yielding, 20.0), (sheared, 2.0), (slid, 20.0)]
+    ("verb", "load"),
+    [
+        (film, 20.0),
+        pytest.param(uneven_film, 20.0, marks=pytest.mark.long),
+        pytest.param(yielding, 20.0, marks=pytest.mark.long),
+        (sheared, 2.0),
+        pytest.param(slid, 20.0, marks=pytest.mark.long),
+    ],
 )
 def test_the_window_changes_neither_a_result_nor_its_derivative(verb, load, monkeypatch):
     """The contact fits the window in every case."""
