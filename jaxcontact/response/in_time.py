@@ -230,7 +230,8 @@ def _rounded_material(material: Material) -> Material:
     """Round a material; of nu its distance from 1/2 is rounded."""
     given = {name: value for name, value in vars(material).items() if value is not None}
     change = {
-        n: 0.5 - rounded_number(0.5 - jnp.asarray(v, float)) if n == "nu" else rounded_number(v) for n, v in given.items()
+        n: 0.5 - rounded_number(0.5 - jnp.asarray(v, float)) if n == "nu" else rounded_number(v)
+        for n, v in given.items()
     }
     return replace(material, **change)
 
