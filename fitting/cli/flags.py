@@ -94,17 +94,17 @@ def half_angle(flag: str, text: Any) -> float:
 
 
 class Usual(float):
-    """A number that holds where none was given."""
+    """The default of a flag, which a number that was given is not, however equal."""
 
 
 def elastic(options: argparse.Namespace, name: str) -> jc.Elastic | None:
     """Return the elastic material of ``--name-modulus`` and ``--name-nu``, or None without a modulus."""
     E, nu = (getattr(options, f"{name}_{one}", None) for one in ("modulus", "nu"))
-    if E is None and nu is not None and not isinstance(nu, Usual):
-        raise ValueError(
-            f"--{name}-modulus: expected Young's modulus in Pa with --{name}-nu {nu:g}, got none, which is rigid"
-        )
-    if E is None or nu is None:
+    if E is None:
+        if nu is not None and not isinstance(nu, Usual):
+            raise ValueError(
+                f"--{name}-modulus: expected Young's modulus in Pa with --{name}-nu {nu:g}, got none, which is rigid"
+            )
         return None
     if not (E > 0 and -1.0 < nu <= 0.5):
         raise ValueError(f"--{name}-modulus: expected a modulus > 0 and -1 < nu <= 0.5, got {E:g} and {nu:g}")

@@ -9,8 +9,8 @@ direction; cells that overlap enter the search together with the others, without
 convolution, also where cells leave contact: a step of the last accepted length is tried, tensile cells are clipped to zero,
 and the search along the clipped step, in which u is linear, is exact; and under a given approach directions have zero mean
 too, with each new pressure multiplied by the factor of least energy, since a surface that moves as a whole, as that of a
-stiff film does, would otherwise lose and regain its contact with every cell. Where enough of the grid is free of contact,
-the search begins in a window around the contact (``operators.operator``); it always ends on the whole grid.
+stiff film does, would otherwise lose and regain its contact with every cell. On a large grid, of which enough is free of
+contact, the search begins in a window around the contact (``operators.operator``); it always ends on the whole grid.
 
 The stopping error is dimensionless and holds for the whole problem, also outside the contact:
 

@@ -12,9 +12,8 @@ from tests.support.bodies import BALL, BODY, FILM, STEEL
 GRID = jc.Grid((72, 40), (16e-6, 16e-6))
 TIMES = np.array([0.0, 600.0, 3600.0])
 TIGHT = {"grid": GRID, "tolerance": 1e-11}
-RUBBER = jc.LayeredHalfSpace(
-    [], jc.Elastic(G=1e9, nu=0.2)
-)  # unlike the ball, so that pressure and traction are coupled
+# unlike the ball, so that pressure and traction are coupled
+RUBBER = jc.LayeredHalfSpace([], jc.Elastic(G=1e9, nu=0.2))
 
 
 def film(load):
