@@ -106,6 +106,7 @@ def elastic(options: argparse.Namespace, name: str) -> jc.Elastic | None:
                 f"--{name}-modulus: expected Young's modulus in Pa with --{name}-nu {nu:g}, got none, which is rigid"
             )
         return None
+    assert nu is not None
     if not (E > 0 and -1.0 < nu <= 0.5):
         raise ValueError(f"--{name}-modulus: expected a modulus > 0 and -1 < nu <= 0.5, got {E:g} and {nu:g}")
     return jc.Elastic.from_young(E, nu)
