@@ -56,7 +56,9 @@ class Linear:
 
         return self._kept((given, shapes), lambda: Linear(function, shapes, self.compiled))
 
-    def batched(self, axes: tuple[int | None, ...], arrays: tuple[jax.ShapeDtypeStruct, ...], count: int) -> "Batched":
+    def batched(
+        self, axes: tuple[int | None, ...], arrays: tuple[jax.ShapeDtypeStruct, ...], count: int
+    ) -> "Batched":
         """Return the function of arrays of which an axis counts the members of a batch, with the axes of its results.
 
         axes: of the fixed and the moving arrays, of these shapes; None for an array that all members share.
@@ -76,7 +78,8 @@ class Linear:
             )
             out_axes = [0 if each else None for each in batch]
             shapes = [
-                each if axis == 0 else own for each, axis, own in zip(shapes, out_axes, self.shapes, strict=True)
+                each if axis == 0 else own
+                for each, axis, own in zip(shapes, out_axes, self.shapes, strict=True)
             ]
             function = jax.vmap(self.function, in_axes=in_axes, out_axes=out_axes)
             sequences = lambda fixed, moving: function(list(fixed), list(moving))
@@ -186,7 +189,9 @@ def differentiable(
         return compiled(linearised)
 
     @functools.lru_cache(maxsize=64)
-    def linear_of(structure: Any, fixed: tuple[Any, ...], moving: tuple[Any, ...]) -> tuple[Linear, list[bool]]:
+    def linear_of(
+        structure: Any, fixed: tuple[Any, ...], moving: tuple[Any, ...]
+    ) -> tuple[Linear, list[bool]]:
         """Return the linear function of a linearised one, and which of all its results depend on the moving arrays."""
         every = lambda fixed, moving: structure.unflatten(fixed)(list(moving))
         recorded = jax.make_jaxpr(every)(fixed, moving).jaxpr

@@ -102,7 +102,9 @@ TRANSFORMED = {
     "jit of vjp": lambda f: jax.jit(jax.vjp(f, SCALE, X)[1])(1.0),
     "jit of linearize": lambda f: jax.jit(jax.linearize(f, SCALE, X)[1])(*ALONG),
     "map of vjp": lambda f: jax.lax.map(jax.vjp(f, SCALE, X)[1], jnp.arange(3.0)),
-    "transposed linearize": lambda f: jax.linear_transpose(jax.linearize(lambda x: f(SCALE, x), X)[1], X)(1.0),
+    "transposed linearize": lambda f: jax.linear_transpose(jax.linearize(lambda x: f(SCALE, x), X)[1], X)(
+        1.0
+    ),
     "checkpoint": lambda f: jax.grad(jax.checkpoint(f), 1)(SCALE, X),
 }
 
@@ -176,5 +178,7 @@ def test_a_compiler_without_the_fast_compile_options_optimises(monkeypatch):
 
 
 def test_a_compiler_option_that_the_user_sets_is_kept(monkeypatch):
-    monkeypatch.setenv("XLA_FLAGS", "--xla_backend_optimization_level=0 --xla_cpu_parallel_codegen_split_count=4")
+    monkeypatch.setenv(
+        "XLA_FLAGS", "--xla_backend_optimization_level=0 --xla_cpu_parallel_codegen_split_count=4"
+    )
     assert programs.compiler_options.__wrapped__() == {"xla_cpu_use_fusion_emitters": False}
