@@ -33,8 +33,8 @@ BRIEF = 1.6e6
 saves. A film of 128 x 128 cells at 31 times has three such calls."""
 
 DERIVATIVE = 0.25
-"""Share of the work of a program that counts for its derivatives: not to optimise them saves 13 s for a film, against 3 s for
-the program itself, and a gradient then takes three times as long."""
+"""Share of the work of a program that counts for its derivatives: not to optimise them saves 13 s for a film, against 3 s
+for the program itself, and a gradient then takes three times as long."""
 
 _AT_ONCE = contextvars.ContextVar("optimised_at_once", default=False)
 
@@ -74,7 +74,9 @@ class Program:
         self.compiled = jax.jit(function, static_argnames=static_argnames)
         self.work, self._done = work, dict[Any, float]()
         self._with_options = dict[bool, Callable[..., Any]]()  # whether optimised: the function compiled so
-        self._differentiable = dict[Any, Callable[..., Any]]()
+        self._differentiable = dict[
+            Any, Callable[..., Any]
+        ]()  # the same with derivatives, by structure of the arguments
 
     def __call__(self, *args: Any, **static: Any) -> Any:
         if not is_concrete(jnp.zeros(())):  # jax records the call
@@ -82,11 +84,12 @@ class Program:
         if is_concrete(args):
             return self._called(*args, **static)
         leaves, structure = jax.tree.flatten(args)
+        given = lambda leaves: jax.tree.unflatten(structure, leaves)
         key = structure, tuple(sorted(static.items()))
         if key not in self._differentiable:
             self._differentiable[key] = differentiable(
-                lambda leaves: self.function(*structure.unflatten(leaves), **static),
-                lambda leaves: self._called(*structure.unflatten(leaves), **static),
+                lambda leaves: self.function(*given(leaves), **static),
+                lambda leaves: self._called(*given(leaves), **static),
                 self._derived(args, static),
             )
         return self._differentiable[key](leaves)

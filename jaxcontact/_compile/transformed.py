@@ -65,7 +65,7 @@ class Linear:
         """
 
         def make() -> Batched:
-            batch = list[bool]()
+            batch = list[bool]()  # of each result, whether the members differ in it
 
             def noted(fixed: Arrays, moving: Arrays) -> Arrays:
                 found = self.function(fixed, moving)
@@ -157,7 +157,7 @@ def differentiable(
 ) -> Callable[[Arrays], Any]:
     """Return ``call``, a compiled program of ``function`` of a list of arrays, with the derivatives of ``function``.
 
-    compiled: makes a program of a function. Derivatives are by the arrays that move, of which there is one set of programs
+    compiled: makes a program of a function. ``moves`` says of each array whether the derivative is by it; there are programs
     for each choice.
     """
 
@@ -194,6 +194,7 @@ def differentiable(
     ) -> tuple[Linear, list[bool]]:
         """Return the linear function of a linearised one, and which of all its results depend on the moving arrays."""
         every = lambda fixed, moving: structure.unflatten(fixed)(list(moving))
+        # A result depends on them if the operation that returns it takes one that does; constants have a ``val``.
         recorded = jax.make_jaxpr(every)(fixed, moving).jaxpr
         depend = set(recorded.invars[len(fixed) :])
         for equation in recorded.eqns:
@@ -211,14 +212,16 @@ def differentiable(
         fixed, moving, given = _where(moves, arrays, False), _where(moves, arrays), _where(moves, given)
         # Forward mode, whose tangents have values, needs no residuals.
         if all(_has_values(each) for each in given):
-            found, derivatives = pushed(moves)(fixed, moving, given)
-            given_out = iter(jax.tree.leaves(derivatives))
-            return found, jax.tree.map(lambda leaf: next(given_out) if _is_real(leaf) else _zero(leaf), found)
+            found, tree = pushed(moves)(fixed, moving, given)
+            derivatives = iter(jax.tree.leaves(tree))
+            return found, jax.tree.map(
+                lambda leaf: next(derivatives) if _is_real(leaf) else _zero(leaf), found
+            )
         found, linear = linearised(moves)(fixed, moving)
         residuals, structure = jax.tree.flatten(linear)
         linear, depends = linear_of(structure, _shapes(residuals), _shapes(moving))
-        given_out, depends = iter(linear(residuals, given)), iter(depends)
-        derivative_of = lambda leaf: next(given_out) if _is_real(leaf) and next(depends) else _zero(leaf)
+        derivatives, known = iter(linear(residuals, given)), iter(depends)
+        derivative_of = lambda leaf: next(derivatives) if _is_real(leaf) and next(known) else _zero(leaf)
         return found, jax.tree.map(derivative_of, found)
 
     return called
@@ -231,8 +234,8 @@ def _where(chosen: Sequence[bool], values: Arrays, wanted: bool = True) -> list[
 
 def _merged(chosen: Sequence[bool], values: Arrays, others: Arrays) -> list[Any]:
     """Return the list of which ``_where`` gives these values and these others."""
-    values, others = iter(values), iter(others)
-    return [next(values) if each else next(others) for each in chosen]
+    some, rest = iter(values), iter(others)
+    return [next(some) if each else next(rest) for each in chosen]
 
 
 def _shapes(arrays: Arrays) -> tuple[jax.ShapeDtypeStruct, ...]:
@@ -240,7 +243,7 @@ def _shapes(arrays: Arrays) -> tuple[jax.ShapeDtypeStruct, ...]:
 
 
 def _has_values(array: Any) -> bool:
-    """Return whether this is an array or a batch of one, for which jax computes at once. Others are thought to be recorded."""
+    """Return whether this is an array or a batch of one, with which jax computes at once; others are taken for recorded."""
     while _is_batch(array):
         array = array.val
     return not isinstance(array, jax.core.Tracer)
