@@ -13,6 +13,7 @@ evaluated. Where jit records it, it is part of what jit compiles.
 """
 
 import functools
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -28,18 +29,20 @@ Arrays = Sequence[Any]
 class Linear:
     """A linear function of some arrays, ``moving``, which depends on others, ``fixed``.
 
-    function: takes both lists and returns a list of arrays with the given shapes. compiled: makes a program of a function.
-    Transposed and batched functions are made once, so that they are compiled once.
+    function: takes both lists and returns a list of arrays with the given shapes. compiled: makes a program of a function
+    and the number of members of a batch that a call has. Transposed and batched functions are made once, so that they are
+    compiled once.
     """
 
     def __init__(
         self,
         function: Callable[[Arrays, Arrays], Arrays],
         shapes: Sequence[jax.ShapeDtypeStruct],
-        compiled: Callable[[Callable[..., Any]], Callable[..., Any]],
+        compiled: Callable[[Callable[..., Any], int], Callable[..., Any]],
+        members: int = 1,
     ):
-        self.function, self.shapes, self.compiled = function, tuple(shapes), compiled
-        self.program = compiled(function)
+        self.function, self.shapes, self.compiled, self.members = function, tuple(shapes), compiled, members
+        self.program = compiled(function, members)
         self._derived = dict[Any, Any]()
 
     def __call__(self, fixed: Arrays, moving: Arrays) -> list[Any]:
@@ -54,7 +57,7 @@ class Linear:
 
             return list(jax.linear_transpose(chosen, *shapes)(list(cotangents)))
 
-        return self._kept((given, shapes), lambda: Linear(function, shapes, self.compiled))
+        return self._kept((given, shapes), lambda: Linear(function, shapes, self.compiled, self.members))
 
     def batched(
         self, axes: tuple[int | None, ...], arrays: tuple[jax.ShapeDtypeStruct, ...], count: int
@@ -83,7 +86,10 @@ class Linear:
             ]
             function = jax.vmap(self.function, in_axes=in_axes, out_axes=out_axes)
             sequences = lambda fixed, moving: function(list(fixed), list(moving))
-            return Linear(sequences, shapes, self.compiled), out_axes
+            size = next(
+                array.shape[axis] for array, axis in zip(arrays, axes, strict=True) if axis is not None
+            )
+            return Linear(sequences, shapes, self.compiled, size * self.members), out_axes
 
         return self._kept((axes, arrays, count), make)
 
@@ -153,12 +159,12 @@ mlir.register_lowering(LINEAR, mlir.lower_fun(_part_of_a_program, multiple_resul
 def differentiable(
     function: Callable[[Arrays], Any],
     call: Callable[[Arrays], Any],
-    compiled: Callable[[Callable[..., Any]], Callable[..., Any]],
+    compiled: Callable[[Callable[..., Any], int], Callable[..., Any]],
 ) -> Callable[[Arrays], Any]:
     """Return ``call``, a compiled program of ``function`` of a list of arrays, with the derivatives of ``function``.
 
-    compiled: makes a program of a function. ``moves`` says of each array whether the derivative is by it; there are programs
-    for each choice.
+    compiled: makes a program of a function, as for ``Linear``. ``moves`` says of each array whether the derivative is by
+    it; there are programs for each choice.
     """
 
     @jax.custom_jvp
@@ -174,7 +180,7 @@ def differentiable(
             real = lambda each: None if each.dtype == jax.dtypes.float0 else each
             return found, jax.tree.map(real, derivative)
 
-        return compiled(pushed)
+        return compiled(pushed, 1)
 
     @functools.cache
     def linearised(moves: tuple[bool, ...]) -> Callable[..., Any]:
@@ -186,7 +192,7 @@ def differentiable(
             _, linear, found = jax.linearize(of, moving, has_aux=True)
             return found, linear
 
-        return compiled(linearised)
+        return compiled(linearised, 1)
 
     @functools.lru_cache(maxsize=64)
     def linear_of(
@@ -247,6 +253,17 @@ def _has_values(array: Any) -> bool:
     while _is_batch(array):
         array = array.val
     return not isinstance(array, jax.core.Tracer)
+
+
+def members(arrays: Arrays) -> int:
+    """Return how many members a batch of arrays within ``jax.vmap`` has, 1 for arrays that are none."""
+    found = 1
+    for array in arrays:
+        shape = jnp.shape(array)
+        while _is_batch(array):
+            array = array.val
+        found = max(found, math.prod(jnp.shape(array)) // max(math.prod(shape), 1))
+    return found
 
 
 def _is_batch(array: Any) -> bool:
