@@ -20,7 +20,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
-from jax.extend.core import Primitive
+from jax.extend.core import Literal, Primitive
 from jax.interpreters import ad, batching, mlir
 
 Arrays = Sequence[Any]
@@ -172,7 +172,7 @@ def differentiable(
         return call(arrays)
 
     @functools.cache
-    def pushed(moves: tuple[bool, ...]) -> Callable[..., Any]:
+    def program_of_tangents(moves: tuple[bool, ...]) -> Callable[..., Any]:
         def pushed(fixed: Arrays, moving: Arrays, tangents: Arrays) -> Any:
             of = lambda moving: function(_merged(moves, moving, fixed))
             found, derivative = jax.jvp(of, (moving,), (tangents,))
@@ -183,7 +183,7 @@ def differentiable(
         return compiled(pushed, 1)
 
     @functools.cache
-    def linearised(moves: tuple[bool, ...]) -> Callable[..., Any]:
+    def program_of_linear_part(moves: tuple[bool, ...]) -> Callable[..., Any]:
         def linearised(fixed: Arrays, moving: Arrays) -> Any:
             def of(moving: Arrays) -> Any:
                 found = function(_merged(moves, moving, fixed))
@@ -200,13 +200,14 @@ def differentiable(
     ) -> tuple[Linear, list[bool]]:
         """Return the linear function of a linearised one, and which of all its results depend on the moving arrays."""
         every = lambda fixed, moving: structure.unflatten(fixed)(list(moving))
-        # A result depends on them if the operation that returns it takes one that does; constants have a ``val``.
+        # A result depends on them if the operation that returns it takes one that does.
         recorded = jax.make_jaxpr(every)(fixed, moving).jaxpr
-        depend = set(recorded.invars[len(fixed) :])
+        dependent = set(recorded.invars[len(fixed) :])
+        is_dependent = lambda each: not isinstance(each, Literal) and each in dependent
         for equation in recorded.eqns:
-            if any(each in depend for each in equation.invars if not hasattr(each, "val")):
-                depend.update(equation.outvars)
-        depends = [not hasattr(each, "val") and each in depend for each in recorded.outvars]
+            if any(is_dependent(each) for each in equation.invars):
+                dependent.update(equation.outvars)
+        depends = [is_dependent(each) for each in recorded.outvars]
         shapes = [jax.ShapeDtypeStruct(each.aval.shape, each.aval.dtype) for each in recorded.outvars]
         chosen = lambda fixed, moving: _where(depends, every(fixed, moving))
         return Linear(chosen, _where(depends, shapes), compiled), depends
@@ -218,12 +219,12 @@ def differentiable(
         fixed, moving, given = _where(moves, arrays, False), _where(moves, arrays), _where(moves, given)
         # Forward mode, whose tangents have values, needs no residuals.
         if all(_has_values(each) for each in given):
-            found, tree = pushed(moves)(fixed, moving, given)
+            found, tree = program_of_tangents(moves)(fixed, moving, given)
             derivatives = iter(jax.tree.leaves(tree))
             return found, jax.tree.map(
                 lambda leaf: next(derivatives) if _is_real(leaf) else _zero(leaf), found
             )
-        found, linear = linearised(moves)(fixed, moving)
+        found, linear = program_of_linear_part(moves)(fixed, moving)
         residuals, structure = jax.tree.flatten(linear)
         linear, depends = linear_of(structure, _shapes(residuals), _shapes(moving))
         derivatives, known = iter(linear(residuals, given)), iter(depends)
