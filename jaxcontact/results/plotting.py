@@ -237,12 +237,12 @@ def pressure_profiles(ax: Axes, x: Any, pressure: Any, times: Any) -> Axes:
     return ax
 
 
-def _around_contact(x: np.ndarray, pressure: Any, margin: float = 1.15) -> tuple[float, float]:
+def _around_contact(x: np.ndarray, pressure: Any) -> tuple[float, float]:
     """Return limits of x, symmetric about zero, that enclose all contact and attraction with a margin."""
     pressure = np.asarray(pressure)
     least = TENSION * np.max(np.abs(pressure)) if np.min(pressure) < 0.0 else 0.0
     touched = np.any(np.abs(pressure) > least, axis=0)
-    reach = float(np.max(np.abs(x[touched]))) * margin if np.any(touched) else float(np.max(np.abs(x)))
+    reach = 1.15 * float(np.max(np.abs(x[touched]))) if np.any(touched) else float(np.max(np.abs(x)))
     reach = max(reach, 2.0 * float(x[1] - x[0]))
     return -reach, reach
 

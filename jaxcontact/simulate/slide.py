@@ -198,14 +198,7 @@ class Sliding(Experiment):
         )
         friction = 0.0 if friction is None and shear_strength is not None else friction
         experiment = Experiment.of(
-            body,
-            indenter,
-            control,
-            times,
-            grid,
-            adhesion=adhesion,
-            shear_strength=shear_strength,
-            **given,
+            body, indenter, control, times, grid, adhesion=adhesion, shear_strength=shear_strength, **given
         )
         velocity = as_array(velocity)
         valid = checked_track(velocity, times, experiment.grid, experiment.substeps)
