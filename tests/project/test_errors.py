@@ -125,7 +125,7 @@ ELSEWHERE = {  # reached by no row, and why
         place: "a request or an option of the page: test_play_page.py"
         for place in (
             "server.py: play",
-            "__init__.py: port_number",
+            "__main__.py: _port_number",
             "server.py: checked",
             "server.py: do_POST",
         )
