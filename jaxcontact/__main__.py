@@ -164,7 +164,7 @@ def _examples(lines: tuple[str, ...]) -> str:
 
 
 def _add_run(command: argparse.ArgumentParser) -> None:
-    from jaxcontact.shell.case_keys import ALL, FEW, LAST
+    from jaxcontact.shell.case_schema import ALL, FEW, LAST
     from jaxcontact.shell.run import run
 
     command.add_argument("case", type=look.case_path, metavar="CASE.toml", help=CASE_HELP)

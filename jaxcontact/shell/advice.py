@@ -33,8 +33,7 @@ from jaxcontact.response.stack import (
 )
 from jaxcontact.results.notes import DEEP, FEW_CELLS, FEW_COHESIVE, STEP_ERROR, STRAIN_LIMIT
 from jaxcontact.shell.case_file import Case, CaseError, tables_named
-from jaxcontact.shell.case_keys import FEW, chosen, maps_of
-from jaxcontact.shell.case_schema import KINDS
+from jaxcontact.shell.case_schema import FEW, KINDS, chosen, maps_of
 from jaxcontact.shell.finished_steps import StoredFields
 from jaxcontact.simulate.run import BLOCK, Experiment, first_block
 
