@@ -16,6 +16,7 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
+from fitting.data.contact import runs_of
 from fitting.data.curves import check_kind
 from fitting.data.indentation import (
     IndentationData,
@@ -731,7 +732,7 @@ def fit_adhesive(
     table = table_of(model, fixed, bounds)
     space = test.space(table, instrument)
     sought = Sought(space.structure, table, Compressibility.of(body.nu, None))
-    blocks = np.cumsum(np.append(False, data.segments[1:] != data.segments[:-1]))
+    blocks = runs_of(data.segments)
     sample = Sample.of(("load", "N", data.t, data.load), point_weights, label, blocks, own_trends=True)
     problem = FitProblem(data, sought, space, sample, float(np.ptp(data.t)), level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
@@ -872,7 +873,7 @@ def fit_creeping_film(
     structure = structure_with_work(material)
     table = limits(structure, fixed, bounds)
     space = test.space(table, instrument)
-    blocks = np.cumsum(np.append(False, data.segments[1:] != data.segments[:-1]))
+    blocks = runs_of(data.segments)
     sample = Sample.of(("load", "N", data.t, data.load), point_weights, label, blocks)
     sought = Sought(structure, table, Compressibility.of(body.nu, None))
     problem = FitProblem(data, sought, space, sample, duration, level)
