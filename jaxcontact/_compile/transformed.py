@@ -12,6 +12,8 @@ of which each is a program with options. ``linear`` is recorded as one operation
 evaluated. Where jit records it, it is part of what jit compiles.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from collections.abc import Callable, Sequence
@@ -20,10 +22,11 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
-from jax.extend.core import Literal, Primitive
+from jax.extend.core import Literal, Primitive, jaxpr_as_fun
 from jax.interpreters import ad, batching, mlir
 
 Arrays = Sequence[Any]
+Shapes = Sequence[jax.ShapeDtypeStruct]
 
 
 class Linear:
@@ -37,7 +40,7 @@ class Linear:
     def __init__(
         self,
         function: Callable[[Arrays, Arrays], Arrays],
-        shapes: Sequence[jax.ShapeDtypeStruct],
+        shapes: Shapes,
         compiled: Callable[[Callable[..., Any], int], Callable[..., Any]],
         members: int = 1,
     ):
@@ -48,20 +51,48 @@ class Linear:
     def __call__(self, fixed: Arrays, moving: Arrays) -> list[Any]:
         return LINEAR.bind(*fixed, *moving, linear=self, count=len(fixed))
 
-    def transposed(self, given: tuple[bool, ...], shapes: tuple[jax.ShapeDtypeStruct, ...]) -> "Linear":
-        """Return the transposed function of the outputs that are ``given``; shapes: of the moving arrays."""
+    @classmethod
+    def recorded(
+        cls,
+        function: Callable[[Arrays, Arrays], Arrays],
+        fixed: Shapes,
+        moving: Shapes,
+        compiled: Callable[[Callable[..., Any], int], Callable[..., Any]],
+        members: int = 1,
+    ) -> tuple[Linear, list[bool]]:
+        """Return the linear function of which jax records this one, without results that are always zero, and of each result
+        whether it is left.
+
+        A result is left if the operation that returns it takes a moving array, or what depends on one.
+        """
+        found = jax.make_jaxpr(function)(list(fixed), list(moving))
+        dependent = set(found.jaxpr.invars[len(fixed) :])
+        is_dependent = lambda each: not isinstance(each, Literal) and each in dependent
+        for equation in found.jaxpr.eqns:
+            if any(is_dependent(each) for each in equation.invars):
+                dependent.update(equation.outvars)
+        left = [is_dependent(each) for each in found.jaxpr.outvars]
+        shapes = [jax.ShapeDtypeStruct(each.aval.shape, each.aval.dtype) for each in found.jaxpr.outvars]
+        of_arrays = jaxpr_as_fun(found)
+        chosen = lambda fixed, moving: _where(left, of_arrays(*fixed, *moving))
+        return cls(chosen, _where(left, shapes), compiled, members), left
+
+    def transposed(self, given: tuple[bool, ...], fixed: Shapes, moving: Shapes) -> tuple[Linear, list[bool]]:
+        """Return the transposed function of the outputs that are ``given``, for arrays of these shapes, and of each moving
+        array whether it has a cotangent other than zero."""
 
         def function(fixed: Arrays, cotangents: Arrays) -> Arrays:
             def chosen(*moving: Any) -> list[Any]:
                 return _where(given, self.function(fixed, moving))
 
-            return list(jax.linear_transpose(chosen, *shapes)(list(cotangents)))
+            return list(jax.linear_transpose(chosen, *moving)(list(cotangents)))
 
-        return self._kept((given, shapes), lambda: Linear(function, shapes, self.compiled, self.members))
+        def make() -> tuple[Linear, list[bool]]:
+            return Linear.recorded(function, fixed, _where(given, self.shapes), self.compiled, self.members)
 
-    def batched(
-        self, axes: tuple[int | None, ...], arrays: tuple[jax.ShapeDtypeStruct, ...], count: int
-    ) -> "Batched":
+        return self._kept((given, fixed, moving), make)
+
+    def batched(self, axes: tuple[int | None, ...], arrays: Shapes, count: int) -> Batched:
         """Return the function of arrays of which an axis counts the members of a batch, with the axes of its results.
 
         axes: of the fixed and the moving arrays, of these shapes; None for an array that all members share.
@@ -135,15 +166,13 @@ def _transposed(cotangents: Arrays, *arrays: Any, linear: Linear, count: int) ->
     given = tuple(type(each) is not ad.Zero for each in cotangents)
     if not any(given):
         return [None] * len(arrays)
-    shapes = tuple(
-        jax.ShapeDtypeStruct(each.aval.shape, each.aval.dtype)
-        if ad.is_undefined_primal(each)
-        else jax.ShapeDtypeStruct(each.shape, each.dtype)
-        for each in arrays[count:]
-    )
-    found = linear.transposed(given, shapes)(arrays[:count], _where(given, cotangents))
-    wanted = (ad.is_undefined_primal(each) for each in arrays[count:])
-    return [None] * count + [each if asked else None for each, asked in zip(found, wanted, strict=True)]
+    fixed, moving = arrays[:count], arrays[count:]
+    shapes = _shapes([each.aval if ad.is_undefined_primal(each) else each for each in moving])
+    transposed, left = linear.transposed(given, _shapes(fixed), shapes)
+    found = iter(transposed(fixed, _where(given, cotangents)))
+    each_of = [next(found) if own else None for own in left]
+    wanted = [ad.is_undefined_primal(each) for each in moving]
+    return [None] * count + [each if own else None for each, own in zip(each_of, wanted, strict=True)]
 
 
 LINEAR.def_impl(_evaluated)
@@ -195,22 +224,10 @@ def differentiable(
         return compiled(linearised, 1)
 
     @functools.lru_cache(maxsize=64)
-    def linear_of(
-        structure: Any, fixed: tuple[Any, ...], moving: tuple[Any, ...]
-    ) -> tuple[Linear, list[bool]]:
-        """Return the linear function of a linearised one, and which of all its results depend on the moving arrays."""
-        every = lambda fixed, moving: structure.unflatten(fixed)(list(moving))
-        # A result depends on them if the operation that returns it takes one that does.
-        recorded = jax.make_jaxpr(every)(fixed, moving).jaxpr
-        dependent = set(recorded.invars[len(fixed) :])
-        is_dependent = lambda each: not isinstance(each, Literal) and each in dependent
-        for equation in recorded.eqns:
-            if any(is_dependent(each) for each in equation.invars):
-                dependent.update(equation.outvars)
-        depends = [is_dependent(each) for each in recorded.outvars]
-        shapes = [jax.ShapeDtypeStruct(each.aval.shape, each.aval.dtype) for each in recorded.outvars]
-        chosen = lambda fixed, moving: _where(depends, every(fixed, moving))
-        return Linear(chosen, _where(depends, shapes), compiled), depends
+    def linear_of(structure: Any, fixed: Shapes, moving: Shapes) -> tuple[Linear, list[bool]]:
+        """Return the linear function of a linearised one, and of each of its results whether it depends on what moves."""
+        of_arrays = lambda fixed, moving: structure.unflatten(fixed)(moving)
+        return Linear.recorded(of_arrays, fixed, moving, compiled)
 
     @functools.partial(called.defjvp, symbolic_zeros=True)
     def derivative(primals: Any, tangents: Any) -> Any:

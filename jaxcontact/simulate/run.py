@@ -542,8 +542,14 @@ def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     if valid is None:
         return result
 
-    # values that could not be checked before the run: no number is returned where they are out of range
-    status = jnp.where(valid, status, int(Status.OUT_OF_RANGE))
+    return _only_where(valid, result)
+
+
+@functools.partial(Program, optimised=False)
+def _only_where(valid: Array, result: Any) -> Any:
+    """Return a result whose numbers are nan, with the status ``OUT_OF_RANGE``, unless values that could not be checked
+    before the run are in range."""
+    status = jnp.where(valid, result.status, int(Status.OUT_OF_RANGE))
     masked = lambda a: jnp.where(valid, a, jnp.nan) if jnp.issubdtype(a.dtype, jnp.inexact) else a
     return replace(jax.tree.map(masked, result), status=status)
 

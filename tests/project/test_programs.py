@@ -9,6 +9,7 @@ from tolerances import LAST_BITS
 from jaxcontact import Elastic, Sphere
 from jaxcontact._compile import programs
 from jaxcontact._compile.programs import Program
+from jaxcontact._compile.transformed import Linear
 
 
 def spread(ball, x, power=2):
@@ -155,6 +156,17 @@ def test_the_work_of_a_batch_and_of_other_shapes_is_counted(monkeypatch):
     ):
         with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
             dear()
+
+
+def test_cotangents_that_are_zero_are_not_computed(monkeypatch):
+    given, transposed = [], Linear.transposed
+    noted = lambda self, which, *shapes: given.append(which) or transposed(self, which, *shapes)
+    monkeypatch.setattr(Linear, "transposed", noted)
+    first = Program(lambda x: {"sine": jnp.sin(x), "cosine": jnp.cos(x)})
+    second = Program(lambda tree: {name: 2.0 * each for name, each in tree.items()})
+    slope = jax.grad(lambda x: jnp.sum(second(first(x))["sine"]))(X)
+    np.testing.assert_allclose(slope, 2.0 * np.cos(X), rtol=LAST_BITS)
+    assert given == [(False, True), (False, True)]  # cosine and sine
 
 
 def test_results_that_do_not_depend_on_what_moves_have_no_derivative_to_compile():
