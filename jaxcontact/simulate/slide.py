@@ -51,7 +51,7 @@ from jaxcontact.operators.heat import Solid, rise_coefficients
 from jaxcontact.operators.kernels import Kernels, friction_kernels, friction_kernels_of_indenter, joint_errors
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.run import Experiment, Plan, Save, refined
+from jaxcontact.simulate.run import Experiment, Plan, Save, marched, refined
 from jaxcontact.simulate.temperature import check_peclet
 
 TRUNCATION_LIMIT = 0.01  # largest truncation bound, over the largest approach so far
@@ -161,7 +161,7 @@ def slide(
         kernels=kernels, checkpoint=checkpoint, velocity=velocity, friction=friction, thermal=thermal, adhesion=adhesion,
         hardness=hardness, shear_strength=shear_strength,
     )  # fmt: skip
-    history: SlidingHistory = refined(make, substeps)
+    history: SlidingHistory = refined(marched, make, substeps)
     announce(history, stacklevel=2)
     return history
 
