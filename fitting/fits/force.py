@@ -33,7 +33,7 @@ from fitting.data.contact import (
     without_drag,
 )
 from fitting.data.indentation import IndentationData, depth_notes, probe_of, too_deep
-from fitting.data.weights import choose_weights, chosen_kind
+from fitting.data.weights import check_kind, choose_weights
 from fitting.fits.adhesion import AdhesiveFit
 from fitting.fits.contact_model import ContactModel, choose_contact_model
 from fitting.fits.force_history import CHANGE, HALF, TREND, ViscoelasticForceFit, fit_history
@@ -707,7 +707,7 @@ def check_options(
     baseline is zero, and unknown or bad errors of the calibration."""
     probe_of(indenter)
     Compressibility.of(nu, None)
-    chosen_kind(weights, sigma, WEIGHTS)
+    check_kind(weights, sigma, WEIGHTS)
     if sigma is not None and not (isinstance(sigma, int | float | np.number) and 0.0 < sigma < math.inf):
         raise ValueError(f"sigma: expected a standard deviation > 0 N, a number, got {sigma!r}")
     check_drag(drag)
