@@ -197,7 +197,7 @@ def best_at_each(problem: TauProblem, log_tau: Array) -> tuple[Array, Array]:
     return jax.lax.map(best, log_tau)
 
 
-@jax.jit
+@functools.partial(Program, work=lambda problem: 5e3)  # as ``minimise``
 def solve(problem: TauProblem) -> tuple[Array, Array, Array, Array]:
     """Return (rss, x, tau, rss on the first grid of tau (COARSE,)), from a grid in log tau that is then refined."""
     lo, hi = jnp.log(problem.tau[0]), jnp.log(problem.tau[1])
@@ -217,7 +217,7 @@ def solve(problem: TauProblem) -> tuple[Array, Array, Array, Array]:
     return rss, x, jnp.exp(centre), cost
 
 
-@jax.jit
+@functools.partial(Program, work=lambda problem, tau: 5e3)  # as ``minimise``
 def solve_each(problem: TauProblem, tau: Array) -> Array:
     """Return the least-squares solutions (k, 3) at each of tau (k,)."""
     return best_at_each(problem, jnp.log(tau))[1]

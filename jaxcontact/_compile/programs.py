@@ -14,9 +14,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxcontact._compile.transformed import differentiable
 from jaxcontact._support.pytree import is_concrete
 
-FAST_COMPILE = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 2}
+FAST_COMPILE = {
+    "xla_cpu_use_fusion_emitters": False,
+    "xla_backend_optimization_level": 2,
+    "xla_cpu_parallel_codegen_split_count": 1,
+}
 """Compiler options with which programs compile in half to three quarters of the time and run equally fast."""
 
 UNOPTIMISED = FAST_COMPILE | {"xla_backend_optimization_level": 0}
@@ -26,6 +31,10 @@ UNOPTIMISED = FAST_COMPILE | {"xla_backend_optimization_level": 0}
 BRIEF = 1.6e6
 """Work, in cell steps, up to which a program is not optimised: its runs then lose a third of the time that its compilation
 saves. A film of 128 x 128 cells at 31 times has three such calls."""
+
+DERIVATIVE = 0.25
+"""Share of the work of a program that counts for its derivatives: not to optimise them saves 13 s for a film, against 3 s for
+the program itself, and a gradient then takes three times as long."""
 
 _AT_ONCE = contextvars.ContextVar("optimised_at_once", default=False)
 
@@ -43,8 +52,9 @@ def optimised_at_once() -> Iterator[None]:
 class Program:
     """A compiled function of pytrees of arrays and static keywords.
 
-    It has the compiler options of ``FAST_COMPILE``, or of ``UNOPTIMISED`` if it is not ``optimised``. Within jax's
-    transformations, where jax accepts no options for a part of a program, it is ``jax.jit`` of the function, ``compiled``.
+    It has the compiler options of ``FAST_COMPILE``, or of ``UNOPTIMISED`` if it is not ``optimised``, and so have its
+    derivatives and batches outside jit (``transformed``). As a part of what jax records, for which it accepts no options, it
+    is ``jax.jit`` of the function, ``compiled``.
 
     work: the work of a call in cell steps, a function of its arguments that reads shapes alone. A program that knows it is
     not optimised while the work of all calls with arguments of the same shapes is within ``BRIEF``, and is compiled again
@@ -64,10 +74,25 @@ class Program:
         self.compiled = jax.jit(function, static_argnames=static_argnames)
         self.work, self._done = work, dict[Any, float]()
         self._with_options = dict[bool, Callable[..., Any]]()  # whether optimised: the function compiled so
+        self._differentiable = dict[Any, Callable[..., Any]]()
 
     def __call__(self, *args: Any, **static: Any) -> Any:
-        if not is_concrete(args, jnp.zeros(())):  # within a trace
+        if not is_concrete(jnp.zeros(())):  # jax records the call
             return self.compiled(*args, **static)
+        if is_concrete(args):
+            return self._called(*args, **static)
+        leaves, structure = jax.tree.flatten(args)
+        key = structure, tuple(sorted(static.items()))
+        if key not in self._differentiable:
+            self._differentiable[key] = differentiable(
+                lambda leaves: self.function(*structure.unflatten(leaves), **static),
+                lambda leaves: self._called(*structure.unflatten(leaves), **static),
+                self._derived(args, static),
+            )
+        return self._differentiable[key](leaves)
+
+    def _called(self, *args: Any, **static: Any) -> Any:
+        """The result of the program with options."""
         optimised = self.optimised
         if self.work is not None and not _AT_ONCE.get() and compiler_options(False) != compiler_options():
             leaves, structure = jax.tree.flatten(args)
@@ -81,6 +106,13 @@ class Program:
                 self.function, static_argnames=self.static_argnames, compiler_options=options
             )
         return self._with_options[optimised](*args, **static)
+
+    def _derived(self, args: Any, static: dict[str, Any]) -> Callable[[Callable[..., Any]], "Program"]:
+        """Return what makes a program of a function that belongs to a derivative of this one."""
+        if self.work is None:
+            return functools.partial(Program, optimised=self.optimised)
+        work = DERIVATIVE * self.work(*args, **static)
+        return functools.partial(Program, work=lambda *_: work)
 
 
 @functools.cache

@@ -36,20 +36,108 @@ def test_transformations_go_through():
     np.testing.assert_array_equal(jax.jit(jax.vmap(program))(X), 10.0 * X)
 
 
-def test_a_fast_compiled_program_is_optimised_inside_what_is_traced(monkeypatch):
+def test_a_program_has_its_options_except_inside_what_is_recorded(monkeypatch):
     program, expected = Program(spread), spread(BALL, X)["depth"]
     monkeypatch.setattr(programs, "compiler_options", lambda optimised=True: {"no such option": True})
-    with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
-        program(BALL, X)
-    within = (
-        jax.jit(lambda x: program(BALL, x)["depth"])(X),
-        jax.jit(lambda x: program(BALL, X)["depth"] + 0.0 * x)(X),
-        jax.vmap(lambda x: program(BALL, x)["depth"])(X),
-        jax.jvp(lambda x: program(BALL, x)["depth"], (X,), (X,))[0],
-        jax.lax.map(lambda x: program(BALL, X)["depth"] + 0.0 * x, X[:1])[0],
+    depth = lambda x: program(BALL, x)["depth"]
+    at_once = (
+        lambda: depth(X),
+        lambda: jax.vmap(depth)(X),
+        lambda: jax.jvp(depth, (X,), (X,)),
+        lambda: jax.vjp(depth, X),
+        lambda: jax.linearize(depth, X),
     )
-    for found in within:
+    for call in at_once:
+        with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
+            call()
+    recorded = (
+        jax.jit(depth)(X),
+        jax.jit(lambda x: depth(X) + 0.0 * x)(X),
+        jax.lax.map(lambda x: depth(X) + 0.0 * x, X[:1])[0],
+    )
+    for found in recorded:
         np.testing.assert_allclose(found, expected, rtol=LAST_BITS)
+
+
+def recurred(scale, x, count, power=2):
+    """A function of a number, an array and an integer, whose results are coupled, constant, whole and logical."""
+    last, path = jax.lax.scan(lambda c, u: (c * jnp.sin(u) + scale["r"], c**2), x[0], x)
+    return {
+        "power": jnp.sin(x) ** power / scale["r"],
+        "path": (last, None, path),
+        "count": count + 1,
+        "ones": jnp.ones(3),
+        "positive": x > 0.0,
+    }
+
+
+def number_of(function):
+    """A number of two arguments, of the results of a function as ``recurred``."""
+
+    def of(scale, x):
+        found = function(scale, x, 3, power=3)
+        last, _, path = found["path"]
+        return jnp.sum(found["power"]) * last + jnp.sum(path) + jnp.sum(found["ones"]) + found["count"]
+
+    return of
+
+
+SCALE, TWO = {"r": 2.0}, jnp.stack([X + 0.1, 2.0 * X + 0.1])
+ALONG = {"r": 1.0}, jnp.ones(7)
+TRANSFORMED = {
+    "grad": lambda f: jax.grad(f, (0, 1))(SCALE, X),
+    "jvp": lambda f: jax.jvp(f, (SCALE, X), ALONG),
+    "jacfwd": lambda f: jax.jacfwd(f, (0, 1))(SCALE, X),
+    "jacrev": lambda f: jax.jacrev(lambda x: jnp.stack([f(SCALE, x), f(SCALE, 2.0 * x)]))(X),
+    "linearize": lambda f: jax.linearize(f, SCALE, X)[1](*ALONG),
+    "vmap": lambda f: jax.vmap(f, (None, 0))(SCALE, TWO),
+    "vmap of grad": lambda f: jax.vmap(jax.grad(f, (0, 1)), (None, 0))(SCALE, TWO),
+    "grad of vmap": lambda f: jax.grad(lambda x: jnp.sum(jax.vmap(f, (None, 0))(SCALE, x)))(TWO),
+    "vmap of linearize": lambda f: jax.vmap(jax.linearize(lambda x: f(SCALE, x), X)[1])(jnp.eye(7)),
+    "hessian": lambda f: jax.hessian(f, (0, 1))(SCALE, X),
+    "grad of grad": lambda f: jax.grad(lambda x: jnp.sum(jax.grad(f, 1)(SCALE, x) ** 2))(X),
+    "jacfwd of jacfwd": lambda f: jax.jacfwd(jax.jacfwd(f, 1), 1)(SCALE, X),
+    "jacrev of jacfwd": lambda f: jax.jacrev(jax.jacfwd(f, 1), 1)(SCALE, X),
+    "jit of grad": lambda f: jax.jit(jax.grad(f, (0, 1)))(SCALE, X),
+    "jit of vjp": lambda f: jax.jit(jax.vjp(f, SCALE, X)[1])(1.0),
+    "jit of linearize": lambda f: jax.jit(jax.linearize(f, SCALE, X)[1])(*ALONG),
+    "map of vjp": lambda f: jax.lax.map(jax.vjp(f, SCALE, X)[1], jnp.arange(3.0)),
+    "transposed linearize": lambda f: jax.linear_transpose(jax.linearize(lambda x: f(SCALE, x), X)[1], X)(
+        1.0
+    ),
+    "checkpoint": lambda f: jax.grad(jax.checkpoint(f), 1)(SCALE, X),
+}
+
+
+@pytest.mark.parametrize("name", TRANSFORMED)
+def test_every_transformation_gives_what_it_gives_of_the_function(name):
+    expected = TRANSFORMED[name](number_of(recurred))
+    program = number_of(Program(recurred, ("power",), work=lambda *_, power: 1.0))
+    for _ in range(2):
+        jax.tree.map(
+            lambda a, b: np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-12),
+            TRANSFORMED[name](program),
+            expected,
+        )
+
+
+def test_derivatives_of_a_program_are_compiled_once():
+    program = Program(recurred, ("power",), work=lambda *_, power: 1.0)
+    slope = jax.grad(number_of(program), (0, 1))
+    slope(SCALE, X)
+    compiled = []
+    jax.monitoring.register_event_duration_secs_listener(
+        lambda event, *_, **__: compiled.append(event) if event == programs.COMPILATION else None
+    )
+    slope(SCALE, X)
+    assert not compiled
+
+
+def test_results_that_do_not_depend_on_what_moves_have_no_derivative_to_compile():
+    program = Program(recurred, ("power",))
+    out, pull = jax.vjp(lambda x: program(SCALE, x, 3, power=2)["ones"], X)
+    np.testing.assert_array_equal(out, np.ones(3))
+    np.testing.assert_array_equal(pull(jnp.ones(3))[0], np.zeros(7))
 
 
 def test_a_fast_compiled_program_stands_beside_what_is_differentiated():
@@ -90,5 +178,7 @@ def test_a_compiler_without_the_fast_compile_options_optimises(monkeypatch):
 
 
 def test_a_compiler_option_that_the_user_sets_is_kept(monkeypatch):
-    monkeypatch.setenv("XLA_FLAGS", "--xla_backend_optimization_level=0")
+    monkeypatch.setenv(
+        "XLA_FLAGS", "--xla_backend_optimization_level=0 --xla_cpu_parallel_codegen_split_count=4"
+    )
     assert programs.compiler_options.__wrapped__() == {"xla_cpu_use_fusion_emitters": False}

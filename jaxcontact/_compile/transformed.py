@@ -1,0 +1,259 @@
+"""Derivatives and batches of compiled programs outside jit, which have the options of the compiler of the program as well.
+
+jax accepts options of the compiler only for a function that it calls at once, and not for a part of what it records. Outside
+``jax.jit``, ``jax.vmap`` and ``jax.jvp`` call a function at once, but ``jax.grad``, ``jax.vjp`` and ``jax.linearize`` record
+its linear part, which they evaluate, or transpose and evaluate, later. The gradient of a shear would be compiled in 32 s of
+processor time without options, and in 7 s with those of its first calls. A program is therefore called here as a function
+with a derivative rule of its own:
+
+    y, residuals = linearised(x),        dy = linear(residuals, dx),        x_bar = transposed(residuals, y_bar),
+
+of which each is a program with options. ``linear`` is recorded as one operation, ``LINEAR``, which is compiled when it is
+evaluated. Where jit records it, it is part of what jit compiles.
+"""
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+from jax.custom_derivatives import SymbolicZero
+from jax.extend.core import Primitive
+from jax.interpreters import ad, batching, mlir
+
+Arrays = Sequence[Any]
+
+
+class Linear:
+    """A linear function of some arrays, ``moving``, which depends on others, ``fixed``.
+
+    function: takes both lists and returns a list of arrays with the given shapes. compiled: makes a program of a function.
+    Transposed and batched functions are made once, so that they are compiled once.
+    """
+
+    def __init__(
+        self,
+        function: Callable[[Arrays, Arrays], Arrays],
+        shapes: Sequence[jax.ShapeDtypeStruct],
+        compiled: Callable[[Callable[..., Any]], Callable[..., Any]],
+    ):
+        self.function, self.shapes, self.compiled = function, tuple(shapes), compiled
+        self.program = compiled(function)
+        self._derived = dict[Any, Any]()
+
+    def __call__(self, fixed: Arrays, moving: Arrays) -> list[Any]:
+        return LINEAR.bind(*fixed, *moving, linear=self, count=len(fixed))
+
+    def transposed(self, given: tuple[bool, ...], shapes: tuple[jax.ShapeDtypeStruct, ...]) -> "Linear":
+        """Return the transposed function of the outputs that are ``given``; shapes: of the moving arrays."""
+
+        def function(fixed: Arrays, cotangents: Arrays) -> Arrays:
+            def chosen(*moving: Any) -> list[Any]:
+                return _where(given, self.function(fixed, moving))
+
+            return list(jax.linear_transpose(chosen, *shapes)(list(cotangents)))
+
+        return self._kept((given, shapes), lambda: Linear(function, shapes, self.compiled))
+
+    def batched(
+        self, axes: tuple[int | None, ...], arrays: tuple[jax.ShapeDtypeStruct, ...], count: int
+    ) -> "Batched":
+        """Return the function of arrays of which an axis counts the members of a batch, with the axes of its results.
+
+        axes: of the fixed and the moving arrays, of these shapes; None for an array that all members share.
+        """
+
+        def make() -> Batched:
+            batch = list[bool]()
+
+            def noted(fixed: Arrays, moving: Arrays) -> Arrays:
+                found = self.function(fixed, moving)
+                batch[:] = [_is_batch(each) for each in found]
+                return found
+
+            in_axes = list(axes[:count]), list(axes[count:])
+            shapes = jax.eval_shape(
+                jax.vmap(noted, in_axes=in_axes), list(arrays[:count]), list(arrays[count:])
+            )
+            out_axes = [0 if each else None for each in batch]
+            shapes = [
+                each if axis == 0 else own
+                for each, axis, own in zip(shapes, out_axes, self.shapes, strict=True)
+            ]
+            function = jax.vmap(self.function, in_axes=in_axes, out_axes=out_axes)
+            sequences = lambda fixed, moving: function(list(fixed), list(moving))
+            return Linear(sequences, shapes, self.compiled), out_axes
+
+        return self._kept((axes, arrays, count), make)
+
+    def _kept(self, key: Any, make: Callable[[], Any]) -> Any:
+        if key not in self._derived:
+            self._derived[key] = make()
+        return self._derived[key]
+
+
+Batched = tuple[Linear, list[int | None]]
+"""A batched function, and the axis of each of its results that counts the members: 0, or None for one that all share."""
+
+LINEAR = Primitive("linear_program")
+"""The operation ``linear(fixed, moving)`` of arrays, of which the first ``count`` are fixed."""
+
+LINEAR.multiple_results = True
+
+
+def _evaluated(*arrays: Any, linear: Linear, count: int) -> Arrays:
+    return linear.program(list(arrays[:count]), list(arrays[count:]))
+
+
+def _part_of_a_program(*arrays: Any, linear: Linear, count: int) -> Arrays:
+    return linear.function(arrays[:count], arrays[count:])
+
+
+def _with_tangents(primals: Arrays, tangents: Arrays, *, linear: Linear, count: int) -> Any:
+    """The derivative by all arrays, for second derivatives."""
+    moves = [type(tangent) is not ad.Zero for tangent in tangents]
+
+    def of(*moving: Any) -> Arrays:
+        return _evaluated(*_merged(moves, moving, _where(moves, primals, False)), linear=linear, count=count)
+
+    return jax.jvp(of, tuple(_where(moves, primals)), tuple(_where(moves, tangents)))
+
+
+def _with_batches(arrays: Arrays, axes: Arrays, *, linear: Linear, count: int) -> Any:
+    batched, out_axes = linear.batched(tuple(axes), _shapes(arrays), count)
+    return batched(arrays[:count], arrays[count:]), out_axes
+
+
+def _transposed(cotangents: Arrays, *arrays: Any, linear: Linear, count: int) -> Arrays:
+    given = tuple(type(each) is not ad.Zero for each in cotangents)
+    if not any(given):
+        return [None] * len(arrays)
+    shapes = tuple(
+        jax.ShapeDtypeStruct(each.aval.shape, each.aval.dtype)
+        if ad.is_undefined_primal(each)
+        else jax.ShapeDtypeStruct(each.shape, each.dtype)
+        for each in arrays[count:]
+    )
+    found = linear.transposed(given, shapes)(arrays[:count], _where(given, cotangents))
+    wanted = (ad.is_undefined_primal(each) for each in arrays[count:])
+    return [None] * count + [each if asked else None for each, asked in zip(found, wanted, strict=True)]
+
+
+LINEAR.def_impl(_evaluated)
+LINEAR.def_abstract_eval(
+    lambda *_, linear, count: [jax.core.ShapedArray(each.shape, each.dtype) for each in linear.shapes]
+)
+ad.primitive_jvps[LINEAR] = _with_tangents
+ad.primitive_transposes[LINEAR] = _transposed
+batching.primitive_batchers[LINEAR] = _with_batches
+mlir.register_lowering(LINEAR, mlir.lower_fun(_part_of_a_program, multiple_results=True))
+
+
+def differentiable(
+    function: Callable[[Arrays], Any],
+    call: Callable[[Arrays], Any],
+    compiled: Callable[[Callable[..., Any]], Callable[..., Any]],
+) -> Callable[[Arrays], Any]:
+    """Return ``call``, a compiled program of ``function`` of a list of arrays, with the derivatives of ``function``.
+
+    compiled: makes a program of a function. Derivatives are by the arrays that move, of which there is one set of programs
+    for each choice.
+    """
+
+    @jax.custom_jvp
+    def called(arrays: Arrays) -> Any:
+        return call(arrays)
+
+    @functools.cache
+    def pushed(moves: tuple[bool, ...]) -> Callable[..., Any]:
+        def pushed(fixed: Arrays, moving: Arrays, tangents: Arrays) -> Any:
+            of = lambda moving: function(_merged(moves, moving, fixed))
+            found, derivative = jax.jvp(of, (moving,), (tangents,))
+            # jit returns no tangents of integers
+            real = lambda each: None if each.dtype == jax.dtypes.float0 else each
+            return found, jax.tree.map(real, derivative)
+
+        return compiled(pushed)
+
+    @functools.cache
+    def linearised(moves: tuple[bool, ...]) -> Callable[..., Any]:
+        def linearised(fixed: Arrays, moving: Arrays) -> Any:
+            def of(moving: Arrays) -> Any:
+                found = function(_merged(moves, moving, fixed))
+                return [leaf for leaf in jax.tree.leaves(found) if _is_real(leaf)], found
+
+            _, linear, found = jax.linearize(of, moving, has_aux=True)
+            return found, linear
+
+        return compiled(linearised)
+
+    @functools.lru_cache(maxsize=64)
+    def linear_of(
+        structure: Any, fixed: tuple[Any, ...], moving: tuple[Any, ...]
+    ) -> tuple[Linear, list[bool]]:
+        """Return the linear function of a linearised one, and which of all its results depend on the moving arrays."""
+        every = lambda fixed, moving: structure.unflatten(fixed)(list(moving))
+        recorded = jax.make_jaxpr(every)(fixed, moving).jaxpr
+        depend = set(recorded.invars[len(fixed) :])
+        for equation in recorded.eqns:
+            if any(each in depend for each in equation.invars if not hasattr(each, "val")):
+                depend.update(equation.outvars)
+        depends = [not hasattr(each, "val") and each in depend for each in recorded.outvars]
+        shapes = [jax.ShapeDtypeStruct(each.aval.shape, each.aval.dtype) for each in recorded.outvars]
+        chosen = lambda fixed, moving: _where(depends, every(fixed, moving))
+        return Linear(chosen, _where(depends, shapes), compiled), depends
+
+    @functools.partial(called.defjvp, symbolic_zeros=True)
+    def derivative(primals: Any, tangents: Any) -> Any:
+        (arrays,), (given,) = primals, tangents
+        moves = tuple(type(tangent) is not SymbolicZero for tangent in given)
+        fixed, moving, given = _where(moves, arrays, False), _where(moves, arrays), _where(moves, given)
+        # Forward mode, whose tangents have values, needs no residuals.
+        if all(_has_values(each) for each in given):
+            found, derivatives = pushed(moves)(fixed, moving, given)
+            given_out = iter(jax.tree.leaves(derivatives))
+            return found, jax.tree.map(lambda leaf: next(given_out) if _is_real(leaf) else _zero(leaf), found)
+        found, linear = linearised(moves)(fixed, moving)
+        residuals, structure = jax.tree.flatten(linear)
+        linear, depends = linear_of(structure, _shapes(residuals), _shapes(moving))
+        given_out, depends = iter(linear(residuals, given)), iter(depends)
+        derivative_of = lambda leaf: next(given_out) if _is_real(leaf) and next(depends) else _zero(leaf)
+        return found, jax.tree.map(derivative_of, found)
+
+    return called
+
+
+def _where(chosen: Sequence[bool], values: Arrays, wanted: bool = True) -> list[Any]:
+    """Return the values that are chosen, or those that are not."""
+    return [value for value, each in zip(values, chosen, strict=True) if each == wanted]
+
+
+def _merged(chosen: Sequence[bool], values: Arrays, others: Arrays) -> list[Any]:
+    """Return the list of which ``_where`` gives these values and these others."""
+    values, others = iter(values), iter(others)
+    return [next(values) if each else next(others) for each in chosen]
+
+
+def _shapes(arrays: Arrays) -> tuple[jax.ShapeDtypeStruct, ...]:
+    return tuple(jax.ShapeDtypeStruct(jnp.shape(each), jnp.result_type(each)) for each in arrays)
+
+
+def _has_values(array: Any) -> bool:
+    """Return whether this is an array or a batch of one, for which jax computes at once. Others are thought to be recorded."""
+    while _is_batch(array):
+        array = array.val
+    return not isinstance(array, jax.core.Tracer)
+
+
+def _is_batch(array: Any) -> bool:
+    """Return whether this is a batch within ``jax.vmap``, for which jax has no public name."""
+    return type(array).__name__ == "BatchTracer"
+
+
+def _is_real(leaf: Any) -> bool:
+    return bool(jnp.issubdtype(jnp.result_type(leaf), jnp.inexact))
+
+
+def _zero(leaf: Any) -> SymbolicZero:
+    return SymbolicZero(jax.typeof(leaf).to_tangent_aval())
