@@ -164,7 +164,7 @@ def _examples(lines: tuple[str, ...]) -> str:
 
 
 def _add_run(command: argparse.ArgumentParser) -> None:
-    from jaxcontact.shell.case_keys import ALL, FEW, LAST
+    from jaxcontact.shell.case_schema import ALL, FEW, LAST
     from jaxcontact.shell.run import run
 
     command.add_argument("case", type=look.case_path, metavar="CASE.toml", help=CASE_HELP)
@@ -258,10 +258,18 @@ def _add_result(command: argparse.ArgumentParser) -> None:
 
 
 def _add_play(command: argparse.ArgumentParser) -> None:
-    from jaxcontact.shell.playground import add_options
-
-    add_options(command)
+    port = "port of the page; by default a free one"
+    command.add_argument("--port", type=_port_number, default=0, metavar="N", help=port)
+    browser = "print the address and open no browser"
+    command.add_argument("--no-browser", dest="browser", action="store_false", help=browser)
     command.set_defaults(command=_play)
+
+
+def _port_number(text: str) -> int:
+    """Return a port from its text; 0 lets the system choose one."""
+    if not text.isdecimal() or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"expected a whole number from 0 to 65535, got {text!r}")
+    return int(text)
 
 
 def _add_reproduce(command: argparse.ArgumentParser) -> None:

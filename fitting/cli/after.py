@@ -23,14 +23,6 @@ from fitting.views.text import in_flags
 DRAWS = ("posterior.csv", "posterior.png")
 
 
-def add_posterior(parser: Any) -> None:
-    """Add the flags of ``fit posterior`` beyond those of the fit."""
-    parser.add_argument(
-        "--samples", type=int, default=1000, metavar="N", help="draws of each of four chains (1000)"
-    )
-    parser.add_argument("--seed", type=int, default=0, metavar="K", help="of the random numbers (0)")
-
-
 def run_posterior(options: argparse.Namespace) -> int:
     """Fit the curve, draw from the posterior, print the intervals of both, and write them."""
     kind, options = kinds.checked(options)

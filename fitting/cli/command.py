@@ -129,7 +129,11 @@ def add_parser(commands: Any) -> None:
                 parser.add_argument("--of", required=True, metavar="KIND,KIND,...", help=what)
                 without = ("weights",)
             if name == "posterior":
-                after.add_posterior(parser)
+                count = "draws of each of four chains (1000)"
+                parser.add_argument("--samples", type=int, default=1000, metavar="N", help=count)
+                parser.add_argument(
+                    "--seed", type=int, default=0, metavar="K", help="of the random numbers (0)"
+                )
             if name == "propagate":
                 after.add_propagate(parser)
             flag = {"propagate": "--data", "together": None}.get(name, "--of")

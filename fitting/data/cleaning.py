@@ -252,10 +252,9 @@ def series(table: Table, block: Block, found: dict[str, Column]) -> Series:
                     f"{table.path}: column {column.label!r}: no unit, and {largest:g} {SI[key]} is too large: give {given}"
                 )
     # the column of segments, in which an empty cell repeats the one above
-    names = [read_heading(cell).kind for cell in block.header.cells] if block.header else []
     marks: list[str] = []
-    if "segment" in names:
-        place = names.index("segment")
+    if "segment" in block.kinds:
+        place = block.kinds.index("segment")
         for _, cells in rows:
             again = marks[-1] if marks else ""
             marks.append(cells[place] if place < len(cells) and cells[place] else again)
@@ -386,16 +385,16 @@ def heated(table: Table, taken: Series, most: float | None) -> Series:
     changes by more than ``most`` [K], as in a temperature ramp, which is no test of a material at one temperature."""
     lines = set(taken.lines.tolist())
     for block in table.blocks:
-        kinds = [read_heading(cell).kind for cell in block.header.cells] if block.header else []
-        rows = [row for line, row in block.rows if line in lines]
-        if "temperature" not in kinds or len(rows) != taken.lines.size:
+        if block.header is None or "temperature" not in block.kinds:
             continue
-        place = kinds.index("temperature")
-        found = [number(row[place], table.dialect.decimal) for row in rows if place < len(row)]
-        T = np.array([one for one in found if one is not None])
+        place = block.kinds.index("temperature")
+        T = block.numbers(place, lines, table.dialect.decimal)
+        if T.size != taken.lines.size:
+            continue
+        T = T[np.isfinite(T)]
         if T.size < 2 or np.ptp(T) <= DRIFT:
             continue
-        label = block.header.cells[place] if block.header else ""
+        label = block.header.cells[place]
         ends = f"{T.min():g} to {T.max():g}"
         if most is not None:
             raise ValueError(
@@ -408,9 +407,7 @@ def heated(table: Table, taken: Series, most: float | None) -> Series:
 
 def check_holdings(table: Table, expected: str, own: str) -> None:
     """Raise ValueError where a file, none of whose blocks has what a reader expects, holds what another one reads."""
-    kinds = [
-        {read_heading(cell).kind for cell in block.header.cells} for block in table.blocks if block.header
-    ]
+    kinds = [set(block.kinds) for block in table.blocks]
     for needed, what, reader in HOLDINGS:
         if any(all(found & set(names) for names in needed) for found in kinds):
             if reader != own:

@@ -95,6 +95,11 @@ def infer(t: np.ndarray, load: np.ndarray, depth: np.ndarray) -> np.ndarray:
     return segments
 
 
+def runs_of(marks: np.ndarray) -> np.ndarray:
+    """Return the number of the run of equal marks to which each point belongs, (n,), from 0."""
+    return np.cumsum(np.append(False, marks[1:] != marks[:-1]))
+
+
 def _knee(t: np.ndarray, y: np.ndarray, start: int, stop: int) -> int:
     """Return the first point of the second of two straight lines that fit y best from start to stop, ``start`` where there
     are too few points."""
@@ -593,7 +598,7 @@ class ForceCurve(NamedTuple):
         rise, scatter = float(np.max(smooth(pushed * force))), sample_noise(data.load[first])
         if rise <= QUIET * scatter:
             raise ValueError(_no_rise(rise, scatter))
-        marks = np.cumsum(np.append(False, segments[1:] != segments[:-1]))
+        marks = runs_of(segments)
         parts = tuple(str(segments[marks == mark][0]) for mark in range(marks[-1] + 1))
         zero, kept = float(depth[0]), np.ones(load.size, dtype=bool)
         notes = _turned(inward, pushed)

@@ -26,7 +26,7 @@ from fitting.data.cleaning import (
     stated_number,
 )
 from fitting.data.curves import absolute, array, deviations, since_load, times
-from fitting.data.table import Block, Table, kind_of, number, read_heading, read_table, says_shear
+from fitting.data.table import Block, Table, kind_of, number, read_table, says_shear
 from fitting.views.text import described
 from jaxcontact._support.pytree import require_real
 
@@ -224,12 +224,10 @@ def _flows(block: Block, decimal: str) -> bool:
     """Return whether a block has the name of a flow ramp, or a viscosity and a rate beside a stress that keeps changing."""
     if NAMED.search(block.name):
         return True
-    kinds = [read_heading(cell).kind for cell in block.header.cells] if block.header else []
-    if not {"viscosity", "shear rate", "stress"} <= set(kinds):
+    if not {"viscosity", "shear rate", "stress"} <= set(block.kinds):
         return False
-    place = kinds.index("stress")
-    found = [number(row[place], decimal) for _, row in block.rows if place < len(row)]
-    stress = np.abs([value for value in found if value is not None])
+    stress = np.abs(block.numbers(block.kinds.index("stress"), {line for line, _ in block.rows}, decimal))
+    stress = stress[np.isfinite(stress)]
     if stress.size < 8:
         return False
     quarter, middle, last = stress[stress.size // 4], stress[stress.size // 2], stress[-1]

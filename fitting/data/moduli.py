@@ -22,7 +22,7 @@ from fitting.data.cleaning import (
     once,
 )
 from fitting.data.curves import absolute, array, since_load, times
-from fitting.data.table import Table, number, read_heading, read_table, says_shear
+from fitting.data.table import Table, read_table, says_shear
 from fitting.views.text import described
 
 CONVENTIONS = ("G", "E")
@@ -229,14 +229,15 @@ def check_relaxing(table: Table, taken: Series) -> None:
     """
     lines = set(taken.lines.tolist())
     for block in table.blocks:
-        kinds = [read_heading(cell).kind for cell in block.header.cells] if block.header else []
-        rows = [row for line, row in block.rows if line in lines]
-        beside = next((names for names in (STRESS_NAMES, STRAIN_NAMES) if set(names) & set(kinds)), ())
-        if not beside or len(rows) != taken.lines.size:
+        beside = next(
+            (names for names in (STRESS_NAMES, STRAIN_NAMES) if set(names) & set(block.kinds)), None
+        )
+        if beside is None:
             continue
-        place = next(k for k, kind in enumerate(kinds) if kind in beside)
-        cells = [number(row[place], table.dialect.decimal) if place < len(row) else None for row in rows]
-        values = np.array([np.nan if one is None else abs(one) for one in cells])
+        place = next(k for k, kind in enumerate(block.kinds) if kind in beside)
+        values = np.abs(block.numbers(place, lines, table.dialect.decimal))
+        if values.size != taken.lines.size:
+            continue
         modulus = taken.values["modulus"]
         stress = values if beside == STRESS_NAMES else values * modulus
         known = np.isfinite(stress) & np.isfinite(modulus) & (stress > 0.0) & (modulus > 0.0)

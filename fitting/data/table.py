@@ -595,6 +595,17 @@ class Block(NamedTuple):
     width: int
     rows: list[Row]
 
+    @property
+    def kinds(self) -> list[str | None]:
+        """The quantity that the heading of each column names, None where it names none."""
+        return [read_heading(cell).kind for cell in self.header.cells] if self.header else []
+
+    def numbers(self, place: int, lines: set[int], decimal: str) -> np.ndarray:
+        """Return the numbers (n,) of a column in the rows at some lines, nan where a cell is no number."""
+        cells = [row[place] if place < len(row) else "" for line, row in self.rows if line in lines]
+        values = [number(cell, decimal) for cell in cells]
+        return np.array([np.nan if value is None else value for value in values])
+
 
 class Table(NamedTuple):
     """The blocks of a file, its dialect, and the places of columns and the units that the caller states."""

@@ -34,7 +34,7 @@ def choose_weights(
     """
     if weights is None and sigma is None and scatter is not None:
         return 1.0 / scatter, "averaged"
-    weights = check_kind(weights, sigma)
+    weights = check_weights(weights, sigma)
     if sigma is not None:
         require_real("sigma", sigma)
         if np.shape(sigma) not in ((), y.shape):
@@ -61,7 +61,7 @@ def choose_weights(
     return np.full(y.shape, 1.0 / np.max(np.abs(y))), "absolute"
 
 
-def check_kind(weights: str | None, sigma: Any, kinds: tuple[str, ...] = KINDS) -> str | None:
+def check_weights(weights: str | None, sigma: Any, kinds: tuple[str, ...] = KINDS) -> str | None:
     """Return the kind of weights in lower case, None with a sigma; ValueError unless one choice is made, of these kinds."""
     known = f"weights: expected one of {', '.join(kinds)}"
     if weights is not None and not isinstance(weights, str):

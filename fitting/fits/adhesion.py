@@ -16,6 +16,8 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
+from fitting.data.contact import runs_of
+from fitting.data.curves import check_kind
 from fitting.data.indentation import (
     IndentationData,
     PullOff,
@@ -59,12 +61,11 @@ from jaxcontact._support.prefixes import told_apart
 WIDE = 7.0  # of the logarithms of modulus and work about their starting values
 PARAMETERS = -5.0, 4.0  # of the logarithm of Maugis's parameter over its starting value
 STARTS: tuple[float, ...] = (-2.0, 0.0, 2.0)  # of the logarithm of Maugis's parameter
-# of the logarithm of the modulus of a film, over that of a half-space
 MODULI: tuple[float, ...] = (
     -1.5,
     0.0,
     1.5,
-)
+)  # of the logarithm of the modulus of a film, over that of a half-space
 WIDER = 1.5  # of the largest contact radius that is expected
 
 
@@ -693,8 +694,7 @@ def read_adhesive(
 ) -> tuple[IndentationData, float, PullOff, np.ndarray, str]:
     """Return a curve with the zero of its load after the pull-off, the standard deviation of that zero [N], the pull-off,
     and the weights (n,) [1/N] of the points, 0 out of contact, with their label."""
-    if not isinstance(data, IndentationData):
-        raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
+    check_kind(data, IndentationData)
     if weights not in (None, "absolute"):
         raise ValueError(
             f'weights: expected None, "absolute" or sigma with adhesion, got {weights!r}: a load that changes its sign'
@@ -732,7 +732,7 @@ def fit_adhesive(
     table = table_of(model, fixed, bounds)
     space = test.space(table, instrument)
     sought = Sought(space.structure, table, Compressibility.of(body.nu, None))
-    blocks = np.cumsum(np.append(False, data.segments[1:] != data.segments[:-1]))
+    blocks = runs_of(data.segments)
     sample = Sample.of(("load", "N", data.t, data.load), point_weights, label, blocks, own_trends=True)
     problem = FitProblem(data, sought, space, sample, float(np.ptp(data.t)), level)
     solved = least_squares(problem, lambda weights: test.objective(space, weights), test.starts(space))
@@ -873,7 +873,7 @@ def fit_creeping_film(
     structure = structure_with_work(material)
     table = limits(structure, fixed, bounds)
     space = test.space(table, instrument)
-    blocks = np.cumsum(np.append(False, data.segments[1:] != data.segments[:-1]))
+    blocks = runs_of(data.segments)
     sample = Sample.of(("load", "N", data.t, data.load), point_weights, label, blocks)
     sought = Sought(structure, table, Compressibility.of(body.nu, None))
     problem = FitProblem(data, sought, space, sample, duration, level)

@@ -19,6 +19,7 @@ import numpy as np
 from jax import Array
 
 import jaxcontact as jc
+from fitting.data.curves import check_kind
 from fitting.data.fields import ContactData
 from fitting.inference.noise import two_sided
 from fitting.inference.result import Fit, FitProblem, conclude, solution
@@ -120,19 +121,15 @@ def blurred(field: Array, grid: Grid, along_x: Array, along_y: Array) -> Array:
 
 def sampled(field: Array, grid: Grid, x: Array, y: Array) -> Array:
     """Return a field (nx, ny) at places x, y [m] of any shape by cubic convolution, constant beyond the grid."""
-    (i, u), (j, v) = (
-        _split(place / d + (n - 1) / 2.0, n)
-        for place, d, n in zip((x, y), grid.spacing, field.shape, strict=True)
-    )
+    cells = []
+    for place, d, n in zip((x, y), grid.spacing, field.shape, strict=True):
+        # the cell below a place, with one below and two above it in the grid, and the rest
+        at = jnp.clip(place / d + (n - 1) / 2.0, 1.0, n - 2.0 - 1e-9)
+        below = jnp.floor(jax.lax.stop_gradient(at)).astype(int)
+        cells.append((below, at - below))
+    (i, u), (j, v) = cells
     rows = [sum(w * field[i + a, j + b] for b, w in _keys(v)) for a, _ in _keys(u)]
     return jnp.asarray(sum(w * row for (_, w), row in zip(_keys(u), rows, strict=True)))
-
-
-def _split(place: Array, n: int) -> tuple[Array, Array]:
-    """Return the cell below a place in cells, with one below and two above it in the grid, and the rest."""
-    place = jnp.clip(place, 1.0, n - 2.0 - 1e-9)
-    below = jnp.floor(jax.lax.stop_gradient(place)).astype(int)
-    return below, place - below
 
 
 def _keys(t: Array) -> list[tuple[int, Array]]:
@@ -1013,8 +1010,7 @@ def fit_fields(
 
 
 def _check(data: Any, parameters: Any, grid: Any, align: Any, blur: Any, noise: Any) -> None:
-    if not isinstance(data, ContactData):
-        raise ValueError(f"data: expected ContactData, got {type(data).__name__}")
+    check_kind(data, ContactData)
     good = isinstance(parameters, Mapping) and len(parameters) > 0
     if not good or not all(isinstance(v, int | float) and 0.0 < v < math.inf for v in parameters.values()):
         raise ValueError(f"parameters: expected {{name: starting value > 0}}, got {parameters!r}")

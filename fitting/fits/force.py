@@ -32,8 +32,9 @@ from fitting.data.contact import (
     smooth,
     without_drag,
 )
+from fitting.data.curves import check_kind
 from fitting.data.indentation import IndentationData, depth_notes, probe_of, too_deep
-from fitting.data.weights import check_kind, choose_weights
+from fitting.data.weights import check_weights, choose_weights
 from fitting.fits.adhesion import AdhesiveFit
 from fitting.fits.contact_model import ContactModel, choose_contact_model
 from fitting.fits.force_history import CHANGE, HALF, TREND, ViscoelasticForceFit, fit_history
@@ -337,10 +338,8 @@ def hysteresis_note(data: IndentationData, approach: ForceCurve, point: float) -
     )
 
 
-TURNS, SETTLED = (
-    8,
-    1e-5,
-)  # searches at most on an elastic base, and the relative change of G at which they end
+# searches at most on an elastic base, and the relative change of G at which they end
+TURNS, SETTLED = 8, 1e-5
 
 
 @dataclasses.dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -550,8 +549,7 @@ def fit_force(
         >>> print(f"{fit.youngs_modulus[0]:.4g} Pa, contact at {fit.nuisances['contact_point'][0]:.4g} m")
         1000 Pa, contact at 1e-06 m
     """
-    if not isinstance(data, IndentationData):
-        raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
+    check_kind(data, IndentationData)
     # 1. With adhesion="auto" the choice of a contact model, which calls this function without it.
     if adhesion is not None:
         if not (isinstance(adhesion, str) and adhesion.lower() == "auto"):
@@ -707,7 +705,7 @@ def check_options(
     baseline is zero, and unknown or bad errors of the calibration."""
     probe_of(indenter)
     Compressibility.of(nu, None)
-    check_kind(weights, sigma, WEIGHTS)
+    check_weights(weights, sigma, WEIGHTS)
     if sigma is not None and not (isinstance(sigma, int | float | np.number) and 0.0 < sigma < math.inf):
         raise ValueError(f"sigma: expected a standard deviation > 0 N, a number, got {sigma!r}")
     check_drag(drag)

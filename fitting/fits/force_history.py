@@ -307,14 +307,9 @@ def corners(curve: ForceCurve) -> np.ndarray:
 # 4. The search for the parameters of the material, the contact point and the baseline.
 
 EDGE = 16.0  # e-folds about the scale of the data at which moduli are bounded
-RATIOS, TIMES = (
-    (0.25, 1.0, 4.0),
-    (0.03, 0.3, 3.0),
-)  # starts: retarded over instantaneous compliance, time over contact
-EXPONENTS, SHARES = (
-    (0.05, 0.15, 0.3, 0.5, 0.75),
-    (0.2, 0.7),
-)  # starts of a fractional law: alpha, and the spring's part
+# starts: retarded over instantaneous compliance, time over contact; of a fractional law alpha, and the spring's part
+RATIOS, TIMES = (0.25, 1.0, 4.0), (0.03, 0.3, 3.0)
+EXPONENTS, SHARES = (0.05, 0.15, 0.3, 0.5, 0.75), (0.2, 0.7)
 ALPHA = 0.002, 0.98  # bounds of alpha
 STARTS = 4  # number of starts from which the search is made
 

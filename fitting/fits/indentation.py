@@ -10,6 +10,7 @@ import jax
 import numpy as np
 
 import jaxcontact as jc
+from fitting.data.contact import runs_of
 from fitting.data.indentation import IndentationData, paraboloid_note, probe_of
 from fitting.fits.adhesion import (
     AdhesiveFit,
@@ -688,8 +689,7 @@ def _reweighed(press: IndentationProblem, best: Best, objective: Objective) -> n
 
 def _sample(press: IndentationProblem) -> Sample:
     """Return the fitted curve in SI units; each segment of the curve is a separate series."""
-    unit, marks = _response_unit(press), press.data.segments
-    series = np.cumsum(np.append(False, marks[1:] != marks[:-1]))
+    unit, series = _response_unit(press), runs_of(press.data.segments)
     curve = (*press.pressing.response, press.data.t, press.measured * unit)
     return Sample.of(curve, press.weights / unit, press.label, series)
 

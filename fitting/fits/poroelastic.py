@@ -44,6 +44,7 @@ from jax import Array
 
 import jaxcontact as jc
 from fitting.data.contact import sample_noise
+from fitting.data.curves import check_kind
 from fitting.data.indentation import IndentationData, check_depth, paraboloid_note, probe_of
 from fitting.data.weights import choose_weights
 from fitting.inference.noise import two_sided
@@ -187,8 +188,7 @@ class Hold(NamedTuple):
     @classmethod
     def of(cls, data: Any, indenter: Any, ramp: float | None) -> "Hold":
         """Return the hold of a curve; ValueError where there is none."""
-        if not isinstance(data, IndentationData):
-            raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
+        check_kind(data, IndentationData)
         deepest = float(np.max(data.depth))
         if not deepest > 0.0:
             raise ValueError(

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator
 
 import jaxcontact as jc
+from fitting.data.curves import check_kind
 from fitting.data.indentation import STIFFNESS, check_depth, paraboloid_note, probe_of
 from fitting.data.stiffness import StiffnessData
 from fitting.data.weights import choose_weights
@@ -330,8 +331,7 @@ def fit_stiffness(
         >>> print(f"{fit.youngs_modulus[0]:.4g} Pa")
         5e+10 Pa
     """
-    if not isinstance(data, StiffnessData):
-        raise ValueError(f"data: expected StiffnessData, got {type(data).__name__}")
+    check_kind(data, StiffnessData)
     weights = "estimated" if weights is None and sigma is None and data.sigma is None else weights
     sigma = data.sigma if weights is None and sigma is None else sigma
     check_unbonded(unbonded, thickness)

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from fitting.data.contact import sample_noise
+from fitting.data.contact import runs_of, sample_noise
 from fitting.data.creep import CreepData
 from fitting.data.indentation import IndentationData
 from fitting.data.moduli import RelaxationData
@@ -100,7 +100,7 @@ def _creep(data: CreepData, per_decade: float) -> CreepData:
 def _indentation(data: IndentationData, per_decade: float) -> IndentationData:
     marks = data.segments
     # the segment of each sample; a hold marked before its level is reached is split there
-    part, hold = np.cumsum(np.append(False, marks[1:] != marks[:-1])), np.flatnonzero(marks == "hold")
+    part, hold = runs_of(marks), np.flatnonzero(marks == "hold")
     if hold.size:
         late = hold[hold.size // 2 :]
         held = min((data.load, data.depth), key=lambda y: np.ptp(y[late]) / (np.ptp(y) or 1.0))

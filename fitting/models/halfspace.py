@@ -115,46 +115,30 @@ def _depth_in_layer(force: Array, curve: "Curve") -> Array:
     return jnp.where(layer.chi(depth) <= LARGEST, depth, jnp.nan)
 
 
-def depth_residual(theta: Array, curve: Curve) -> Array:
-    """Return the weighted depth of the model minus the measured one, (n,); the load is given."""
-    depth = curve.depth_at(_hereditary(curve.surface(theta), curve))
-    return curve.weights * (depth + instrument_offset(theta, curve.t, curve.load) - curve.depth)
+def residual_of(theta: Array, curve: Curve, kind: str) -> Array:
+    """Return the weighted residuals (n,) of a kind of test: of the depth where the load is given, otherwise of the load.
 
+    kind: "load" or "depth", what is given, under which the contact grows; "ting", a depth with one maximum, after which the
+    integral ends at t1(t); "sticky load" or "sticky depth", the same for an adhesive ball.
+    """
+    c, sticky = curve.surface(theta), kind.startswith("sticky")
+    if kind.endswith("load"):
+        force = _hereditary(c, curve)
+        depth = adhesive_contact.under_load(force, _neck(c, curve))[0] if sticky else curve.depth_at(force)
+        return curve.weights * (depth + instrument_offset(theta, curve.t, curve.load) - curve.depth)
 
-def load_residual(theta: Array, curve: Curve) -> Array:
-    """Return the weighted load of the model minus the measured one, (n,); the depth is given and the contact grows."""
-    weights, rates = relaxation_modes(curve.surface(theta), curve.extra)
-    power = curve.force(curve.indentation(theta))
-    return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
-
-
-def load_residual_ting(theta: Array, curve: Curve) -> Array:
-    """Return the weighted load residual (n,) for a depth with one maximum, after which the integral ends at t1(t)."""
-    weights, rates = relaxation_modes(curve.surface(theta), curve.extra)
-    rising = jnp.arange(curve.t.size) <= curve.top
-    depth = curve.indentation(theta)
-    depth = jnp.where(rising, _highest(jnp.where(rising, depth, 0.0)), depth)
-    last = jnp.where(rising, curve.t, _matching_time(curve, depth, weights, rates))
-    power = curve.force(depth)
-    ended = _at(curve.t, power, _memory(curve.t, power, rates), rates, last)
-    decay = jnp.exp(-rates * (curve.t - last)[:, None])
-    return curve.weights * ((decay * ended) @ weights - curve.load)
-
-
-def sticky_depth_residual(theta: Array, curve: Curve) -> Array:
-    """Return the weighted depth residual (n,) of an adhesive ball; the load is given."""
-    c = curve.surface(theta)
-    depth, _ = adhesive_contact.under_load(_hereditary(c, curve), _neck(c, curve))
-    return curve.weights * (depth + instrument_offset(theta, curve.t, curve.load) - curve.depth)
-
-
-def sticky_load_residual(theta: Array, curve: Curve) -> Array:
-    """Return the weighted load residual (n,) of an adhesive ball; the depth is given."""
-    c = curve.surface(theta)
     weights, rates = relaxation_modes(c, curve.extra)
     depth = curve.indentation(theta)
-    power, _ = adhesive_contact.at_depth(depth, _neck(c, curve))
-    return curve.weights * (_memory(curve.t, power, rates) @ weights - curve.load)
+    if kind == "ting":
+        rising = jnp.arange(curve.t.size) <= curve.top
+        depth = jnp.where(rising, _highest(jnp.where(rising, depth, 0.0)), depth)
+        last = jnp.where(rising, curve.t, _matching_time(curve, depth, weights, rates))
+    power = adhesive_contact.at_depth(depth, _neck(c, curve))[0] if sticky else curve.force(depth)
+    modes = _memory(curve.t, power, rates)
+    if kind == "ting":
+        decay = jnp.exp(-rates * (curve.t - last)[:, None])
+        modes = decay * _at(curve.t, power, modes, rates, last)
+    return curve.weights * (modes @ weights - curve.load)
 
 
 def _hereditary(c: Spectrum, curve: Curve) -> Array:
@@ -268,19 +252,10 @@ def _matching_time(curve: Curve, depth: Array, weights: Array, rates: Array) -> 
     return t1 + step
 
 
-MODELS = {
-    "load": depth_residual,
-    "depth": load_residual,
-    "ting": load_residual_ting,
-    "sticky load": sticky_depth_residual,
-    "sticky depth": sticky_load_residual,
-}
-
-
 @functools.partial(Program, static_argnames=("kind",))
 def evaluate(theta: Array, curve: Curve, kind: str) -> Array:
-    """Return the weighted residuals (n,) of one of ``MODELS``."""
-    return MODELS[kind](theta, curve)
+    """Return the weighted residuals (n,), as ``residual_of``."""
+    return residual_of(theta, curve, kind)
 
 
 @functools.partial(Program, static_argnames=("kind",))
@@ -291,7 +266,7 @@ def linear(theta: Array, free: Array, curve: Curve, kind: str) -> tuple[Array, A
     """
 
     def some(x: Array) -> tuple[Array, Array]:
-        residual = MODELS[kind](theta.at[free].set(x), curve)
+        residual = residual_of(theta.at[free].set(x), curve, kind)
         return residual, residual
 
     jacobian, residual = jax.jacfwd(some, has_aux=True)(theta[free])
@@ -301,11 +276,13 @@ def linear(theta: Array, free: Array, curve: Curve, kind: str) -> tuple[Array, A
 @functools.partial(jax.jit, static_argnames="kind")
 def layer_slope(theta: Array, curve: Curve, change: ThinLayer, kind: str) -> Array:
     """Return the derivative of the weighted residuals (n,) along a change of the layer's factor."""
-    run = lambda layer: MODELS[kind](theta, curve._replace(layer=layer))
+    run = lambda layer: residual_of(theta, curve._replace(layer=layer), kind)
     return jax.jvp(run, (curve.layer,), (change,))[1]
 
 
 @functools.partial(jax.jit, static_argnames="kind")
 def bulk_slope(theta: Array, curve: Curve, kind: str) -> Array:
     """Return the derivative of the weighted residuals (n,) with respect to the bulk modulus."""
-    return jax.jacfwd(lambda bulk: MODELS[kind](theta, curve._replace(bulk=bulk)))(jnp.asarray(curve.bulk))
+    return jax.jacfwd(lambda bulk: residual_of(theta, curve._replace(bulk=bulk), kind))(
+        jnp.asarray(curve.bulk)
+    )

@@ -20,6 +20,7 @@ from jax import Array
 
 import jaxcontact as jc
 from fitting.data.contact import find_contact, sample_noise
+from fitting.data.curves import check_kind
 from fitting.data.indentation import IndentationData, Probe, check_depth, probe_of, with_earlier
 from fitting.data.weights import choose_weights
 from fitting.models import adhesive_contact
@@ -198,8 +199,7 @@ def prepare(
     probe, control, model = probe_of(pressing.indenter), pressing.control, sought.structure.model
 
     # 1. Checks of the data and of the choices. Depths beyond the diameter of a ball are in other units.
-    if not isinstance(data, IndentationData):
-        raise ValueError(f"data: expected IndentationData, got {type(data).__name__}")
+    check_kind(data, IndentationData)
     if control not in ("load", "depth"):
         raise ValueError(f'control: expected "load" or "depth", got {control!r}')
     rise = pressing.rise

@@ -14,13 +14,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from jaxcontact._compile.transformed import differentiable
+from jaxcontact._compile.transformed import differentiable, members
 from jaxcontact._support.pytree import is_concrete
 
 FAST_COMPILE = {
     "xla_cpu_use_fusion_emitters": False,
     "xla_backend_optimization_level": 2,
     "xla_cpu_parallel_codegen_split_count": 1,
+    "xla_disable_hlo_passes": "rematerialization,tree_reduction_rewriter",  # jax disables the first; sums take as long
 }
 """Compiler options with which programs compile in half to three quarters of the time and run equally fast."""
 
@@ -33,8 +34,8 @@ BRIEF = 1.6e6
 saves. A film of 128 x 128 cells at 31 times has three such calls."""
 
 DERIVATIVE = 0.25
-"""Share of the work of a program that counts for its derivatives: not to optimise them saves 13 s for a film, against 3 s for
-the program itself, and a gradient then takes three times as long."""
+"""Share of the work of a program that counts for its derivatives: not to optimise them saves 13 s for a film, against 3 s
+for the program itself, and a gradient then takes three times as long."""
 
 _AT_ONCE = contextvars.ContextVar("optimised_at_once", default=False)
 
@@ -56,10 +57,11 @@ class Program:
     derivatives and batches outside jit (``transformed``). As a part of what jax records, for which it accepts no options, it
     is ``jax.jit`` of the function, ``compiled``.
 
-    work: the work of a call in cell steps, a function of its arguments that reads shapes alone. A program that knows it is
-    not optimised while the work of all calls with arguments of the same shapes is within ``BRIEF``, and is compiled again
-    with the call that exceeds it. However many calls follow, all of them together then take less than twice the time of the
-    better choice. Results agree to rounding. Within ``optimised_at_once`` each is optimised.
+    work: the work of a call in cell steps, a function of its arguments that reads shapes alone; for a batch it is that of
+    one member, and the members are counted. A program that knows it is not optimised while the work of all calls with
+    arguments of the same shapes is within ``BRIEF``, and is compiled again with the call that exceeds it. However many calls
+    follow, all of them together then take less than twice the time of the better choice. Results agree to rounding. Within
+    ``optimised_at_once`` each is optimised.
     """
 
     def __init__(
@@ -74,31 +76,37 @@ class Program:
         self.compiled = jax.jit(function, static_argnames=static_argnames)
         self.work, self._done = work, dict[Any, float]()
         self._with_options = dict[bool, Callable[..., Any]]()  # whether optimised: the function compiled so
-        self._differentiable = dict[Any, Callable[..., Any]]()
+        self._differentiable = dict[Any, Callable[..., Any]]()  # by the shapes of the arguments
 
     def __call__(self, *args: Any, **static: Any) -> Any:
         if not is_concrete(jnp.zeros(())):  # jax records the call
             return self.compiled(*args, **static)
         if is_concrete(args):
             return self._called(*args, **static)
-        leaves, structure = jax.tree.flatten(args)
-        key = structure, tuple(sorted(static.items()))
+        key, leaves = self._shapes(args, static)
+        structure = key[0]
         if key not in self._differentiable:
+            given = lambda leaves: jax.tree.unflatten(structure, leaves)
             self._differentiable[key] = differentiable(
-                lambda leaves: self.function(*structure.unflatten(leaves), **static),
-                lambda leaves: self._called(*structure.unflatten(leaves), **static),
+                lambda leaves: self.function(*given(leaves), **static),
+                lambda leaves: self._called(*given(leaves), **static),
                 self._derived(args, static),
             )
         return self._differentiable[key](leaves)
+
+    def _shapes(self, args: Any, static: dict[str, Any]) -> tuple[Any, list[Any]]:
+        """Return what tells the calls of one compiled function from those of others, and the arrays of the arguments."""
+        leaves, structure = jax.tree.flatten(args)
+        each = tuple((np.shape(leaf), getattr(leaf, "dtype", type(leaf))) for leaf in leaves)
+        return (structure, each, tuple(sorted(static.items()))), leaves
 
     def _called(self, *args: Any, **static: Any) -> Any:
         """The result of the program with options."""
         optimised = self.optimised
         if self.work is not None and not _AT_ONCE.get() and compiler_options(False) != compiler_options():
-            leaves, structure = jax.tree.flatten(args)
-            each = tuple((np.shape(leaf), getattr(leaf, "dtype", type(leaf))) for leaf in leaves)
-            shapes = structure, each, tuple(sorted(static.items()))
-            done = self._done[shapes] = self._done.get(shapes, 0.0) + self.work(*args, **static)
+            shapes, leaves = self._shapes(args, static)
+            work = members(leaves) * self.work(*args, **static)
+            done = self._done[shapes] = self._done.get(shapes, 0.0) + work
             optimised = done > BRIEF
         if optimised not in self._with_options:
             options = compiler_options(optimised)
@@ -107,12 +115,16 @@ class Program:
             )
         return self._with_options[optimised](*args, **static)
 
-    def _derived(self, args: Any, static: dict[str, Any]) -> Callable[[Callable[..., Any]], "Program"]:
-        """Return what makes a program of a function that belongs to a derivative of this one."""
-        if self.work is None:
-            return functools.partial(Program, optimised=self.optimised)
-        work = DERIVATIVE * self.work(*args, **static)
-        return functools.partial(Program, work=lambda *_: work)
+    def _derived(self, args: Any, static: dict[str, Any]) -> Callable[[Callable[..., Any], int], "Program"]:
+        """Return what makes a program of a function of a derivative of this one, of so many members in one call."""
+        work = None if self.work is None else DERIVATIVE * self.work(*args, **static)
+
+        def derived(function: Callable[..., Any], members: int) -> Program:
+            if work is None:
+                return Program(function, optimised=self.optimised)
+            return Program(function, work=lambda *_: members * work)
+
+        return derived
 
 
 @functools.cache

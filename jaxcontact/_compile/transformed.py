@@ -13,13 +13,14 @@ evaluated. Where jit records it, it is part of what jit compiles.
 """
 
 import functools
+import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 from jax.custom_derivatives import SymbolicZero
-from jax.extend.core import Primitive
+from jax.extend.core import Literal, Primitive
 from jax.interpreters import ad, batching, mlir
 
 Arrays = Sequence[Any]
@@ -28,18 +29,20 @@ Arrays = Sequence[Any]
 class Linear:
     """A linear function of some arrays, ``moving``, which depends on others, ``fixed``.
 
-    function: takes both lists and returns a list of arrays with the given shapes. compiled: makes a program of a function.
-    Transposed and batched functions are made once, so that they are compiled once.
+    function: takes both lists and returns a list of arrays with the given shapes. compiled: makes a program of a function
+    and the number of members of a batch that a call has. Transposed and batched functions are made once, so that they are
+    compiled once.
     """
 
     def __init__(
         self,
         function: Callable[[Arrays, Arrays], Arrays],
         shapes: Sequence[jax.ShapeDtypeStruct],
-        compiled: Callable[[Callable[..., Any]], Callable[..., Any]],
+        compiled: Callable[[Callable[..., Any], int], Callable[..., Any]],
+        members: int = 1,
     ):
-        self.function, self.shapes, self.compiled = function, tuple(shapes), compiled
-        self.program = compiled(function)
+        self.function, self.shapes, self.compiled, self.members = function, tuple(shapes), compiled, members
+        self.program = compiled(function, members)
         self._derived = dict[Any, Any]()
 
     def __call__(self, fixed: Arrays, moving: Arrays) -> list[Any]:
@@ -54,7 +57,7 @@ class Linear:
 
             return list(jax.linear_transpose(chosen, *shapes)(list(cotangents)))
 
-        return self._kept((given, shapes), lambda: Linear(function, shapes, self.compiled))
+        return self._kept((given, shapes), lambda: Linear(function, shapes, self.compiled, self.members))
 
     def batched(
         self, axes: tuple[int | None, ...], arrays: tuple[jax.ShapeDtypeStruct, ...], count: int
@@ -65,7 +68,7 @@ class Linear:
         """
 
         def make() -> Batched:
-            batch = list[bool]()
+            batch = list[bool]()  # of each result, whether the members differ in it
 
             def noted(fixed: Arrays, moving: Arrays) -> Arrays:
                 found = self.function(fixed, moving)
@@ -83,7 +86,10 @@ class Linear:
             ]
             function = jax.vmap(self.function, in_axes=in_axes, out_axes=out_axes)
             sequences = lambda fixed, moving: function(list(fixed), list(moving))
-            return Linear(sequences, shapes, self.compiled), out_axes
+            size = next(
+                array.shape[axis] for array, axis in zip(arrays, axes, strict=True) if axis is not None
+            )
+            return Linear(sequences, shapes, self.compiled, size * self.members), out_axes
 
         return self._kept((axes, arrays, count), make)
 
@@ -153,12 +159,12 @@ mlir.register_lowering(LINEAR, mlir.lower_fun(_part_of_a_program, multiple_resul
 def differentiable(
     function: Callable[[Arrays], Any],
     call: Callable[[Arrays], Any],
-    compiled: Callable[[Callable[..., Any]], Callable[..., Any]],
+    compiled: Callable[[Callable[..., Any], int], Callable[..., Any]],
 ) -> Callable[[Arrays], Any]:
     """Return ``call``, a compiled program of ``function`` of a list of arrays, with the derivatives of ``function``.
 
-    compiled: makes a program of a function. Derivatives are by the arrays that move, of which there is one set of programs
-    for each choice.
+    compiled: makes a program of a function, as for ``Linear``. ``moves`` says of each array whether the derivative is by
+    it; there are programs for each choice.
     """
 
     @jax.custom_jvp
@@ -166,7 +172,7 @@ def differentiable(
         return call(arrays)
 
     @functools.cache
-    def pushed(moves: tuple[bool, ...]) -> Callable[..., Any]:
+    def program_of_tangents(moves: tuple[bool, ...]) -> Callable[..., Any]:
         def pushed(fixed: Arrays, moving: Arrays, tangents: Arrays) -> Any:
             of = lambda moving: function(_merged(moves, moving, fixed))
             found, derivative = jax.jvp(of, (moving,), (tangents,))
@@ -174,10 +180,10 @@ def differentiable(
             real = lambda each: None if each.dtype == jax.dtypes.float0 else each
             return found, jax.tree.map(real, derivative)
 
-        return compiled(pushed)
+        return compiled(pushed, 1)
 
     @functools.cache
-    def linearised(moves: tuple[bool, ...]) -> Callable[..., Any]:
+    def program_of_linear_part(moves: tuple[bool, ...]) -> Callable[..., Any]:
         def linearised(fixed: Arrays, moving: Arrays) -> Any:
             def of(moving: Arrays) -> Any:
                 found = function(_merged(moves, moving, fixed))
@@ -186,7 +192,7 @@ def differentiable(
             _, linear, found = jax.linearize(of, moving, has_aux=True)
             return found, linear
 
-        return compiled(linearised)
+        return compiled(linearised, 1)
 
     @functools.lru_cache(maxsize=64)
     def linear_of(
@@ -194,12 +200,14 @@ def differentiable(
     ) -> tuple[Linear, list[bool]]:
         """Return the linear function of a linearised one, and which of all its results depend on the moving arrays."""
         every = lambda fixed, moving: structure.unflatten(fixed)(list(moving))
+        # A result depends on them if the operation that returns it takes one that does.
         recorded = jax.make_jaxpr(every)(fixed, moving).jaxpr
-        depend = set(recorded.invars[len(fixed) :])
+        dependent = set(recorded.invars[len(fixed) :])
+        is_dependent = lambda each: not isinstance(each, Literal) and each in dependent
         for equation in recorded.eqns:
-            if any(each in depend for each in equation.invars if not hasattr(each, "val")):
-                depend.update(equation.outvars)
-        depends = [not hasattr(each, "val") and each in depend for each in recorded.outvars]
+            if any(is_dependent(each) for each in equation.invars):
+                dependent.update(equation.outvars)
+        depends = [is_dependent(each) for each in recorded.outvars]
         shapes = [jax.ShapeDtypeStruct(each.aval.shape, each.aval.dtype) for each in recorded.outvars]
         chosen = lambda fixed, moving: _where(depends, every(fixed, moving))
         return Linear(chosen, _where(depends, shapes), compiled), depends
@@ -211,14 +219,16 @@ def differentiable(
         fixed, moving, given = _where(moves, arrays, False), _where(moves, arrays), _where(moves, given)
         # Forward mode, whose tangents have values, needs no residuals.
         if all(_has_values(each) for each in given):
-            found, derivatives = pushed(moves)(fixed, moving, given)
-            given_out = iter(jax.tree.leaves(derivatives))
-            return found, jax.tree.map(lambda leaf: next(given_out) if _is_real(leaf) else _zero(leaf), found)
-        found, linear = linearised(moves)(fixed, moving)
+            found, tree = program_of_tangents(moves)(fixed, moving, given)
+            derivatives = iter(jax.tree.leaves(tree))
+            return found, jax.tree.map(
+                lambda leaf: next(derivatives) if _is_real(leaf) else _zero(leaf), found
+            )
+        found, linear = program_of_linear_part(moves)(fixed, moving)
         residuals, structure = jax.tree.flatten(linear)
         linear, depends = linear_of(structure, _shapes(residuals), _shapes(moving))
-        given_out, depends = iter(linear(residuals, given)), iter(depends)
-        derivative_of = lambda leaf: next(given_out) if _is_real(leaf) and next(depends) else _zero(leaf)
+        derivatives, known = iter(linear(residuals, given)), iter(depends)
+        derivative_of = lambda leaf: next(derivatives) if _is_real(leaf) and next(known) else _zero(leaf)
         return found, jax.tree.map(derivative_of, found)
 
     return called
@@ -231,8 +241,8 @@ def _where(chosen: Sequence[bool], values: Arrays, wanted: bool = True) -> list[
 
 def _merged(chosen: Sequence[bool], values: Arrays, others: Arrays) -> list[Any]:
     """Return the list of which ``_where`` gives these values and these others."""
-    values, others = iter(values), iter(others)
-    return [next(values) if each else next(others) for each in chosen]
+    some, rest = iter(values), iter(others)
+    return [next(some) if each else next(rest) for each in chosen]
 
 
 def _shapes(arrays: Arrays) -> tuple[jax.ShapeDtypeStruct, ...]:
@@ -240,10 +250,21 @@ def _shapes(arrays: Arrays) -> tuple[jax.ShapeDtypeStruct, ...]:
 
 
 def _has_values(array: Any) -> bool:
-    """Return whether this is an array or a batch of one, for which jax computes at once. Others are thought to be recorded."""
+    """Return whether this is an array or a batch of one, with which jax computes at once; others are taken for recorded."""
     while _is_batch(array):
         array = array.val
     return not isinstance(array, jax.core.Tracer)
+
+
+def members(arrays: Arrays) -> int:
+    """Return how many members a batch of arrays within ``jax.vmap`` has, 1 for arrays that are none."""
+    found = 1
+    for array in arrays:
+        shape = jnp.shape(array)
+        while _is_batch(array):
+            array = array.val
+        found = max(found, math.prod(jnp.shape(array)) // max(math.prod(shape), 1))
+    return found
 
 
 def _is_batch(array: Any) -> bool:

@@ -66,16 +66,12 @@ def _make(jax: ModuleType) -> None:
     # slower.
     jax.config.update("jax_cpu_enable_async_dispatch", False)
     silence_the_compiler()
-    warn_of_a_known_fault()
-
-
-def warn_of_a_known_fault() -> None:
-    """Issue a warning of one line if the installed jaxlib has a known fault."""
+    # a warning of one line if the installed jaxlib has a known fault
     import jaxlib
 
     version = jaxlib.__version__
     if version in FAULTS:
-        warnings.warn(f"jaxlib {version} {FAULTS[version]}: {REMEDY.format(version)}", stacklevel=3)
+        warnings.warn(f"jaxlib {version} {FAULTS[version]}: {REMEDY.format(version)}", stacklevel=2)
 
 
 def silence_the_compiler() -> None:

@@ -256,11 +256,6 @@ def stored_fields(cls: type) -> list[str]:
     return [field.name for field in dataclasses.fields(cls) if field.name not in NOT_STORED]
 
 
-def optional_fields(cls: type) -> set[str]:
-    """Return the names of the fields of a kind of result that may be None."""
-    return {field.name for field in dataclasses.fields(cls) if field.default is None}
-
-
 def arrays_of(result: Any) -> dict[str, np.ndarray]:
     """Return the stored fields of a result, and its axes x and y [m]."""
     x, y = result.grid.axes()

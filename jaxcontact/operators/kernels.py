@@ -536,13 +536,6 @@ class FrictionKernels:
         return self.scale * (self.expansion.separable.terms[2, 1:, 0] @ self.mix)
 
 
-def friction_kernels(
-    body: LayeredHalfSpace, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array
-) -> FrictionKernels:
-    """Return the kernels of friction of a body, with the compliance of an elastic indenter; for use inside jit."""
-    return _friction_kernels(tangential_expansion(body), indenter, grid, scale, coefficient)
-
-
 def friction_kernels_of_indenter(
     indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array
 ) -> FrictionKernels | None:
@@ -550,12 +543,13 @@ def friction_kernels_of_indenter(
     surface = indenter.surface()
     if surface is None:
         return None
-    return _friction_kernels(mirrored(tangential_expansion(surface)), indenter, grid, scale, coefficient)
+    return friction_kernels(mirrored(tangential_expansion(surface)), indenter, grid, scale, coefficient)
 
 
-def _friction_kernels(
+def friction_kernels(
     expansion: TangentialExpansion, indenter: Indenter, grid: Grid, scale: Scale, coefficient: Array
 ) -> FrictionKernels:
+    """Return the kernels of friction of a body, with the compliance of an elastic indenter; for use inside jit."""
     coefficients = scaled_coefficients(expansion, indenter, grid, scale)
     # by reciprocity minus the displacement along x and y under a pressure
     normal_from_tangential = -jnp.stack([coefficients.x, coefficients.y], 1)

@@ -10,7 +10,6 @@ from jaxcontact.paper import comparison, sliding, speed_map, tribofilm
 from jaxcontact.paper.comparison import Reproduction, Row, described, report
 
 LOADS = (10.0, 60.0, 500.0)
-REFERENCES: dict[str, float] = {}
 
 
 def simulate(n: int) -> dict[str, Any]:
@@ -91,11 +90,5 @@ def draw(found: dict[str, Any], directory: Path) -> None:
 
 
 CASE = Reproduction(
-    "claims",
-    "The paper's conclusions, sections 4 and 5",
-    REFERENCES,
-    simulate,
-    compare,
-    draw,
-    tribofilm.REMARKS,
+    "claims", "The paper's conclusions, sections 4 and 5", {}, simulate, compare, draw, tribofilm.REMARKS
 )

@@ -1,14 +1,16 @@
-"""The parts of a reproduction: a case, its rows of comparisons, and their printed and stored forms."""
+"""The parts of a reproduction: a run, a case, its rows of comparisons, and their printed and stored forms."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+import jaxcontact as jc
 from jaxcontact._support.files import write_whole
 
 EXACT = "exact solution"
@@ -68,6 +70,18 @@ class Reproduction:
     compare: Callable[[Any, Mapping[str, float]], list[Row]]
     draw: Callable[[Any, Path], None]
     remarks: tuple[str, ...] = ()
+
+
+def compared(
+    references: Mapping[str, float],
+    quantity: str,
+    found: Any,
+    tolerance: float,
+    reason: str,
+    source: str = EXACT,
+) -> Row:
+    """Return the row of a number whose reference has the name of the quantity."""
+    return Row(quantity, source, references[quantity], float(found), tolerance, reason)
 
 
 def described(quantity: str, found: Any) -> Row:
@@ -153,6 +167,61 @@ def never_rises(values: Any, slack: float = 1e-9) -> bool:
 def never_falls(values: Any, slack: float = 1e-9) -> bool:
     """Return whether a series never decreases by more than ``slack`` of its largest value."""
     return never_rises(-np.asarray(values), slack)
+
+
+# An indentation run reduced to the data that figures need: the middle row of the fields, and scalars over time.
+
+
+class Trace(NamedTuple):
+    """A contact over time, along the middle row of cells.
+
+    times (nt,) [s]; x (n,) and y [m] of that row; pressure [Pa] and displacement [m] along it, (nt, n); peak
+    [Pa] of the whole field, approach [m], load [N], radius [m], strain, status: (nt,).
+    """
+
+    times: np.ndarray
+    x: np.ndarray
+    y: float
+    pressure: np.ndarray
+    displacement: np.ndarray
+    peak: np.ndarray
+    approach: np.ndarray
+    load: np.ndarray
+    radius: np.ndarray
+    strain: np.ndarray
+    status: np.ndarray
+
+    @property
+    def distance(self) -> np.ndarray:
+        """The distance r (n,) [m] of the middle row's cells from the axis."""
+        return np.hypot(self.x, self.y)
+
+    @property
+    def converged(self) -> bool:
+        """True if every step converged, within the grid and with enough cells."""
+        return bool(np.all(self.status == 0))
+
+
+def press(body: Any, ball: Any, control: Any, times: Any, grid: jc.Grid) -> Trace:
+    """Run ``jc.indent`` and reduce the fields; the film strain is reported in the table instead of a warning."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="film strain")
+        history = jc.indent(body, ball, control, times, grid=grid)
+    x, y = (np.asarray(axis) for axis in grid.axes())
+    middle = len(y) // 2
+    return Trace(
+        times=np.asarray(history.times),
+        x=x,
+        y=float(y[middle]),
+        pressure=np.asarray(history.pressure[:, :, middle]),
+        displacement=np.asarray(history.displacement[:, :, middle]),
+        peak=np.asarray(history.pressure.max(axis=(1, 2))),
+        approach=np.asarray(history.approach),
+        load=np.asarray(history.load),
+        radius=np.asarray(history.contact_radius),
+        strain=np.asarray(history.film_strain),
+        status=np.asarray(history.status),
+    )
 
 
 SIZE = (5.2, 4.0)  # of one panel, in inches

@@ -12,8 +12,7 @@ import numpy as np
 
 import jaxcontact as jc
 from jaxcontact.paper import comparison
-from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row
-from jaxcontact.paper.tribofilm import Trace, press, pressure_at
+from jaxcontact.paper.comparison import PAPER, Reproduction, Row, Trace, compared, press
 from jaxcontact.reference import hertz
 
 NU, SUBSTRATE, RADIUS, LOAD = 0.3, 210e9, 18e-3, 20.0
@@ -60,20 +59,17 @@ def compare(found: dict[float, Trace], references: Mapping[str, float]) -> list[
     """Compare Table 2 with a layer as stiff as its substrate, then each layer with the Abel solution."""
     same = found[1.0]
     rows = [
-        _row("a0 [um]", PAPER, references, same.radius[0] * 1e6, TOLERANCES[0], REASONS[0]),
-        _row("p0 [MPa]", PAPER, references, same.peak[0] / 1e6, TOLERANCES[2], REASONS[2]),
+        compared(references, "a0 [um]", same.radius[0] * 1e6, TOLERANCES[0], REASONS[0], PAPER),
+        compared(references, "p0 [MPa]", same.peak[0] / 1e6, TOLERANCES[2], REASONS[2], PAPER),
     ]
     for ratio, trace in found.items():
-        half = pressure_at(trace, 0, 0.5 * SOLUTION[ratio][0] * A0)
+        ahead = trace.x > 0.0
+        half = np.interp(0.5 * SOLUTION[ratio][0] * A0, trace.distance[ahead], trace.pressure[0][ahead])
         values = (trace.radius[0] / A0, trace.approach[0] / D0, trace.peak[0] / P0, half / P0)
         for name, value, tolerance, reason in zip(NAMES, values, TOLERANCES, REASONS, strict=True):
-            rows.append(_row(f"{name} at E1/E2 = {ratio:g}", EXACT, references, value, tolerance, reason))
+            rows.append(compared(references, f"{name} at E1/E2 = {ratio:g}", value, tolerance, reason))
     rows.append(comparison.solved(found.values()))
     return rows
-
-
-def _row(name, source, references, value, tolerance, reason) -> Row:
-    return Row(name, source, references[name], float(value), tolerance, reason)
 
 
 def draw(found: dict[float, Trace], directory: Path) -> None:

@@ -16,8 +16,7 @@ import numpy as np
 
 import jaxcontact as jc
 from jaxcontact.paper import comparison
-from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row, worst
-from jaxcontact.paper.tribofilm import Trace, press
+from jaxcontact.paper.comparison import EXACT, PAPER, Reproduction, Row, Trace, press, worst
 from jaxcontact.reference import lee_radok
 
 NU, RADIUS, LOAD, TAU, POINTS = 0.3, 3.5e-3, 100.0, 1.0, 41

@@ -16,17 +16,7 @@ from typing import Any
 from jaxcontact._support.files import write_whole
 from jaxcontact._support.terminal import working
 from jaxcontact._support.version import __version__
-from jaxcontact.paper import (
-    claims,
-    figure_4,
-    figure_6,
-    figure_9,
-    figure_10,
-    figure_11,
-    figure_12,
-    sliding,
-    speed_map,
-)
+from jaxcontact.paper import claims, figure_4, figure_6, sliding, speed_map, tribofilm
 from jaxcontact.paper.comparison import Reproduction, as_dict, table, value_as_text
 
 # The report of the reproductions: a single HTML file, with embedded pictures, of all cases in a directory.
@@ -177,10 +167,10 @@ def _table(head: tuple[str, ...], lines: list[tuple[str, ...]]) -> str:
 CASES: tuple[Reproduction, ...] = (
     figure_4.CASE,
     figure_6.CASE,
-    figure_9.CASE,
-    figure_10.CASE,
-    figure_11.CASE,
-    figure_12.CASE,
+    tribofilm.FIGURE_9,
+    tribofilm.FIGURE_10,
+    tribofilm.FIGURE_11,
+    tribofilm.FIGURE_12,
     sliding.FIGURE_13,
     sliding.FIGURE_14,
     sliding.FIGURE_15,

@@ -19,9 +19,18 @@ import numpy as np
 
 import jaxcontact as jc
 from jaxcontact.paper import comparison, tribofilm
-from jaxcontact.paper.comparison import DESCRIBED, EXACT, Reproduction, Row, described, report, worst
+from jaxcontact.paper.comparison import (
+    DESCRIBED,
+    Reproduction,
+    Row,
+    compared,
+    described,
+    report,
+    worst,
+)
 
 STEADY = "slide_steady, the steady state itself"
+PIXELS = "the paper's pixel size, no cell centre on the axis"
 
 
 class Pass(NamedTuple):
@@ -74,7 +83,6 @@ class SlidingRun(NamedTuple):
     x: np.ndarray
     pressure: np.ndarray
     peak: np.ndarray
-    leading: np.ndarray
     centre: np.ndarray
     radius: np.ndarray
     approach: np.ndarray
@@ -85,20 +93,10 @@ class SlidingRun(NamedTuple):
     status: np.ndarray
     steady: float
 
-    @property
-    def converged(self) -> bool:
-        """True if every step converged, within the grid and with enough cells."""
-        return bool(np.all(self.status == 0))
-
     def edges(self, step: int) -> tuple[float, float]:
         """Return the rear and the front edge of the contact along the middle row [m]."""
         touching = self.x[self.pressure[step] > 0.0]
         return float(touching[0]), float(touching[-1])
-
-
-def middle_row(outcome: Any) -> Any:
-    """Return the pressure along x on the row nearest to the axis, and the largest pressure."""
-    return outcome.pressure[:, outcome.pressure.shape[1] // 2], jnp.max(outcome.pressure)
 
 
 @lru_cache(maxsize=16)
@@ -108,6 +106,8 @@ def slide(name: str, n: int) -> SlidingRun:
     body = tribofilm.ON_STEEL if row.film else tribofilm.HALF_SPACE
     grid = jc.Grid.square(round(n * row.widen), 256 * row.widen * row.pixel * 1e-6)
     times = jnp.arange(round(row.duration / row.step) + 1) * row.step
+    # the pressure along x on the row nearest to the axis, and the largest pressure
+    middle_row = lambda step: (step.pressure[:, step.pressure.shape[1] // 2], jnp.max(step.pressure))
     kernels = jc.kernels(body, tribofilm.BALL, grid, nodes=1)  # a relative error of 4e-8 for this film
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -125,7 +125,6 @@ def slide(name: str, n: int) -> SlidingRun:
         x=np.asarray(grid.axes()[0]),
         pressure=profile,
         peak=peak,
-        leading=np.asarray(run.leading_peak),
         centre=np.asarray(run.pressure_centre[:, 0]),
         radius=np.asarray(run.contact_radius),
         approach=np.asarray(run.approach),
@@ -156,29 +155,11 @@ def reports(name: str, found: SlidingRun) -> list[Row]:
     ]
 
 
-def settled(name: str, found: SlidingRun, tolerance: float) -> Row:
+def settled(name: str, found: SlidingRun) -> Row:
     """Return the row that compares the last peak with the steady state."""
     quantity = f"{name}: p0 at the end [GPa]"
-    return Row(
-        quantity,
-        STEADY,
-        found.steady / 1e9,
-        float(found.peak[-1]) / 1e9,
-        tolerance,
-        "the remaining transient",
-    )
-
-
-def first_peak(name: str, found: SlidingRun, expected: float) -> Row:
-    """Return the row that compares the first peak with the axisymmetric solution."""
-    pixels = "the paper's pixel size, no cell centre on the axis"
-    return Row(f"{name}: p0 at 0 s [GPa]", EXACT, expected, float(found.peak[0]) / 1e9, 0.005, pixels)
-
-
-def unsolved(names: Any, found: Any) -> Row:
-    """Return the row that requires that in no run a step failed to converge or reached the edge of the grid."""
-    bad = sum(int(np.sum((found[name].status == 1) | (found[name].status == 2))) for name in names)
-    return Row("steps not converged or at the grid's edge", DESCRIBED, True, bad == 0, reason="yes or no")
+    last = float(found.peak[-1]) / 1e9
+    return Row(quantity, STEADY, found.steady / 1e9, last, 0.005, "the remaining transient")
 
 
 def _of_figure(
@@ -192,7 +173,7 @@ def _of_figure(
 ) -> Reproduction:
     """Return a figure of sliding runs: the pressure along x, one panel a run.
 
-    compare: the rows of the figure, to which those of ``unsolved`` are added; shown: steps of a run that are drawn;
+    compare: the rows of the figure, to which one on failed steps is added; shown: steps of a run that are drawn;
     limits: of its x axis [um], None for the whole window.
     """
 
@@ -210,13 +191,17 @@ def _of_figure(
             empty.set_visible(False)
         comparison.save(sheet, directory / f"figure_{figure}.png")
 
-    with_solved = lambda found, expected: [*compare(found, expected), unsolved(names, found)]
+    def compare_and_check(found: dict[str, SlidingRun], expected: Mapping[str, float]) -> list[Row]:
+        # in no run a step failed to converge (status 1) or reached the edge of the grid (2)
+        bad = sum(int(np.sum((found[name].status == 1) | (found[name].status == 2))) for name in names)
+        return [*compare(found, expected), described("steps not converged or at the grid's edge", bad == 0)]
+
     return Reproduction(
         f"figure_{figure}",
         f"Fig. {figure}{text}",
         references,
         simulate,
-        with_solved,
+        compare_and_check,
         draw,
         tribofilm.REMARKS,
     )
@@ -237,8 +222,9 @@ def _compare_13(found: dict[str, SlidingRun], references: Mapping[str, float]) -
     """Compare with Hertz at first, then with the shapes described."""
     load, held = found["13a"], found["13b"]
     first = {"13a: approach at 0 s [um]": load.approach[0] * 1e6, "13b: load at 0 s [N]": held.load[0]}
-    reason = "62 cells across the contact"
-    rows = [Row(key, EXACT, references[key], float(value), 0.003, reason) for key, value in first.items()]
+    rows = [
+        compared(references, key, value, 0.003, "62 cells across the contact") for key, value in first.items()
+    ]
     rows += [
         described("13a: pressure shifts to the leading side", load.centre[-1] > 0.1 * load.radius[-1]),
         described("13a: spike at the leading edge", _spike(load)),
@@ -286,8 +272,8 @@ def _compare_14(found: dict[str, SlidingRun], references: Mapping[str, float]) -
     """Compare the first and the last peak, then the shapes."""
     change = {name: abs(float(run.peak[-1] / run.peak[0] - 1.0)) for name, run in found.items()}
     shift = {name: float(run.centre[-1] / run.radius[-1]) for name, run in found.items()}
-    rows = [first_peak("14b", found["14b"], references["14b: p0 at 0 s [GPa]"])]
-    rows += [settled(name, found[name], 0.005) for name in ("14c", "14d", "14e", "14f")]
+    rows = [compared(references, "14b: p0 at 0 s [GPa]", found["14b"].peak[0] / 1e9, 0.005, PIXELS)]
+    rows += [settled(name, found[name]) for name in ("14c", "14d", "14e", "14f")]
     rows += [
         described(f"{name}: marked relaxation and shift", change[name] > MARKED and shift[name] > 0.05)
         for name in ("14a", "14b")
@@ -323,8 +309,8 @@ FAST = ("15e", "15f")
 
 def _compare_15(found: dict[str, SlidingRun], references: Mapping[str, float]) -> list[Row]:
     """Compare the first and the last peak, and the paper's statements on e and f."""
-    rows = [first_peak("15d", found["15d"], references["15d: p0 at 0 s [GPa]"])]
-    rows += [settled(name, found[name], 0.005) for name in found]
+    rows = [compared(references, "15d: p0 at 0 s [GPa]", found["15d"].peak[0] / 1e9, 0.005, PIXELS)]
+    rows += [settled(name, found[name]) for name in found]
     for name in FAST:
         run = found[name]
         at = [int(np.argmin(np.abs(run.times - t))) for t in (1.0, 5.0, 10.0)]

@@ -211,13 +211,16 @@ def _guess(load, body, radius):
 
 
 def solve_load(load, body, radius, modes=60):
-    """Return the contact of a paraboloid of radius R [m] under `load` [N], by the secant method in the logarithm of its
-    radius.
-    """
-    x0 = np.log(_guess(load, body, radius))
-    x1, f0 = x0 + 1e-2, np.log(solve_radius(np.exp(x0), body, radius, modes).load / load)
+    """Return the contact of a paraboloid of radius R [m] under `load` [N]."""
+    return _carrying(load, lambda a: solve_radius(a, body, radius, modes), _guess(load, body, radius), 1e-2)
+
+
+def _carrying(load, contact_of, start, step):
+    """Return the contact whose radius carries the load, by the secant method in log a from a start and a step beside it."""
+    x0, x1 = np.log(start), np.log(start) + step
+    f0 = np.log(contact_of(np.exp(x0)).load / load)
     for _ in range(30):
-        contact = solve_radius(np.exp(x1), body, radius, modes)
+        contact = contact_of(np.exp(x1))
         f1 = np.log(contact.load / load)
         if abs(f1) < 1e-11:
             return contact
@@ -306,19 +309,6 @@ def _instant(a, trial, radius):
     return Contact(2.0 * np.pi * a * g[0], approach, a, g)
 
 
-def _find(start, trial, radius, load):
-    """Return the contact whose radius carries the load, by the secant method in log a."""
-    x0, x1 = np.log(start), np.log(start) + 1e-3
-    f0 = np.log(_instant(np.exp(x0), trial, radius).load / load)
-    for _ in range(30):
-        contact = _instant(np.exp(x1), trial, radius)
-        f1 = np.log(contact.load / load)
-        if abs(f1) < 1e-11:
-            return contact
-        x0, x1, f0 = x1, x1 - f1 * (x1 - x0) / (f1 - f0), f1
-    raise RuntimeError("the contact radius was not found")
-
-
 def _on_nodes(contact, nodes):
     """Return g at the nodes, zero outside its contact."""
     full = np.zeros(2 * len(contact.coefficients) - 1)
@@ -353,7 +343,8 @@ def march_step_load(load, duration, steps, body, modulus, radius, modes=30):
         local = sum(s[0] * _on_nodes(c, nodes) for s, c in zip(share, contacts, strict=False))
         past = sum(s[1:] * q for s, q in zip(share, spectra, strict=False))
         trial = _Trial(alpha, w, share[-1], past, nodes, node_weights, local, modes)
-        contacts.append(_find(last.radius, trial, radius, load))
+        at_radius = lambda a, trial=trial: _instant(a, trial, radius)
+        contacts.append(_carrying(load, at_radius, last.radius, 1e-3))
         x, dx = _panels(contacts[-1].radius - last.radius, contacts[-1].radius)
         nodes, node_weights = np.append(nodes, last.radius + x), np.append(node_weights, dx)
     return contacts

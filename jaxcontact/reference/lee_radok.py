@@ -12,8 +12,8 @@ HALVINGS = 24  # number of panels graded towards the present time, to resolve a 
 BISECTIONS = 90
 
 
-def _graded(n=HALVINGS):
-    """Return nodes and weights on [0, 1] for panels that halve towards 1."""
+def graded(n):
+    """Return nodes and weights on [0, 1] for n panels that halve towards 1, where a function is not smooth."""
     ends = np.concatenate([1.0 - 0.5 ** np.arange(n + 1), [1.0]])
     half, mid = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
     return (mid[:, None] + half[:, None] * NODES).ravel(), (half[:, None] * WEIGHTS).ravel()
@@ -55,7 +55,7 @@ def _jump(t, creep, start, step, nu, extra):
 def _ramp(t, creep, start, end, step, nu, extra):
     """Return the contribution of a load that increases by `step` between `start` and `end`, by graded Gauss quadrature."""
     last = np.clip(t, start, end)
-    x, w = _graded()
+    x, w = graded(HALVINGS)
     tau = start + (last - start)[..., None] * x
     mean = ((1.0 - nu) * creep(np.maximum(t[..., None] - tau, 0.0)) + extra) @ w
     return np.where(t > start, step * (last - start) / (end - start) * mean, 0.0)
@@ -79,7 +79,7 @@ def pressure(r, t, relaxation, contact_radius, radius, nu):
     """
     r = np.atleast_1d(np.asarray(r, float))
     first, last = (np.sqrt(np.maximum(float(contact_radius(s)) ** 2 - r**2, 0.0)) for s in (0.0, t))
-    x, w = _graded()
+    x, w = graded(HALVINGS)
     y = first[:, None] + (last - first)[:, None] * x
     tau = _arrival(contact_radius, np.hypot(y, r[:, None]), float(t))
     growth = (last - first) * (relaxation(t - tau) @ w)

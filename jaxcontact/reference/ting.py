@@ -8,18 +8,14 @@
 import numpy as np
 from scipy.optimize import brentq
 
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(20)
-HALVINGS = 16
+from jaxcontact.reference.lee_radok import graded
+
+NODES, WEIGHTS = graded(16)
 
 
-def _integral(function, start, end, focus):
-    """Return the integral over [start, end] on panels that halve towards `focus` ("start" or "end"), where it is not
-    smooth.
-    """
-    ends = np.concatenate([1.0 - 0.5 ** np.arange(HALVINGS + 1), [1.0]])
-    ends = start + (end - start) * (ends if focus == "end" else 1.0 - ends[::-1])
-    half, mid = 0.5 * np.diff(ends), 0.5 * (ends[1:] + ends[:-1])
-    return float(np.sum(half[:, None] * WEIGHTS * function(mid[:, None] + half[:, None] * NODES)))
+def _integral(function, start, end):
+    """Return the integral over [start, end] of a function that is not smooth at the end."""
+    return float(np.sum((end - start) * WEIGHTS * function(start + (end - start) * NODES)))
 
 
 def _memory(start, t, relaxation, rate, peak_time):
@@ -29,7 +25,7 @@ def _memory(start, t, relaxation, rate, peak_time):
         return relaxation(t - tau) * rate(tau)
 
     turn = min(max(peak_time, start), t)
-    return _integral(integrand, start, turn, "end") + _integral(integrand, turn, t, "end")
+    return _integral(integrand, start, turn) + _integral(integrand, turn, t)
 
 
 def matching_time(t, relaxation, rate, peak_time):
@@ -60,4 +56,4 @@ def load(t, relaxation, depth, rate, peak_time, radius, nu):
         tau = root**2
         return relaxation(t - tau) * 1.5 * np.sqrt(depth(tau)) * rate(tau) * 2.0 * root
 
-    return 8.0 * np.sqrt(radius) / (3.0 * (1.0 - nu)) * _integral(integrand, 0.0, np.sqrt(last), "end")
+    return 8.0 * np.sqrt(radius) / (3.0 * (1.0 - nu)) * _integral(integrand, 0.0, np.sqrt(last))

@@ -23,6 +23,7 @@ at t = 0 is the inverse transform of N(s)/s, computed on Talbot's contour with 1
 SIAM J. Numer. Anal. 44 (2006) 2342).
 """
 
+import functools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -32,6 +33,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from jaxcontact._compile.programs import Program
 from jaxcontact._support.exponential import phi1
 from jaxcontact.bodies.body import Layer, LayeredHalfSpace
 from jaxcontact.bodies.materials import Elastic, KelvinVoigt, Material, Rigid, Spectrum, parallel_creep
@@ -314,7 +316,7 @@ def alpha_LKNT(body: LayeredHalfSpace, wavenumber: Array, compliances: Array) ->
     )
 
 
-@jax.jit  # of every check
+@functools.partial(Program, optimised=False)  # of every check
 def uniform_compliance(body: LayeredHalfSpace) -> Array:
     """Return the compliance of layers on a rigid base under a uniform pressure at first, over their thickness [1/Pa], ()."""
     return alpha_N(body, jnp.zeros(()), spectra(body).instantaneous)
@@ -521,12 +523,12 @@ def has_zero_instantaneous_compliance(body: LayeredHalfSpace) -> Array | bool:
     return any(isinstance(solid, KelvinVoigt) for solid in deforming) or _any_zero_at_first(deforming)
 
 
-@jax.jit  # one program of every check instead of one for each operation
+@functools.partial(Program, optimised=False)  # one program of every check instead of one for each operation
 def _any_zero_at_first(solids: list[Material]) -> Array:
     return jnp.any(jnp.stack([solid.spectrum().instantaneous == 0.0 for solid in solids]))
 
 
-@jax.jit  # as above
+@functools.partial(Program, optimised=False)  # as above
 def stiffness_ratio(body: LayeredHalfSpace) -> Array:
     """Return the largest modulus at first of a layer over that of a solid below it, without derivative, (); zero without
     layers. Solids that are rigid at first are left aside."""

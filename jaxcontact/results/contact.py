@@ -283,6 +283,22 @@ class SteadyContact(ContactResult):
     approach: Array
     smooth_area: Array
     status: Array
+    velocity: Array
+    load: Array
+    contact_area: Array
+    film_strain: Array
+    hysteresis_force: Array
+    hysteresis_power: Array
+    friction_power: Array
+    power: Array
+    iterations: Array
+    error: Array
+    contact_pressure: Array | None = field(kw_only=True, default=None)
+    shear_strength: Array | None = field(kw_only=True, default=None)
+    cohesive_cells: Array | None = field(kw_only=True, default=None)
+    tabor_number: Array | None = field(kw_only=True, default=None)
+    indenter_displacement: Array | None = field(kw_only=True, default=None)
+    indenter_film_strain: Array | None = field(kw_only=True, default=None)
 
     @property
     def gap(self) -> Array:
@@ -424,13 +440,6 @@ class SteadyRolling(SteadyContact):
     """
 
     view: ClassVar[str] = "rolling"
-    contact_pressure: Array | None = field(kw_only=True, default=None)
-    shear_strength: Array | None = field(kw_only=True, default=None)
-    cohesive_cells: Array | None = field(kw_only=True, default=None)
-    tabor_number: Array | None = field(kw_only=True, default=None)
-    indenter_displacement: Array | None = field(kw_only=True, default=None)
-    indenter_film_strain: Array | None = field(kw_only=True, default=None)
-    velocity: Array
     traction: Array
     slip_ratio: Array
     stick: Array
@@ -438,15 +447,6 @@ class SteadyRolling(SteadyContact):
     creepage: Array
     spin: Array
     moment: Array
-    hysteresis_force: Array
-    power: Array
-    hysteresis_power: Array
-    friction_power: Array
-    load: Array
-    contact_area: Array
-    film_strain: Array
-    iterations: Array
-    error: Array
 
     @property
     def sticking_share(self) -> Array:
@@ -682,29 +682,13 @@ class SteadySliding(SteadyContact):
     """
 
     view: ClassVar[str] = "steady sliding"
-    contact_pressure: Array | None = field(kw_only=True, default=None)
-    shear_strength: Array | None = field(kw_only=True, default=None)
-    cohesive_cells: Array | None = field(kw_only=True, default=None)
-    tabor_number: Array | None = field(kw_only=True, default=None)
-    indenter_displacement: Array | None = field(kw_only=True, default=None)
-    indenter_film_strain: Array | None = field(kw_only=True, default=None)
-    velocity: Array
     approach_drift: Array
-    load: Array
-    contact_area: Array
-    film_strain: Array
     friction: Array
     lateral_force: Array
     tangential_force: Array
-    hysteresis_force: Array
     coulomb_force: Array
     pressure_centre: Array
     leading_peak: Array
-    power: Array
-    hysteresis_power: Array
-    friction_power: Array
-    iterations: Array
-    error: Array
 
     @property
     def friction_coefficient(self) -> Array:

@@ -47,7 +47,9 @@ def load_against_approach(ax: Axes, history: Any) -> Axes:
     if _closed(x) and _closed(y):
         ax.fill(x, y, color=colour, alpha=0.15, lw=0.0, label="hysteresis")
         # the energy lost in the cycle, in jumps and, where it is known, in the body
-        lost = lost_in_a_cycle(approach, load)
+        lost = float(
+            np.sum(0.5 * (load[1:] + load[:-1]) * np.diff(approach))
+        )  # int P d(approach), the work done on it
         jumps, body = (float(np.asarray(a)[-1]) for a in (history.jump_energy, history.viscous_energy))
         words = f"lost {_short(lost, 'J')}\nin jumps {_short(jumps, 'J')}"
         ax.set_title(
@@ -76,12 +78,6 @@ def load_against_approach(ax: Axes, history: Any) -> Axes:
 def _closed(values: np.ndarray) -> bool:
     """Return whether a path ends where it began."""
     return bool(abs(values[-1] - values[0]) < SAME * np.ptp(values))
-
-
-def lost_in_a_cycle(approach: Any, load: Any) -> float:
-    """Return the work [J] done on the contact, int P d(approach), which is lost where it ends as it began."""
-    approach, load = np.asarray(approach), np.asarray(load)
-    return float(np.sum(0.5 * (load[1:] + load[:-1]) * np.diff(approach)))
 
 
 # Pictures of the von Mises stress below the surface, with interfaces and maximum marked.
@@ -443,9 +439,9 @@ def rough_figure(
     graphs = [figure.add_subplot(below[i]) for i in range(below.ncols)]
     x, y = history.grid.axes()
     time = f"{float(history.times[-1]):g} s"
-    last = lambda field: np.asarray(field)[-1] if np.ndim(field) == 3 else np.asarray(field)
-    pressure_map(maps[0], x, y, last(history.pressure), f"pressure at {time}")
-    gap_map(maps[1], x, y, last(history.gap), f"gap at {time}")
+    pressure_map(maps[0], x, y, last_map(history.pressure), f"pressure at {time}")
+    gap = np.maximum(last_map(history.gap), 0.0)
+    plotting.quantity_map(maps[1], x, y, gap, "gap", f"gap at {time}")
     contact_map(maps[2], history)
     for ax in maps:
         _fit(ax, history)
@@ -455,17 +451,6 @@ def rough_figure(
     if inside is not None:
         section_of_stress(graphs[3], inside)
     return figure
-
-
-def gap_map(ax: Axes, x: Any, y: Any, gap: Any, title: str = "") -> Axes:
-    """Draw a map of the gap (nx, ny) [m] over x and y [m]; the smallest gap is darkest."""
-    (unit, name), (x_unit, x_name) = scale_of(gap, "m"), scale_of(x, "m")
-    x, y = np.asarray(x) / x_unit, np.asarray(y) / x_unit
-    values = np.maximum(np.asarray(gap).T, 0.0) / unit
-    mesh = ax.pcolormesh(x, y, values, cmap=COLOURS, vmin=0.0, shading="nearest", rasterized=True)
-    ax.figure.colorbar(mesh, ax=ax, label=f"gap [{name}]", shrink=0.8, pad=0.02)
-    ax.set(xlabel=f"x [{x_name}]", ylabel=f"y [{x_name}]", title=title)
-    return ax
 
 
 def contact_map(ax: Axes, history: Any) -> Axes:

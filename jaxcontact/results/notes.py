@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 
 from jaxcontact._support.prefixes import told_apart
@@ -197,10 +198,11 @@ def _runs(result: Any) -> Iterator[tuple[tuple[int, ...], _Run]]:
         "time_step_error": given("time_step_error", 0.0),
     }
     series = {name: np.broadcast_to(np.asarray(a), batch + steps) for name, a in series.items()}
+    grid = jax.tree.map(np.asarray, result.grid)  # for numpy, which compiles nothing
     single = {
-        "cell_area": result.grid.cell_area,
-        "side": result.grid.spacing[0],
-        "width": result.grid.width[0],
+        "cell_area": grid.cell_area,
+        "side": grid.spacing[0],
+        "width": grid.width[0],
     } | vars(result.diagnostics)
     single = {name: np.broadcast_to(np.asarray(a), batch) for name, a in single.items()}
     for index in np.ndindex(batch):

@@ -237,12 +237,12 @@ def pressure_profiles(ax: Axes, x: Any, pressure: Any, times: Any) -> Axes:
     return ax
 
 
-def _around_contact(x: np.ndarray, pressure: Any, margin: float = 1.15) -> tuple[float, float]:
+def _around_contact(x: np.ndarray, pressure: Any) -> tuple[float, float]:
     """Return limits of x, symmetric about zero, that enclose all contact and attraction with a margin."""
     pressure = np.asarray(pressure)
     least = TENSION * np.max(np.abs(pressure)) if np.min(pressure) < 0.0 else 0.0
     touched = np.any(np.abs(pressure) > least, axis=0)
-    reach = float(np.max(np.abs(x[touched]))) * margin if np.any(touched) else float(np.max(np.abs(x)))
+    reach = 1.15 * float(np.max(np.abs(x[touched]))) if np.any(touched) else float(np.max(np.abs(x)))
     reach = max(reach, 2.0 * float(x[1] - x[0]))
     return -reach, reach
 
@@ -268,7 +268,7 @@ def surface_deformation(ax: Axes, x: Any, profile: Any, displacement: Any, appro
     return ax
 
 
-MAPS = {"thickness": "m", "pressure": "Pa", "temperature": "K", "displacement": "m"}  # with units
+MAPS = {"thickness": "m", "pressure": "Pa", "temperature": "K", "displacement": "m", "gap": "m"}  # with units
 
 
 def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highest: Any = None) -> Axes:
@@ -278,10 +278,11 @@ def pressure_map(ax: Axes, x: Any, y: Any, pressure: Any, title: str = "", highe
     return _map(ax, x, y, pressure, ("pressure", "Pa"), (lowest, float(highest)), title)
 
 
-def quantity_map(ax: Axes, x: Any, y: Any, values: Any, name: str) -> Axes:
+def quantity_map(ax: Axes, x: Any, y: Any, values: Any, name: str, title: str = "") -> Axes:
     """Draw a map (nx, ny) of one of ``MAPS``; the colours of a temperature and of an indenter's wear begin at the least."""
     low, high = float(np.min(values)), float(np.max(values))
-    return _map(ax, x, y, values, (name, MAPS[name]), (low if name == "temperature" else min(low, 0.0), high))
+    low = low if name == "temperature" else min(low, 0.0)
+    return _map(ax, x, y, values, (name, MAPS[name]), (low, high), title)
 
 
 def _map(
@@ -487,14 +488,9 @@ MOST_TICKS = 8  # values of an axis that have a tick each
 EQUAL = 1e-6  # relative difference between equal steps or ratios
 
 
-def study_figure(cases: Sequence[Mapping[str, Any]], values: np.ndarray, name: str) -> Figure:
-    """Return a figure of values (n,), one of each case, over the one or two numbers that the cases vary."""
-    return studies_figure(cases, {name: values})
-
-
 @styled
 def studies_figure(cases: Sequence[Mapping[str, Any]], values: Mapping[str, np.ndarray]) -> Figure:
-    """Return a figure with a panel for each name of values (n,)."""
+    """Return a figure of values (n,), one of each case, over the one or two numbers that the cases vary: a panel a name."""
     figure = Figure(figsize=(5.2 * len(values), 3.9), layout="constrained")
     for ax, (name, own) in zip(np.atleast_1d(figure.subplots(1, len(values))), values.items(), strict=True):
         draw_study(ax, cases, own, name)

@@ -22,7 +22,6 @@ from jaxcontact._support.fields import (
     derived_of,
     fields_of,
     numbers_of,
-    optional_fields,
     status_names,
     stored_fields,
 )
@@ -275,7 +274,8 @@ def read_result(path: str | Path) -> Any:
 
 def _check_arrays(cls: type, arrays: dict[str, np.ndarray]) -> None:
     """Check that all arrays of a result are present, with consistent sizes."""
-    names = [name for name in stored_fields(cls) if name in arrays or name not in optional_fields(cls)]
+    optional = {field.name for field in dataclasses.fields(cls) if field.default is None}
+    names = [name for name in stored_fields(cls) if name in arrays or name not in optional]
     for name in (*names, "x", "y"):
         if name not in arrays:
             raise ValueError(f"{name}: missing; accepted: a file written by jaxcontact.write_result")

@@ -33,8 +33,7 @@ from jaxcontact.response.stack import (
 )
 from jaxcontact.results.notes import DEEP, FEW_CELLS, FEW_COHESIVE, STEP_ERROR, STRAIN_LIMIT
 from jaxcontact.shell.case_file import Case, CaseError, tables_named
-from jaxcontact.shell.case_keys import FEW, chosen, maps_of
-from jaxcontact.shell.case_schema import KINDS
+from jaxcontact.shell.case_schema import FEW, KINDS, chosen, maps_of
 from jaxcontact.shell.finished_steps import StoredFields
 from jaxcontact.simulate.run import BLOCK, Experiment, first_block
 
@@ -175,13 +174,6 @@ def footprint_of(case: Case) -> Footprint:
     return Footprint(memory, disk)
 
 
-def disk_room(directory: Path) -> float:
-    """Return the bytes that a run in this directory may use: free disk space plus the size of its finished steps."""
-    there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
-    own = sum(path.stat().st_size for path in (directory / UNFINISHED).glob("*"))
-    return float(shutil.disk_usage(there).free + own)
-
-
 def machine_memory() -> float:
     """Return the bytes of memory of the machine or of the container; inf if the system does not report them."""
     if not hasattr(os, "sysconf") or "SC_PHYS_PAGES" not in os.sysconf_names:
@@ -240,7 +232,9 @@ def check_completely(case: Case, path: Path) -> None:
 
 def check_disk(case: Case, path: Path, directory: Path) -> None:
     """Check that the disk has room for the run, counting finished steps already in the directory. Raises CaseError."""
-    needed, has = footprint_of(case).disk, disk_room(directory)
+    there = next(path for path in (directory, *directory.absolute().parents) if path.exists())
+    own = sum(path.stat().st_size for path in (directory / UNFINISHED).glob("*"))
+    needed, has = footprint_of(case).disk, float(shutil.disk_usage(there).free + own)
     if needed > has:
         raise CaseError(
             f"{path}: {directory}: found a run that needs {in_bytes(needed)} on disk, accepted: up to the"

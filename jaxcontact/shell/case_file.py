@@ -29,14 +29,19 @@ from jaxcontact.bodies.body import Layer, LayeredHalfSpace, at_its_thickest
 from jaxcontact.bodies.controls import Approach, Control, Load, TangentialDisplacement, TangentialLoad
 from jaxcontact.bodies.grid import Grid
 from jaxcontact.indenters import shapes
-from jaxcontact.shell.case_keys import (
+from jaxcontact.shell.case_schema import (
     BASES,
     BONDED,
+    KIND,
+    KINDS,
     LARGEST,
     LAST,
     LAWS,
     MATERIAL,
     MATERIALS,
+    OPTIONAL_SECTIONS,
+    PARTS,
+    SEVERAL,
     SHAPES,
     TABLE,
     TABLES,
@@ -47,9 +52,9 @@ from jaxcontact.shell.case_keys import (
     choice,
     in_si,
     kept_unless_said,
+    sections_of,
     take_up_material,
 )
-from jaxcontact.shell.case_schema import KIND, KINDS, OPTIONAL_SECTIONS, PARTS, SEVERAL, sections_of
 from jaxcontact.simulate.run import Experiment
 
 # The tables of a case file: reading them, checking their keys and values, and converting values with units to SI.
@@ -317,7 +322,7 @@ class Case:
 
     kind: of ``KINDS``; tables: the file as it stood, without what is absent there; times: a single zero for a steady
     state; motion: what the function of this kind takes beyond those of ``indent``; options: the keywords of its solver;
-    kept: of which times a run writes maps (``shell.case_keys``).
+    kept: of which times a run writes maps (``shell.case_schema``).
     """
 
     kind: str

@@ -37,7 +37,7 @@ from jaxcontact.results import storage
 from jaxcontact.results.contact import ContactHistory
 from jaxcontact.results.summaries import figures_in, values_of
 from jaxcontact.shell.case_file import Case, caption_of, case_text, write_under
-from jaxcontact.shell.case_keys import COURSE, FEW, at_times, time_series_of
+from jaxcontact.shell.case_schema import COURSE, FEW, at_times, time_series_of
 from jaxcontact.simulate.run import FinishedBlock
 
 CHECKPOINTS = ("checkpoint.npz", "checkpoint_of_odd.npz")  # after an even and an odd number of blocks

@@ -96,7 +96,7 @@ def convert(options: argparse.Namespace) -> int:
 
 def _report_few(result: Path) -> None:
     """Report the number of times with maps, if a run kept a few, on stderr, since stdout names the file."""
-    from jaxcontact.shell.case_keys import COURSE
+    from jaxcontact.shell.case_schema import COURSE
 
     course = result.with_name(COURSE)
     if result.name == "result.npz" and course.exists():

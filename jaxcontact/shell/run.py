@@ -33,8 +33,7 @@ from jaxcontact.results.notes import in_one_line, kind_of
 from jaxcontact.results.summaries import lines_of
 from jaxcontact.shell import advice
 from jaxcontact.shell.case_file import Case, CaseError, case_of, case_text, mistakes_in_tables, read_tables
-from jaxcontact.shell.case_keys import chosen
-from jaxcontact.shell.case_schema import KINDS
+from jaxcontact.shell.case_schema import KINDS, chosen
 from jaxcontact.shell.finished_steps import FinishedRun, FinishedSteps, ResumePoint, fingerprint
 from jaxcontact.simulate.run import Experiment, blocks, plan_of, reported
 

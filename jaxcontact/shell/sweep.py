@@ -50,7 +50,7 @@ from jaxcontact.shell.case_file import (
     si_value,
     unit_of,
 )
-from jaxcontact.shell.case_keys import FLAG, NUMBER, Key, Keys, choice, whole_number
+from jaxcontact.shell.case_schema import FLAG, NUMBER, Key, Keys, choice, whole_number
 from jaxcontact.shell.finished_steps import fingerprint
 from jaxcontact.simulate.sweep import FUNCTION, Study, sweep_of
 

@@ -511,30 +511,14 @@ ROUNDED = 1e-12  # relative change of a thickness below which it counts as round
 def finished(result: Any, errors: Errors, experiment: Experiment) -> Any:
     """Return a result with diagnostics for its notes and statuses of known errors; all nan where values were out of
     range."""
-    indenter, (dx, dy) = experiment.indenter, experiment.grid.spacing
-    radius: Any = jnp.inf
-    roller_length: Any = jnp.inf
-    longer: Any = dx / dy  # cells along y over cells along x that cross the contact
-    if isinstance(indenter, Sphere):
-        radius = indenter.radius
-    elif isinstance(indenter, Cylinder):
-        radius, roller_length = indenter.radius, jnp.minimum(indenter.length, experiment.grid.width[1])
-    elif isinstance(indenter, Ellipsoid):
-        # the radius of a ball with the same error, which is governed by the section of the smaller radius
-        low, high = jnp.min(jnp.asarray(indenter.radii)), jnp.max(jnp.asarray(indenter.radii))
-        radius = low * (high / low) ** (1.0 / 3.0)
-        # the axes of the contact, nearly in the ratio of the radii to 2/3
-        longer = longer * (indenter.radii[1] / indenter.radii[0]) ** (2.0 / 3.0)
+    indenter = experiment.indenter
     found = {
         "separation_error": errors.separation,
         "image_error": errors.images,
-        "single_contact": jnp.asarray(not isinstance(experiment.indenter, HeightField)),
+        "single_contact": jnp.asarray(not isinstance(indenter, HeightField)),
         "widenings": jnp.zeros((), int),
-        "ball_radius": jax.lax.stop_gradient(jnp.asarray(radius, float)),
-        "roller_length": jax.lax.stop_gradient(jnp.asarray(roller_length, float)),
-        "elongation": jax.lax.stop_gradient(jnp.maximum(longer, 1.0 / longer)),
-        "size_error": jax.lax.stop_gradient(experiment.indenter.size_error(experiment.grid)),
-    }
+        "size_error": jax.lax.stop_gradient(indenter.size_error(experiment.grid)),
+    } | _sizes(indenter, experiment.grid)
     if experiment.temperatures:
         each = [jnp.min(jnp.asarray(value, float)) for value in experiment.temperatures]
         found["coldest"] = jax.lax.stop_gradient(jnp.min(jnp.stack(each)))
@@ -571,7 +555,32 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
     return result
 
 
-@jax.jit
+@functools.partial(Program, optimised=False)
+def _sizes(indenter: Indenter, grid: Grid) -> dict[str, Array]:
+    """Return what notes compare with the size of the contact, by the names of the diagnostics, without derivatives."""
+    dx, dy = grid.spacing
+    radius: Any = jnp.inf
+    roller_length: Any = jnp.inf
+    longer: Any = dx / dy  # cells along y over cells along x that cross the contact
+    if isinstance(indenter, Sphere):
+        radius = indenter.radius
+    elif isinstance(indenter, Cylinder):
+        radius, roller_length = indenter.radius, jnp.minimum(indenter.length, grid.width[1])
+    elif isinstance(indenter, Ellipsoid):
+        # the radius of a ball with the same error, which is governed by the section of the smaller radius
+        low, high = jnp.min(jnp.asarray(indenter.radii)), jnp.max(jnp.asarray(indenter.radii))
+        radius = low * (high / low) ** (1.0 / 3.0)
+        # the axes of the contact, nearly in the ratio of the radii to 2/3
+        longer = longer * (indenter.radii[1] / indenter.radii[0]) ** (2.0 / 3.0)
+    found = {
+        "ball_radius": jnp.asarray(radius, float),
+        "roller_length": jnp.asarray(roller_length, float),
+        "elongation": jnp.maximum(longer, 1.0 / longer),
+    }
+    return jax.lax.stop_gradient(found)
+
+
+@functools.partial(Program, optimised=False)
 def _steep_share(heights: Array, grid: Grid) -> Array:
     """Return the share of steps between neighbouring cells with a slope above 1, along the axis where it is larger, ()."""
     return jnp.max(jnp.stack([jnp.mean(each > 1.0) for each in _slopes(heights, grid)]))
@@ -587,7 +596,7 @@ def _slopes(values: Array, grid: Grid) -> list[Array]:
     return found
 
 
-@jax.jit
+@functools.partial(Program, optimised=False)
 def _meets_walls(result: Any, indenter: Indenter) -> Array:
     """Return whether a slide has a force at walls of the indenter, which ``hysteresis_force`` leaves out, ()."""
     grid = result.grid
@@ -632,13 +641,13 @@ def _thickness_diagnostics(
     return found | {"narrow_growth": narrow}
 
 
-@jax.jit
+@functools.partial(Program, optimised=False)
 def _status_of_march(status: Array, times: Array, errors: Errors, step_error: Array) -> Array:
     """Return ``with_error_statuses`` for a history: the response is in error beyond its horizon."""
     return with_error_statuses(status, times - times[0], errors, step_error)
 
 
-@jax.jit
+@functools.partial(Program, optimised=False)
 def _status_of_passage(status: Array, velocity: Array, grid: Grid, errors: Errors) -> Array:
     """Return ``with_error_statuses`` for a steady state, whose duration is that of one passage of the grid."""
     speed = jnp.sqrt(jnp.sum(jnp.asarray(velocity) ** 2))
@@ -646,7 +655,7 @@ def _status_of_passage(status: Array, velocity: Array, grid: Grid, errors: Error
     return with_error_statuses(status, width / jnp.where(speed > 0.0, speed, 1.0), errors)
 
 
-@jax.jit  # one program instead of one for each operation
+@functools.partial(Program, optimised=False)  # one program instead of one for each operation
 def with_error_statuses(
     status: Array, elapsed: Array, errors: Errors, step_error: Array | float = 0.0
 ) -> Array:

@@ -49,6 +49,7 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators import spectral
 from jaxcontact.operators.heat import Solid, rise_coefficients
 from jaxcontact.operators.kernels import Kernels, friction_kernels, friction_kernels_of_indenter, joint_errors
+from jaxcontact.response.tangential import tangential_expansion
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
 from jaxcontact.simulate.run import Experiment, Plan, Save, marched, refined
@@ -198,14 +199,7 @@ class Sliding(Experiment):
         )
         friction = 0.0 if friction is None and shear_strength is not None else friction
         experiment = Experiment.of(
-            body,
-            indenter,
-            control,
-            times,
-            grid,
-            adhesion=adhesion,
-            shear_strength=shear_strength,
-            **given,
+            body, indenter, control, times, grid, adhesion=adhesion, shear_strength=shear_strength, **given
         )
         velocity = as_array(velocity)
         valid = checked_track(velocity, times, experiment.grid, experiment.substeps)
@@ -243,7 +237,9 @@ class Sliding(Experiment):
         friction, errors = jnp.zeros(()), kernels.errors(self.duration)
         if self.friction is not None:
             coefficient = self.friction if self.adhesion is None else jnp.ones(grid.shape)
-            sheared_body = friction_kernels(self.body, self.indenter, grid, scale, coefficient)
+            sheared_body = friction_kernels(
+                tangential_expansion(self.body), self.indenter, grid, scale, coefficient
+            )
             sheared_indenter = friction_kernels_of_indenter(self.indenter, grid, scale, coefficient)
             expansions = [each.expansion for each in (sheared_body, sheared_indenter) if each is not None]
             friction, errors = self.friction, joint_errors(kernels, *expansions, duration=self.duration)

@@ -55,6 +55,7 @@ from jaxcontact.operators.kernels import (
 )
 from jaxcontact.operators.operator import Family, Operator, series_entries
 from jaxcontact.response.stack import creeps_far, is_fluid
+from jaxcontact.response.tangential import tangential_expansion
 from jaxcontact.results.contact import SteadySliding, with_totals
 from jaxcontact.simulate.run import Experiment, reported
 
@@ -678,7 +679,8 @@ def _run(experiment: Experiment, velocity: Array, friction: Array | None) -> tup
     if friction is not None and not isinstance(wake, FilmWake):
         wide = replace(grid, shape=doubled(grid.shape, grid.periodic))
         coefficient = friction if experiment.adhesion is None else jnp.ones(())
-        of_body = friction_kernels(experiment.body, experiment.indenter, wide, scale, coefficient)
+        expansion = tangential_expansion(experiment.body)
+        of_body = friction_kernels(expansion, experiment.indenter, wide, scale, coefficient)
         of_indenter = friction_kernels_of_indenter(experiment.indenter, grid, scale, coefficient)
         sheared_wake = FrictionWake(wake, of_body, direction, of_indenter)
         if experiment.adhesion is None:

@@ -103,10 +103,10 @@ class Study:
         Raises:
             ValueError: an unknown name, or cases that vary none or more than two numbers.
         """
-        from jaxcontact.results.plotting import study_figure
+        from jaxcontact.results.plotting import studies_figure
 
         values = self.stacked(name)
-        return study_figure(self.cases, values.reshape(len(self), -1)[:, -1], name)
+        return studies_figure(self.cases, {name: values.reshape(len(self), -1)[:, -1]})
 
     def __str__(self) -> str:
         done = len(self) - len(self.failures)

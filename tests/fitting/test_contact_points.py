@@ -14,6 +14,13 @@ DATA = Path(__file__).resolve().parents[3] / "shared" / "data"
 R, G1, G2, ETA1, ETA2 = 100e-6, 2e5, 1e5, 5e6, 4e5
 TAU = ETA2 / G2
 RNG = np.random.default_rng(7)
+START = RNG.bit_generator.state
+
+
+@pytest.fixture(autouse=True)
+def same_noise():
+    """Let every test have the same noise, whatever tests ran before it."""
+    RNG.bit_generator.state = START
 
 
 def integral_of_compliance(t):

@@ -6,13 +6,13 @@ import json
 
 import pytest
 
-from jaxcontact.paper import figure_4, figure_12, reproduce, speed_map
+from jaxcontact.paper import figure_4, reproduce, speed_map, tribofilm
 from jaxcontact.paper.comparison import Row
 
 N = 64
 SABOTAGED = (
     figure_4.CASE,
-    *(pytest.param(case, marks=pytest.mark.slow) for case in (figure_12.CASE, speed_map.CASE)),
+    *(pytest.param(case, marks=pytest.mark.slow) for case in (tribofilm.FIGURE_12, speed_map.CASE)),
 )
 
 

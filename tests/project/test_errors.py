@@ -92,7 +92,7 @@ ELSEWHERE = {  # reached by no row, and why
     "pytree.py: __init__": "test_own_classes.py, a class without the decorator",
     "materials.py: __post_init__": "test_own_classes.py, a material without Poisson's ratio",
     **{f"materials.py: {name}": "test_materials.py, factors" for name in ("scaled", "shifted", "from_young")},
-    "case_keys.py: take_up_material": "test_plugins.py",
+    "case_schema.py: take_up_material": "test_plugins.py",
     "storage.py: _xarray": "test_storage.py, without the extra",
     "fields.py: extra": "test_summaries.py, without the extra",
     "contact.py: _check_one": "test_summaries.py, many runs",
@@ -125,7 +125,7 @@ ELSEWHERE = {  # reached by no row, and why
         place: "a request or an option of the page: test_play_page.py"
         for place in (
             "server.py: play",
-            "__init__.py: port_number",
+            "__main__.py: _port_number",
             "server.py: checked",
             "server.py: do_POST",
         )

@@ -8,7 +8,7 @@ import pytest
 
 import fitting
 from jaxcontact._support import plugins
-from jaxcontact.shell import case_keys
+from jaxcontact.shell import case_schema
 from jaxcontact.shell.case_file import CaseError, case_text, read_case
 
 MODULE = '''
@@ -88,8 +88,8 @@ def installed(tmp_path, monkeypatch):
     (tmp_path / "tiny_plugin.py").write_text(MODULE)
     monkeypatch.syspath_prepend(tmp_path)
     for choices in ("MATERIALS", "BASES"):
-        monkeypatch.setattr(case_keys, choices, dict(getattr(case_keys, choices)))
-        monkeypatch.setattr(f"jaxcontact.shell.case_file.{choices}", getattr(case_keys, choices))
+        monkeypatch.setattr(case_schema, choices, dict(getattr(case_schema, choices)))
+        monkeypatch.setattr(f"jaxcontact.shell.case_file.{choices}", getattr(case_schema, choices))
     yield tmp_path
     sys.modules.pop("tiny_plugin", None)
 

@@ -133,6 +133,30 @@ def test_derivatives_of_a_program_are_compiled_once():
     assert not compiled
 
 
+def test_the_work_of_a_batch_and_of_other_shapes_is_counted(monkeypatch):
+    known = programs.compiler_options
+    options = lambda optimised=True: {"no such option": True} if optimised else known(False)
+    monkeypatch.setattr(programs, "compiler_options", options)
+    program = Program(recurred, ("power",), work=lambda scale, x, *_, power: 0.01 * programs.BRIEF * x.size)
+    of = lambda x: number_of(program)(SCALE, x)
+    batch = lambda count: jnp.ones((count, 7)) * X
+    # A call has 0.07 of the work that is brief, and a derivative a quarter of it.
+    (
+        jax.vmap(of)(batch(3)),
+        jax.grad(of)(X),
+        jax.vmap(jax.grad(of))(batch(5)),
+        jax.jacrev(lambda x: of(x) * x)(X),
+    )
+    for dear in (
+        lambda: jax.vmap(of)(batch(20)),
+        lambda: jax.vmap(jax.grad(of))(batch(80)),
+        lambda: jax.grad(of)(jnp.ones(500)),
+        lambda: jax.vmap(jax.vjp(of, X)[1])(jnp.ones(80)),
+    ):
+        with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
+            dear()
+
+
 def test_results_that_do_not_depend_on_what_moves_have_no_derivative_to_compile():
     program = Program(recurred, ("power",))
     out, pull = jax.vjp(lambda x: program(SCALE, x, 3, power=2)["ones"], X)
@@ -181,4 +205,5 @@ def test_a_compiler_option_that_the_user_sets_is_kept(monkeypatch):
     monkeypatch.setenv(
         "XLA_FLAGS", "--xla_backend_optimization_level=0 --xla_cpu_parallel_codegen_split_count=4"
     )
-    assert programs.compiler_options.__wrapped__() == {"xla_cpu_use_fusion_emitters": False}
+    left = {"xla_cpu_use_fusion_emitters", "xla_disable_hlo_passes"}
+    assert set(programs.compiler_options.__wrapped__()) == left

@@ -136,7 +136,7 @@ def test_colours_of_crowded_times_follow_their_order():
 
 def test_studies_have_units_with_prefixes_and_ticks_at_their_values():
     cases = [{"layer.thickness [m]": h, "load": w} for h in (1e-7, 2e-7, 4e-7) for w in (10.0, 15.0)]
-    figure = plotting.study_figure(cases, np.linspace(1e8, 6e8, 6), "peak_pressure")
+    figure = plotting.studies_figure(cases, {"peak_pressure": np.linspace(1e8, 6e8, 6)})
     ax, _ = figure.axes
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == (
         "layer.thickness [nm]",

@@ -6,9 +6,9 @@ import pytest
 from test_command_line import CASE
 
 from jaxcontact.__main__ import main
-from jaxcontact.shell import case_keys, case_schema
+from jaxcontact.shell import case_schema
 from jaxcontact.shell.case_file import case_text, read_case
-from jaxcontact.shell.case_keys import UNITS, in_si
+from jaxcontact.shell.case_schema import UNITS, in_si
 
 WITH_UNITS = {
     "thickness = 150e-9": 'thickness = "150 nm"',
@@ -66,7 +66,7 @@ def test_a_quantity_is_its_number_in_si(text, unit, value):
 
 def test_every_quantity_of_the_schema_has_its_units():
     groups = [keys for kind in case_schema.KINDS for keys in case_schema.sections_of(kind).values()]
-    groups += [keys for _, keys in (case_keys.MATERIALS | case_keys.SHAPES | case_keys.LAWS).values()]
+    groups += [keys for _, keys in (case_schema.MATERIALS | case_schema.SHAPES | case_schema.LAWS).values()]
     assert {key.unit for keys in groups for key in keys.values()} - {None} == set(UNITS)
 
 

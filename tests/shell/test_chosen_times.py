@@ -10,7 +10,7 @@ import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact.shell.advice import footprint_of
 from jaxcontact.shell.case_file import read_case
-from jaxcontact.shell.case_keys import at_times, chosen
+from jaxcontact.shell.case_schema import at_times, chosen
 
 FILE = "result.npz"
 

@@ -7,8 +7,17 @@ import jaxcontact as jc
 from jaxcontact.__main__ import main
 from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.shell.case_file import read_case
-from jaxcontact.shell.case_keys import ITERATIONS, LOAD_ON, POSITIVE, SAVE, TOLERANCE, Key
-from jaxcontact.shell.case_schema import KINDS, TIMES_KEYS, Kind
+from jaxcontact.shell.case_schema import (
+    ITERATIONS,
+    KINDS,
+    LOAD_ON,
+    POSITIVE,
+    SAVE,
+    TIMES_KEYS,
+    TOLERANCE,
+    Key,
+    Kind,
+)
 from jaxcontact.simulate.indent import Indentation
 from jaxcontact.simulate.run import marched
 
