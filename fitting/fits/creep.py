@@ -1,6 +1,7 @@
-"""Fit of a material to creep data, with profile-likelihood intervals (``inference/verdict.py``).
+"""Fit of a material to creep data.
 
-The search is deterministic and needs no initial guess (``search/varpro.py``).
+The search is deterministic and needs no initial guess, and intervals are profile likelihoods, both by variable projection
+(``search/varpro.py``); the level of an interval follows from the noise of the residuals (``inference/sample.py``).
 """
 
 import dataclasses
@@ -124,6 +125,7 @@ def _prediction_variance(jacobian: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 SINGLY = 64  # up to this many times are profiled one by one, by the program of one time that every fit has compiled
 OTHER_FUNCTIONS = 5  # functions before J(t) in a profile: j0, j2, f, j2/tau, slope0
+COMBINATIONS = [0, 4, 5]  # the places of J0, slope0 and J at the first of the times in a profile
 ROUND_OFF = 1e-14  # of a compliance in scaled units
 
 
@@ -291,9 +293,9 @@ def _fit(
     if isinstance(structure, Law):
         # a fractional law, or a material of one's own
         search = (OwnCreepCurve if isinstance(structure, OwnLaw) else ScaledCreepCurve).of(data)
-        solved, found = search.concluded(data, sought, sample, search.duration, level)
-        band = functools.partial(linear_band, found.common.structure, found.common.estimate, level)
-        return found.fit(
+        solved, conclusion = search.concluded(data, sought, sample, search.duration, level)
+        band = functools.partial(linear_band, conclusion.common.structure, conclusion.common.estimate, level)
+        return conclusion.fit(
             CreepFit, sample=first, sought=sought, kept=solved.kept, point_weights=solved.weights, combinations={},
             profile=band,
         )  # fmt: skip
@@ -335,22 +337,22 @@ def _fit(
     landscape = Landscape(
         residual, np.asarray(best.parts)[own], np.stack(space.bounds, -1)[own], space.unit[own]
     )
-    found = conclude(problem, solved._replace(notes=notes, landscape=landscape))
+    conclusion = conclude(problem, solved._replace(notes=notes, landscape=landscape))
 
-    # 4. J0, slope0 = 1/eta1 + 1/eta2 and J at the last time, with their intervals; ends that are zero have errors of
-    # round-off.
+    # 4. J0, slope0 = 1/eta1 + 1/eta2 and J at the last time, which is 1 in scaled units, with their intervals; ends that are
+    # zero have errors of round-off.
     (j0, j2, f, ratio), tau = np.asarray(best.parts), float(best.tau)
-    slopes = np.zeros((len(found.assessment.slopes), 4))
-    slopes[:, free] = found.assessment.slopes
-    sd = linear_sd(slopes, _gradients(best, np.ones(1))[:, [0, 4, 5]].T, np.isin(np.arange(4), free))
+    slopes = np.zeros((len(conclusion.assessment.slopes), 4))
+    slopes[:, free] = conclusion.assessment.slopes
+    sd = linear_sd(slopes, _gradients(best, np.ones(1))[:, COMBINATIONS].T, np.isin(np.arange(4), free))
     values = np.array([j0, ratio + f, j0 - j2 * math.expm1(-1.0 / tau) + f])
-    ends = np.where(found.ends > ROUND_OFF, found.ends, 0.0)[[0, 4, 5]]
+    ends = np.where(conclusion.ends > ROUND_OFF, conclusion.ends, 0.0)[COMBINATIONS]
     units = scaled.compliance * np.array([1.0, 1.0 / scaled.time, 1.0])
     rows = np.column_stack([values, sd, ends]) * units[:, None]
-    return found.fit(
+    return conclusion.fit(
         CreepFit, sample=first, sought=sought, kept=kept, point_weights=solved.weights,
         combinations={name: tuple(row.tolist()) for name, row in zip(("J0", "slope0", "J(T)"), rows, strict=True)},
-        profile=functools.partial(creep_limits, scaled, best, found.assessment),
+        profile=functools.partial(creep_limits, scaled, best, conclusion.assessment),
     )  # fmt: skip
 
 

@@ -360,7 +360,8 @@ class OwnLaw(Law):
     """A material of one's own as the list of its parameters; start: the material at which the search begins.
 
     The material is a subclass of ``jaxcontact.abc.Material``. An instance is given in place of a model: its numbers are the
-    start of the search, and what is not fitted (nu or a bulk modulus) is kept. All its other fields are numbers > 0.
+    start of the search, and what is not fitted (nu or a bulk modulus) is kept. All its other fields are numbers > 0. Their
+    units are those of the class attribute ``units``, as in case files, or follow from their names (``OWN_UNITS``).
     """
 
     start: Any = None
@@ -380,10 +381,12 @@ class OwnLaw(Law):
             raise ValueError(
                 f"model: expected a material with parameters, got {type(start).__name__} without any"
             )
-        dimensions = {
+        usual = {
             name: next((unit for known, unit in OWN_UNITS.items() if name.startswith(known)), "")
             for name in names
         }
+        stated = getattr(start, "units", {})
+        dimensions = {name: stated.get(name, usual[name]) for name in names}
         where = {name: place for place, name in enumerate(names)}
         return cls(type(start), where, 0, None, dimensions=dimensions, start=start)
 

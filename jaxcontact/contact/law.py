@@ -35,7 +35,7 @@ class ContactLaw(abc.ABC):
     """
 
     homogeneous: ClassVar[bool]
-    prescribes: ClassVar[bool]
+    prescribes: ClassVar[bool] = False
 
     @abc.abstractmethod
     def touching(self, pressure: Array) -> Array:
@@ -69,9 +69,9 @@ class ContactLaw(abc.ABC):
     def violation(self, pressure: Array, gap: Array) -> Array:
         """Return by how much the gap of each cell differs from what the law allows at its pressure, (nx, ny) >= 0."""
 
-    @abc.abstractmethod
     def prescribed_change(self, change: ContactLaw, pressure: Array) -> Array:
         """Return the change of the pressures that the law prescribes, for a change of the law, (nx, ny)."""
+        return jnp.zeros_like(pressure)
 
     def in_window(self, corner: Array, shape: tuple[int, int]) -> ContactLaw:
         """Return the law of the cells of a window (``operators.operator``): itself, unless it varies over the surface."""
@@ -83,7 +83,6 @@ class Unilateral(ContactLaw):
     """Hard contact without adhesion: p >= 0, g >= 0, p g = 0."""
 
     homogeneous = True
-    prescribes = False
 
     def touching(self, pressure: Array) -> Array:
         return pressure > 0.0
@@ -107,9 +106,6 @@ class Unilateral(ContactLaw):
 
     def violation(self, pressure: Array, gap: Array) -> Array:
         return jnp.where(pressure > 0.0, jnp.abs(gap), jnp.maximum(-gap, 0.0))
-
-    def prescribed_change(self, change: ContactLaw, pressure: Array) -> Array:
-        return jnp.zeros_like(pressure)
 
 
 @pytree

@@ -79,7 +79,7 @@ class Solution:
         return self.pressure if self.contact_pressure is None else self.contact_pressure
 
 
-class _Search(NamedTuple):
+class _State(NamedTuple):
     """State of the search: the pressure, its displacement, and what the next iteration needs of the last one.
 
     direction, before: direction and residual of the last iteration, (nx, ny); descent: <z, r> of it, zero to start afresh;
@@ -149,7 +149,10 @@ def depth_of(problem: Problem, approach: Array, energy: Array, size: Array) -> A
 def stopping_error(
     problem: Problem, pressure: Array, displacement: Array, residual: Array, approach: Array
 ) -> Array:
-    """Return the dimensionless error of the formula at the head of the module."""
+    """Return the dimensionless error of the formula at the head of the module, of any pressure.
+
+    Within a search ``_assessed`` computes it from sums that it has already.
+    """
     violation = problem.law.violation(pressure, residual)
     outside = violation * ~problem.law.touching(pressure)
     sums = pressure * violation, pressure, pressure * displacement
@@ -214,7 +217,7 @@ def _of_zero_mean(problem: Problem) -> bool:
 
 
 @jax.jit  # so that it is traced once for each grid, and not before and within the loop
-def _assessed(problem: Problem, s: _Search) -> _Search:
+def _assessed(problem: Problem, s: _State) -> _State:
     """Return the state with residual, approach, error and working cells for its pressure, in few passes over the grid.
 
     residual: the gap at the approach of the search; working: the number of cells that the next iteration may change, and
@@ -240,7 +243,7 @@ def _assessed(problem: Problem, s: _Search) -> _Search:
     approach = level if problem.load_controlled else problem.target
     residual = surface - (level if _of_zero_mean(problem) else approach)
 
-    # The error of the formula at the head of the module.
+    # The error as in ``stopping_error``.
     violation, working = law.violation(p, surface - approach), law.may_change(p, residual)
     violated, number, remaining = totals(p * violation, working, working * residual)
     worst = jnp.maximum(violated / positive_or_one(size), largest(violation * ~law.touching(p)))
@@ -255,11 +258,11 @@ def _search(
     displacement: Array,
     tolerance: Array,
     max_iterations: Array,
-) -> _Search:
+) -> _State:
     """Iterate from a usable start and the displacement under it: the conjugate gradients of the module."""
     law, sized = problem.law, _sized(problem)
 
-    def iterate(s: _Search) -> _Search:
+    def iterate(s: _State) -> _State:
         p, r, (number, remaining) = s.pressure, s.residual, s.working
 
         # 1. Precondition the residual on the cells that may change: those in contact and those that overlap. Where the
@@ -329,7 +332,7 @@ def _search(
 
     zero, nothing, none = jnp.zeros_like(start), jnp.zeros(()), jnp.zeros((), int)
     unknown = zero, nothing, nothing, (nothing, nothing)
-    first = _Search(start, displacement, zero, zero, nothing, jnp.asarray(LENGTH), *unknown, none)
+    first = _State(start, displacement, zero, zero, nothing, jnp.asarray(LENGTH), *unknown, none)
     first = _assessed(problem, first)
     if problem.load_controlled:  # without a load the start, zero pressure, is the solution
         first = first._replace(error=jnp.where(problem.target > 0.0, first.error, 0.0))

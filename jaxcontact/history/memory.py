@@ -166,7 +166,7 @@ class RecursiveMemory(Memory):
         mix = k.mix[:count]  # of matrices: quicker to differentiate
         mixed = (mix * decay) @ eta.reshape(len(eta), pressure.size)
         mixed = mixed.reshape(count, *pressure.shape) + jnp.tensordot(mix @ (dt * old), pressure, 0)
-        earlier = k.family.total(mixed)
+        earlier = k.family.superposed(mixed)
         return Prediction(k.family.combined([1.0, *(k.mix @ (dt * new))]), earlier, BeforeStep(eta, pressure))
 
     def update(self, before: BeforeStep, pressure: Array, dt: Array) -> Array:
@@ -206,7 +206,7 @@ class RecursiveMemory(Memory):
     def displacement(self, eta: Array, pressure: Array) -> Array:
         """Return the displacement, (nx, ny), from the fields after a step and its pressure."""
         k = self.kernels
-        return k.family.total(jnp.concatenate([pressure[None], jnp.tensordot(k.mix, eta, 1)]))
+        return k.family.superposed(jnp.concatenate([pressure[None], jnp.tensordot(k.mix, eta, 1)]))
 
     def observe(self, eta: Array, pressure: Array, dt: Array, other: Array | None = None) -> dict[str, Array]:
         film = self.kernels.film_strain
@@ -1014,7 +1014,7 @@ class IncrementalMemory(Memory):
         decay, old, new = ramps(self.rates * step.dt)
         eta = decay[:, None, None] * fields.eta + jnp.tensordot(step.dt * old, pressure, 0)
         change = jnp.tensordot(k.mix, eta - fields.eta, 1)
-        earlier = fields.displacement + k.family.total(jnp.concatenate([-pressure[None], change]))
+        earlier = fields.displacement + k.family.superposed(jnp.concatenate([-pressure[None], change]))
         operator = k.family.combined([1.0, *(k.mix @ (step.dt * new))])
         return Prediction(operator, earlier, PredictedFields(eta, earlier, operator, k), self.raised(step))
 
@@ -1109,7 +1109,7 @@ class DirectMemory(Memory):
         already, and is therefore subtracted."""
         now = row.weights[row.index]
         past = jnp.where(jnp.arange(self.n_steps)[:, None] <= row.index, row.weights, 0.0)
-        earlier = self.images.family.total(
+        earlier = self.images.family.superposed(
             jnp.tensordot(past.T, increments, 1) - now[:, None, None] * pressure
         )
         operator = self.images.family.combined(list(now))

@@ -83,7 +83,8 @@ class PressStepper(Stepper):
         if carry.dent is not None:
             gap = gap + carry.dent
 
-        # 2. The contact; the search starts from the pressure extrapolated over the step.
+        # 2. The contact, by ``solve_contact``, with adhesion by ``solve_attracted``; the search starts from the pressure
+        # extrapolated over the step.
         problem = Problem(operator, gap, step.target, lowest, self.load_controlled, self.law, drag)
         guess = jax.lax.stop_gradient(carry.pressure + carry.rate * step.dt)
         solution, adhesion_state, adhesion_numbers = solve_step(

@@ -44,7 +44,7 @@ from jaxcontact.response.coefficients import (
     wavenumbers,
 )
 from jaxcontact.response.images import Images, image_errors
-from jaxcontact.response.in_time import DEFAULT_NODES, Separable, check_times, products
+from jaxcontact.response.in_time import DEFAULT_NODES, Separable, check_times, summed_products
 from jaxcontact.response.normal import response_of, sideways_compliance
 from jaxcontact.response.stack import (
     film_shape,
@@ -277,7 +277,8 @@ def build_surface(body: LayeredHalfSpace, grid: Grid, scale: Scale, nodes: int =
 
 
 def scale_of(body: LayeredHalfSpace, indenter: Indenter, grid: Grid) -> Scale:
-    """Return dx, and the compliance of a very wide contact, which is held constant in derivatives.
+    """Return the scale of a contact: dx, the area of a cell, and the compliance of a very wide contact, which is held
+    constant in derivatives.
 
     The length is not held: it is by dx itself that cells are counted, also where no unit is converted, as in the cells that
     a velocity passes in a second.
@@ -308,8 +309,8 @@ def expansion(body: LayeredHalfSpace, nodes: int) -> Expansion:
     # the errors of the images, at times spread around every rate
     response, held, fit = jax.lax.stop_gradient((response, separable, images))
     times, wavenumbers = check_times(held.rates), response.wavenumbers()
-    exact = products(held, held.terms, times[:, None])
-    fitted = products(held, fit.at(wavenumbers), times[:, None])
+    exact = summed_products(held, held.terms, times[:, None])
+    fitted = summed_products(held, fit.at(wavenumbers), times[:, None])
     errors = jnp.stack([times, image_errors(fitted, exact)], -1)
     return Expansion(separable, images, errors)
 
@@ -928,7 +929,7 @@ def _series_error(series: ThicknessSeries, expansion: Expansion, body: LayeredHa
 
     def response(h: Array) -> Array:
         at = Images(images.depths * (h / reference), images.heights).at(alpha)
-        return products(expansion.separable, at, times)
+        return summed_products(expansion.separable, at, times)
 
     checked = series.spread(THICKNESSES)
     exact, nodes = jax.vmap(response)(checked), jax.vmap(response)(series.nodes())

@@ -427,8 +427,8 @@ class Family:
         shares = jnp.sum(self.weights * pressure, (1, 2)) / jnp.where(total > 0.0, total, 1.0)
         return self.circulant + jnp.einsum("n,mnyx->myx", shares, self.circulants[:, 1:])
 
-    def total(self, fields: Array) -> Array:
-        """Return sum_m K_m f_m for fields (n, nx, ny), one for each of the last n members."""
+    def superposed(self, fields: Array) -> Array:
+        """Return the displacement sum_m K_m f_m for fields (n, nx, ny), one for each of the last n members."""
         if not len(fields):
             return jnp.zeros(fields.shape[-2:])
         last = lambda a: None if a is None else _each(a)[-len(fields) :]

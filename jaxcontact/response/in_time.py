@@ -138,8 +138,8 @@ def check_times(rates: Array) -> Array:
     return (jnp.asarray(CHECK_TIMES)[:, None] / positive).ravel() if rates.size else jnp.zeros(1)
 
 
-def products(separable: Separable, terms: Array, times: Array) -> Array:
-    """The sum of products at times (t, 1) of terms (M + 1, n) in the place of its own, (t, n)."""
+def summed_products(separable: Separable, terms: Array, times: Array) -> Array:
+    """Return alpha N at times (t, 1) from a sum of products with terms (M + 1, n) in the place of its own, (t, n)."""
     growth = times * phi1(times * separable.rates)
     return terms[0] + growth @ separable.mix.T @ terms[1:]
 
@@ -352,7 +352,7 @@ def separate(body: LayeredHalfSpace, wavenumber: Array, rates: int, shapes: int)
 
     # 4. The largest relative deviation from the exact response at some of the wavenumbers, without derivative
     body, held, times = *jax.lax.stop_gradient((body, result)), chosen.times[:, None]
-    summed = products(held, held.terms[:, ::STRIDE], times)
+    summed = summed_products(held, held.terms[:, ::STRIDE], times)
     exact = step_response(body, wavenumber[::STRIDE], times)
     return replace(result, error=jnp.max(relative_errors(summed, exact)))
 

@@ -44,8 +44,8 @@ from jaxcontact.response.in_time import (
     Stack,
     check_times,
     film_shapes,
-    products,
     relative_errors,
+    summed_products,
 )
 from jaxcontact.response.stack import differences, nu_at_first, surface_compliance, surface_creep
 
@@ -227,7 +227,9 @@ class OneLayer(Layered):
         # The largest relative error, against the exact response at times spread around every rate.
         times = check_times(found.rates)[:, None]
         exact = alpha_N(spectrum.creep(times), jnp.exp(-rho * times[..., None, None]))
-        return replace(found, error=jnp.max(relative_errors(products(found, found.terms, times), exact)))
+        return replace(
+            found, error=jnp.max(relative_errors(summed_products(found, found.terms, times), exact))
+        )
 
 
 @pytree

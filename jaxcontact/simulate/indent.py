@@ -38,6 +38,7 @@ from jaxcontact.simulate.run import (
     Experiment,
     Plan,
     Save,
+    marched,
     refined,
 )
 
@@ -140,7 +141,7 @@ def indent(
             kernels=kernels, save=save, correspondence=correspondence, checkpoint=checkpoint, adhesion=adhesion,
             hardness=hardness,
         )  # fmt: skip
-        return refined(make, substeps)
+        return refined(marched, make, substeps)
 
     if not isinstance(grid, str):
         history = solve_on(grid)
@@ -250,6 +251,6 @@ class Indentation(Experiment):
             memory = with_indenter(memory, self.kernels)
 
         stepper, steps = PressStepper(memory, **self.stepper_arguments(scale)), self.steps(scale, more)
-        known = {"times": self.times} | self.tabor_number, {"grid": self.grid}
+        time_fields = {"times": self.times} | self.tabor_number
         result_class = ContactHistory if self.adhesion is None else AdhesiveHistory
-        return Plan(stepper, steps, scale, errors, *known, result_class)
+        return Plan(stepper, steps, scale, errors, time_fields, {"grid": self.grid}, result_class)

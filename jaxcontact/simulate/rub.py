@@ -158,7 +158,7 @@ def rub(
         wears=wears, thermal=thermal, thickest=thickest, tolerance=tolerance, max_iterations=max_iterations, save=save,
         checkpoint=checkpoint, hardness=hardness, adhesion=adhesion, shear_strength=shear_strength,
     )  # fmt: skip
-    history: RubbingHistory = refined(make, substeps, _noted, _is_short)
+    history: RubbingHistory = refined(_noted, make, substeps, _is_short)
     announce(history, stacklevel=2)
     return history
 
@@ -374,8 +374,8 @@ class RubExperiment(Experiment):
         fixed_fields: dict[str, Any] = {"grid": grid}
         if self.wears == "indenter":
             fixed_fields["initial_indenter_film"] = self.at_first
-        known = time_fields, fixed_fields
-        return Plan(stepper, self.steps(scale, motion), scale, errors, *known, RubbingHistory, RubbedStep)
+        steps = self.steps(scale, motion)
+        return Plan(stepper, steps, scale, errors, time_fields, fixed_fields, RubbingHistory, RubbedStep)
 
     @property
     def at_first(self) -> Array:

@@ -464,17 +464,17 @@ def marched(experiment: Experiment) -> Any:
 
 
 def refined(
+    solve: Callable[[Any], Any],
     make: Callable[[int], Any],
     substeps: int | str,
-    solve: Callable[[Any], Any] = marched,
     accurate: Callable[[Any, Any], bool] = lambda experiment, history: True,
 ) -> Any:
-    """Return the history of an experiment with a number of substeps, without warnings.
+    """Return the history that ``solve`` returns of an experiment with a number of substeps.
 
     With "auto" the numbers of ``REFINED`` are tried one after the other until ``time_step_error`` is below 1 % at all times;
-    the history of the last one is returned if it is not. make: function of the number of substeps that returns the
-    experiment; solve: function of the experiment that returns its history; accurate: function of both that returns whether
-    errors of the time steps that ``time_step_error`` does not include are small.
+    the history of the last one is returned if it is not. solve: ``marched``, or a function that adds to what it returns;
+    make: function of the number of substeps that returns the experiment; accurate: function of experiment and history that
+    returns whether errors of the time steps that ``time_step_error`` does not include are small.
     """
     if substeps != "auto":
         return solve(make(substeps))  # type: ignore[arg-type]

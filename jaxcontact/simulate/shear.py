@@ -30,7 +30,7 @@ from jaxcontact.indenters.shapes import Indenter
 from jaxcontact.operators.kernels import TractionKernels, build_traction
 from jaxcontact.results.contact import ShearHistory, ShearStep
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.run import Experiment, Plan, Save, refined
+from jaxcontact.simulate.run import Experiment, Plan, Save, marched, refined
 
 
 def shear(
@@ -112,7 +112,7 @@ def shear(
         checkpoint=checkpoint, tangential=tangential, friction=friction, coupled=coupled, adhesion=adhesion,
         shear_strength=shear_strength,
     )  # fmt: skip
-    history: ShearHistory = refined(make, substeps)
+    history: ShearHistory = refined(marched, make, substeps)
     announce(history, stacklevel=2)
     return history
 
@@ -185,5 +185,5 @@ class Shearing(Experiment):
         at_times = jnp.broadcast_to(scale.from_si(name, self.tangential.value), (self.times.size, 2))
         targets = jnp.stack([fine_values(at_times[:, axis], self.substeps) for axis in (0, 1)], -1)
         steps, errors = self.steps(scale, targets), kernels.errors(self.duration)
-        known = {"times": self.times} | self.tabor_number, {"grid": self.grid}
-        return Plan(stepper, steps, scale, errors, *known, ShearHistory, ShearStep)
+        time_fields, fixed_fields = {"times": self.times} | self.tabor_number, {"grid": self.grid}
+        return Plan(stepper, steps, scale, errors, time_fields, fixed_fields, ShearHistory, ShearStep)

@@ -52,7 +52,7 @@ from jaxcontact.operators.kernels import Kernels, friction_kernels, friction_ker
 from jaxcontact.response.tangential import tangential_expansion
 from jaxcontact.results.contact import SlidingHistory, adhesive_sliding_history, sliding_history
 from jaxcontact.results.notes import announce
-from jaxcontact.simulate.run import Experiment, Plan, Save, refined
+from jaxcontact.simulate.run import Experiment, Plan, Save, marched, refined
 from jaxcontact.simulate.temperature import check_peclet
 
 TRUNCATION_LIMIT = 0.01  # largest truncation bound, over the largest approach so far
@@ -162,7 +162,7 @@ def slide(
         kernels=kernels, checkpoint=checkpoint, velocity=velocity, friction=friction, thermal=thermal, adhesion=adhesion,
         hardness=hardness, shear_strength=shear_strength,
     )  # fmt: skip
-    history: SlidingHistory = refined(make, substeps)
+    history: SlidingHistory = refined(marched, make, substeps)
     announce(history, stacklevel=2)
     return history
 

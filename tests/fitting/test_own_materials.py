@@ -1,5 +1,7 @@
 """Materials of one's own in fits of creep and moduli: the truth, and Burgers' closed form where they are its equal."""
 
+from typing import ClassVar
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -32,17 +34,17 @@ class Powers(Material):
 class Zener(Material):
     """A standard solid by its two moduli and its relaxation time, as some books write it."""
 
+    units: ClassVar = {"decay": "s"}
+
     G_first: float
     G_last: float
-    tau_relaxation: float
+    decay: float
     nu: float = 0.3
     bulk_modulus: float | None = None
 
     def spectrum(self):
         first, last = jnp.asarray(self.G_first), jnp.asarray(self.G_last)
-        return Spectrum(
-            1.0 / first, (1.0 / last - 1.0 / first)[None], (last / first / self.tau_relaxation)[None]
-        )
+        return Spectrum(1.0 / first, (1.0 / last - 1.0 / first)[None], (last / first / self.decay)[None])
 
 
 TRUTH = {"G": 2e3, "G1": 4e3, "G2": 8e3, "eta1": 4e3, "eta2": 8e4}
@@ -89,7 +91,9 @@ def test_other_parameters_of_the_same_solid_describe_it_as_well():
     G1, G2, eta2 = (known.values[name] for name in ("G1", "G2", "eta2"))
     assert own.values["G_first"] == pytest.approx(G1, rel=1e-5)
     assert own.values["G_last"] == pytest.approx(G1 * G2 / (G1 + G2), rel=1e-5)
-    assert own.values["tau_relaxation"] == pytest.approx(eta2 / (G1 + G2), rel=1e-5)
+    assert own.values["decay"] == pytest.approx(eta2 / (G1 + G2), rel=1e-5)
+    # units by the first letters of a name, or as the class states them
+    assert set(own.to_dict()["parameters"]) == {"G_first_Pa", "G_last_Pa", "decay_s"}
     np.testing.assert_allclose(own.modulus(t), known.modulus(t), rtol=1e-6)
     assert own.aic == pytest.approx(known.aic, abs=1e-3)
 
@@ -101,7 +105,7 @@ def test_an_oscillation_and_a_history_of_stress():
     swept = fitting.fit_oscillation(
         fitting.OscillationData(omega=omega, storage=G.real, loss=G.imag), Zener(1e5, 1e4, 10.0)
     )
-    assert swept.values["tau_relaxation"] == pytest.approx(2e5 / 4.5e5, rel=1e-5)
+    assert swept.values["decay"] == pytest.approx(2e5 / 4.5e5, rel=1e-5)
     # a ramp of stress for 1 s, and a hold: the strain integrated by hand over J of the Zener solid
     t = np.linspace(0.1, 8.0, 80)
     fine = np.linspace(0.0, 1.0, 20001)

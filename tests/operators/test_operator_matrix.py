@@ -273,9 +273,9 @@ def test_mixtures_and_sums_of_a_family(grid):
     fields = RNG.normal(size=(2, *SHAPE))
     total = sum(matrix @ field.ravel() for matrix, field in zip(each[1:], fields, strict=True)).reshape(SHAPE)
     np.testing.assert_allclose(
-        several.total(jnp.asarray(fields)), total, atol=ROUND_OFF * np.abs(total).max()
+        several.superposed(jnp.asarray(fields)), total, atol=ROUND_OFF * np.abs(total).max()
     )
-    np.testing.assert_array_equal(several.total(jnp.zeros((0, *SHAPE))), np.zeros(SHAPE))
+    np.testing.assert_array_equal(several.superposed(jnp.zeros((0, *SHAPE))), np.zeros(SHAPE))
 
 
 def test_the_window_has_the_weights_of_its_place():

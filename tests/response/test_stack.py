@@ -12,7 +12,7 @@ from tolerances import ROUND_OFF
 import jaxcontact as jc
 from jaxcontact.operators import kernels as gridded
 from jaxcontact.reference.layered_solid import surface_response
-from jaxcontact.response.in_time import Stack, products, separate
+from jaxcontact.response.in_time import Stack, separate, summed_products
 from jaxcontact.response.normal import response_of
 from jaxcontact.response.stack import mean_response, step_response, surface_compliance
 
@@ -266,7 +266,7 @@ def test_derivatives_by_the_rate_of_the_top_layer_are_free_of_magnified_rounding
         response = response_of(body(q))
         separated = response.separate(2)
         exact = step_response(body(q), response.wavenumbers()[k], t)
-        return products(separated, separated.terms[:, k], t), exact
+        return summed_products(separated, separated.terms[:, k], t), exact
 
     (_, size), (ours, exact) = jax.jit(lambda q: jax.jvp(ours_and_exact, (q,), (1.0,)))(0.0)
     np.testing.assert_allclose(ours / size, exact / size, atol=1e-8)
@@ -399,7 +399,7 @@ def test_layers_over_what_flows_against_interface_conditions_and_de_hoogs_invers
 
     def imaged(step):
         expansion = gridded.expansion(moved(step), 2)
-        return products(expansion.separable, expansion.images.at(alpha), times[:, None]), expansion
+        return summed_products(expansion.separable, expansion.images.at(alpha), times[:, None]), expansion
 
     values, slopes, expansion = jax.jit(lambda step: jax.jvp(imaged, (step,), (1.0,), has_aux=True))(0.0)
     found, known = expansion.separable, np.asarray(response_of(body).wavenumbers())
@@ -494,7 +494,7 @@ def test_images_of_creeping_bodies_have_the_derivatives_of_the_response(name):
 
     def sums(logs):
         response = response_of(moved(logs)).separate(2)
-        return products(response, response.terms[:, ::40], times)
+        return summed_products(response, response.terms[:, ::40], times)
 
     def steps(logs):
         response = response_of(moved(logs))
@@ -502,7 +502,7 @@ def test_images_of_creeping_bodies_have_the_derivatives_of_the_response(name):
 
     def imaged(logs):
         expansion = gridded.expansion(moved(logs), 2)
-        return products(expansion.separable, expansion.images.at(k), times)
+        return summed_products(expansion.separable, expansion.images.at(k), times)
 
     exact = lambda logs: jax.vmap(lambda t: k * jc.normal_response(moved(logs), k, t))(times[:, 0])
     for ours, theirs, bound in ((sums, steps, of_sums), (imaged, exact, of_images)):
