@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from jaxcontact._compile.collection import paused_collection
 from jaxcontact._compile.transformed import differentiable, members
 from jaxcontact._support.pytree import is_concrete
 
@@ -76,6 +77,7 @@ class Program:
         self.compiled = jax.jit(function, static_argnames=static_argnames)
         self.work, self._done = work, dict[Any, float]()
         self._with_options = dict[bool, Callable[..., Any]]()  # whether optimised: the function compiled so
+        self._compiled = set[tuple[bool, Any]]()  # whether optimised, and the shapes of the arguments
         self._differentiable = dict[Any, Callable[..., Any]]()  # by the shapes of the arguments
 
     def __call__(self, *args: Any, **static: Any) -> Any:
@@ -103,8 +105,8 @@ class Program:
     def _called(self, *args: Any, **static: Any) -> Any:
         """The result of the program with options."""
         optimised = self.optimised
+        shapes, leaves = self._shapes(args, static)
         if self.work is not None and not _AT_ONCE.get() and compiler_options(False) != compiler_options():
-            shapes, leaves = self._shapes(args, static)
             work = members(leaves) * self.work(*args, **static)
             done = self._done[shapes] = self._done.get(shapes, 0.0) + work
             optimised = done > BRIEF
@@ -113,7 +115,13 @@ class Program:
             self._with_options[optimised] = jax.jit(
                 self.function, static_argnames=self.static_argnames, compiler_options=options
             )
-        return self._with_options[optimised](*args, **static)
+        call = self._with_options[optimised]
+        if (optimised, shapes) in self._compiled:
+            return call(*args, **static)
+        with paused_collection():
+            found = call(*args, **static)
+        self._compiled.add((optimised, shapes))
+        return found
 
     def _derived(self, args: Any, static: dict[str, Any]) -> Callable[[Callable[..., Any], int], "Program"]:
         """Return what makes a program of a function of a derivative of this one, of so many members in one call."""

@@ -25,6 +25,8 @@ from jax.custom_derivatives import SymbolicZero
 from jax.extend.core import Literal, Primitive, jaxpr_as_fun
 from jax.interpreters import ad, batching, mlir
 
+from jaxcontact._compile.collection import paused_collection
+
 Arrays = Sequence[Any]
 Shapes = Sequence[jax.ShapeDtypeStruct]
 
@@ -65,7 +67,8 @@ class Linear:
 
         A result is left if the operation that returns it takes a moving array, or what depends on one.
         """
-        found = jax.make_jaxpr(function)(list(fixed), list(moving))
+        with paused_collection():
+            found = jax.make_jaxpr(function)(list(fixed), list(moving))
         dependent = set(found.jaxpr.invars[len(fixed) :])
         is_dependent = lambda each: not isinstance(each, Literal) and each in dependent
         for equation in found.jaxpr.eqns:

@@ -1,5 +1,7 @@
 """Compiled programs: their options where they apply, and the same numbers inside what is traced."""
 
+import gc
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -156,6 +158,23 @@ def test_the_work_of_a_batch_and_of_other_shapes_is_counted(monkeypatch):
     ):
         with pytest.raises(jax.errors.JaxRuntimeError, match="no such option"):
             dear()
+
+
+def test_collection_is_paused_while_a_program_is_compiled():
+    seen = []
+    program = Program(lambda x: seen.append(gc.isenabled()) or jnp.sin(x))
+    program(X), jax.grad(lambda x: jnp.sum(program(x)))(X)
+    assert seen and not any(seen) and gc.isenabled()
+    fails = Program(lambda x: jnp.reshape(x, (2, 2)))
+    with pytest.raises(TypeError):
+        fails(X)
+    assert gc.isenabled()
+    gc.disable()
+    try:
+        program(X[:3])
+        assert not gc.isenabled()
+    finally:
+        gc.enable()
 
 
 def test_cotangents_that_are_zero_are_not_computed(monkeypatch):
