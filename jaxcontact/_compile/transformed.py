@@ -219,15 +219,18 @@ def differentiable(
                 return [leaf for leaf in jax.tree.leaves(found) if _is_real(leaf)], found
 
             _, linear, found = jax.linearize(of, moving, has_aux=True)
-            return found, linear
+            residuals, structure = jax.tree.flatten(linear)
+
+            @functools.cache
+            def linear_of(fixed: Shapes, moving: Shapes) -> tuple[Linear, list[bool]]:
+                """Return the linear function, and of each of its results whether it depends on what moves."""
+                of_arrays = lambda fixed, moving: structure.unflatten(fixed)(moving)
+                return Linear.recorded(of_arrays, fixed, moving, compiled)
+
+            # jax keeps it with the program, in the structure of the result, and releases both with its caches
+            return found, jax.tree_util.Partial(linear_of, *residuals)
 
         return compiled(linearised, 1)
-
-    @functools.lru_cache(maxsize=64)
-    def linear_of(structure: Any, fixed: Shapes, moving: Shapes) -> tuple[Linear, list[bool]]:
-        """Return the linear function of a linearised one, and of each of its results whether it depends on what moves."""
-        of_arrays = lambda fixed, moving: structure.unflatten(fixed)(moving)
-        return Linear.recorded(of_arrays, fixed, moving, compiled)
 
     @functools.partial(called.defjvp, symbolic_zeros=True)
     def derivative(primals: Any, tangents: Any) -> Any:
@@ -242,8 +245,8 @@ def differentiable(
                 lambda leaf: next(derivatives) if _is_real(leaf) else _zero(leaf), found
             )
         found, linear = program_of_linear_part(moves)(fixed, moving)
-        residuals, structure = jax.tree.flatten(linear)
-        linear, depends = linear_of(structure, _shapes(residuals), _shapes(moving))
+        residuals, linear_of = linear.args, linear.func
+        linear, depends = linear_of(_shapes(residuals), _shapes(moving))
         derivatives, known = iter(linear(residuals, given)), iter(depends)
         derivative_of = lambda leaf: next(derivatives) if _is_real(leaf) and next(known) else _zero(leaf)
         return found, jax.tree.map(derivative_of, found)

@@ -1,5 +1,7 @@
 """Compiled programs: their options where they apply, and the same numbers inside what is traced."""
 
+import gc
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -132,6 +134,21 @@ def test_derivatives_of_a_program_are_compiled_once():
     )
     slope(SCALE, X)
     assert not compiled
+
+
+def test_derivatives_of_a_program_are_released_with_the_caches_of_jax():
+    program = Program(recurred, ("power",), work=lambda *_, power: 1.0)
+
+    def linear_functions():
+        jax.clear_caches()
+        gc.collect()
+        return sum(isinstance(each, Linear) for each in gc.get_objects())
+
+    before = linear_functions()
+    for _ in range(2):
+        jax.grad(number_of(program), (0, 1))(SCALE, X)
+        jax.hessian(number_of(program))(SCALE, X)
+        assert linear_functions() == before
 
 
 def test_the_work_of_a_batch_and_of_other_shapes_is_counted(monkeypatch):
