@@ -14,6 +14,7 @@ evaluated. Where jit records it, it is part of what jit compiles.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
 from collections.abc import Callable, Sequence
@@ -274,6 +275,41 @@ def _has_values(array: Any) -> bool:
     while _is_batch(array):
         array = array.val
     return not isinstance(array, jax.core.Tracer)
+
+
+def is_recorded(arrays: Arrays) -> bool:
+    """Return whether one of these is an array of a function that jax records, maybe in a batch or a derivative.
+
+    Within ``jax.ensure_compile_time_eval`` arrays of constants alone have values also while jax records.
+    """
+    for array in arrays:
+        while isinstance(array, jax.core.Tracer):
+            # jax has no public names for these
+            if type(array).__name__ == "DynamicJaxprTracer":
+                return True
+            array = getattr(array, "val", getattr(array, "primal", None))
+    return False
+
+
+def encloses_tracers(structure: Any) -> bool:
+    """Return whether a function in the structure of a tree uses, without taking it, an array of what is transformed."""
+    _, fixed = structure.node_data() or (None, None)
+    found, seen = jax.tree.leaves(fixed), set[int]()
+    while found:
+        each = found.pop()
+        if isinstance(each, jax.core.Tracer):
+            return True
+        # a function may be in its own closure
+        if id(each) in seen:
+            continue
+        seen.add(id(each))
+        if isinstance(each, functools.partial):
+            found += jax.tree.leaves((each.func, each.args, each.keywords))
+        for cell in getattr(each, "__closure__", None) or ():
+            # a name that has no value yet
+            with contextlib.suppress(ValueError):
+                found += jax.tree.leaves(cell.cell_contents)
+    return any(map(encloses_tracers, structure.children()))
 
 
 def members(arrays: Arrays) -> int:
