@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxcontact._compile.collection import paused_collection
-from jaxcontact._compile.transformed import differentiable, members
+from jaxcontact._compile.transformed import differentiable, encloses_tracers, is_recorded, members
 from jaxcontact._support.pytree import is_concrete
 
 FAST_COMPILE = {
@@ -87,7 +87,13 @@ class Program:
             return self._called(*args, **static)
         key, leaves = self._shapes(args, static)
         structure = key[0]
+        if is_recorded(leaves):
+            return self.compiled(*args, **static)
         if key not in self._differentiable:
+            # Only jit takes arrays of a transformation that are no arguments. Each result has a cotangent then, by the
+            # barrier: without those of some, jax 0.10.1 gives a scan in such a function cotangents of other shapes.
+            if encloses_tracers(structure):
+                return jax.tree.map(_with_tangent, self.compiled(*args, **static))
             given = lambda leaves: jax.tree.unflatten(structure, leaves)
             self._differentiable[key] = differentiable(
                 lambda leaves: self.function(*given(leaves), **static),
@@ -133,6 +139,11 @@ class Program:
             return Program(function, work=lambda *_: members * work)
 
         return derived
+
+
+def _with_tangent(array: Any) -> Any:
+    """Return a real array with a tangent and a cotangent that are arrays, also where they are zero; others unchanged."""
+    return jax.lax.optimization_barrier(array) if jnp.issubdtype(array.dtype, jnp.inexact) else array
 
 
 @functools.cache

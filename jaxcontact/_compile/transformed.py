@@ -14,8 +14,10 @@ evaluated. Where jit records it, it is part of what jit compiles.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
+import types
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -222,15 +224,18 @@ def differentiable(
                 return [leaf for leaf in jax.tree.leaves(found) if _is_real(leaf)], found
 
             _, linear, found = jax.linearize(of, moving, has_aux=True)
-            return found, linear
+            residuals, structure = jax.tree.flatten(linear)
+
+            @functools.cache
+            def linear_of(fixed: Shapes, moving: Shapes) -> tuple[Linear, list[bool]]:
+                """Return the linear function, and of each of its results whether it depends on what moves."""
+                of_arrays = lambda fixed, moving: jax.tree.unflatten(structure, fixed)(moving)
+                return Linear.recorded(of_arrays, fixed, moving, compiled)
+
+            # jax keeps it with the program, in the structure of the result, and releases both with its caches
+            return found, jax.tree_util.Partial(linear_of, *residuals)
 
         return compiled(linearised, 1)
-
-    @functools.lru_cache(maxsize=64)
-    def linear_of(structure: Any, fixed: Shapes, moving: Shapes) -> tuple[Linear, list[bool]]:
-        """Return the linear function of a linearised one, and of each of its results whether it depends on what moves."""
-        of_arrays = lambda fixed, moving: structure.unflatten(fixed)(moving)
-        return Linear.recorded(of_arrays, fixed, moving, compiled)
 
     @functools.partial(called.defjvp, symbolic_zeros=True)
     def derivative(primals: Any, tangents: Any) -> Any:
@@ -245,8 +250,8 @@ def differentiable(
                 lambda leaf: next(derivatives) if _is_real(leaf) else _zero(leaf), found
             )
         found, linear = program_of_linear_part(moves)(fixed, moving)
-        residuals, structure = jax.tree.flatten(linear)
-        linear, depends = linear_of(structure, _shapes(residuals), _shapes(moving))
+        residuals, linear_of = linear.args, linear.func
+        linear, depends = linear_of(_shapes(residuals), _shapes(moving))
         derivatives, known = iter(linear(residuals, given)), iter(depends)
         derivative_of = lambda leaf: next(derivatives) if _is_real(leaf) and next(known) else _zero(leaf)
         return found, jax.tree.map(derivative_of, found)
@@ -274,6 +279,45 @@ def _has_values(array: Any) -> bool:
     while _is_batch(array):
         array = array.val
     return not isinstance(array, jax.core.Tracer)
+
+
+def is_recorded(arrays: Arrays) -> bool:
+    """Return whether one of these is an array of a function that jax records, maybe in a batch or a derivative.
+
+    Within ``jax.ensure_compile_time_eval`` arrays of constants alone have values also while jax records.
+    """
+    for array in arrays:
+        while isinstance(array, jax.core.Tracer):
+            # jax has no public names for these
+            if type(array).__name__ == "DynamicJaxprTracer":
+                return True
+            array = getattr(array, "val", getattr(array, "primal", None))
+    return False
+
+
+def encloses_tracers(structure: Any) -> bool:
+    """Return whether a function in the structure of a tree uses, without taking it, an array of what is transformed."""
+    _, fixed = structure.node_data() or (None, None)
+    found, seen = jax.tree.leaves(fixed), set[int]()
+    while found:
+        each = found.pop()
+        if isinstance(each, jax.core.Tracer):
+            return True
+        # a function may be in its own closure
+        if id(each) in seen:
+            continue
+        seen.add(id(each))
+        if isinstance(each, functools.partial):
+            found += jax.tree.leaves((each.func, each.args, each.keywords))
+        # a bound method, and an object that is called
+        found += jax.tree.leaves(getattr(each, "__self__", None))
+        if not isinstance(each, type | types.ModuleType):
+            found += jax.tree.leaves(getattr(each, "__dict__", None))
+        for cell in getattr(each, "__closure__", None) or ():
+            # a name that has no value yet
+            with contextlib.suppress(ValueError):
+                found += jax.tree.leaves(cell.cell_contents)
+    return any(map(encloses_tracers, structure.children()))
 
 
 def members(arrays: Arrays) -> int:

@@ -1,5 +1,6 @@
 """Compiled programs: their options where they apply, and the same numbers inside what is traced."""
 
+import functools
 import gc
 
 import jax
@@ -12,6 +13,7 @@ from jaxcontact import Elastic, Sphere
 from jaxcontact._compile import programs
 from jaxcontact._compile.programs import Program
 from jaxcontact._compile.transformed import Linear
+from jaxcontact._support.pytree import pytree, static
 
 
 def spread(ball, x, power=2):
@@ -134,6 +136,83 @@ def test_derivatives_of_a_program_are_compiled_once():
     )
     slope(SCALE, X)
     assert not compiled
+
+
+def test_derivatives_of_a_program_are_released_with_the_caches_of_jax():
+    program = Program(recurred, ("power",), work=lambda *_, power: 1.0)
+
+    def linear_functions():
+        jax.clear_caches()
+        gc.collect()
+        return sum(isinstance(each, Linear) for each in gc.get_objects())
+
+    before = linear_functions()
+    for _ in range(2):
+        jax.grad(number_of(program), (0, 1))(SCALE, X)
+        jax.hessian(number_of(program))(SCALE, X)
+        assert linear_functions() == before
+
+
+def test_constants_within_jit_may_be_computed_at_once():
+    inner = Program(lambda x: jnp.sin(x) * 2.0)
+    program = Program(lambda x: inner(x) + inner(jnp.ones(7)))
+    value = lambda x: jnp.sum(program(x))
+
+    @jax.jit
+    def of(x):
+        with jax.ensure_compile_time_eval():
+            return jax.grad(value)(X), value(X), value(x), jax.grad(value)(x), jax.vmap(value)(x[None])
+
+    expected = 2.0 * np.cos(X), value(X), value(X), 2.0 * np.cos(X), value(X)[None]
+    for found, wanted in zip(of(X), expected, strict=True):
+        np.testing.assert_allclose(found, wanted, rtol=1e-14)
+
+
+@pytree
+class Kept:
+    """A number and a function of it."""
+
+    x: jax.Array
+    save: object = static()
+
+
+class Times:
+    """An object that is called, which keeps what is transformed."""
+
+    def __init__(self, y):
+        self.y = y
+
+    def __call__(self, z):
+        return self.y * z
+
+    def of(self, z):
+        return self.y * z
+
+
+@pytest.mark.parametrize("save", [Times, lambda y: Times(y).of])
+def test_an_object_in_the_arguments_may_keep_what_is_transformed(save):
+    program = Program(lambda kept: jnp.sin(kept.x) * kept.save(kept.x))
+    slopes = jax.grad(lambda x, y: program(Kept(x, save(y))), (0, 1))(0.7, 3.0)
+    sine, cosine = np.sin(0.7), np.cos(0.7)
+    np.testing.assert_allclose(slopes, (3.0 * (0.7 * cosine + sine), 0.7 * sine), rtol=1e-14)
+
+
+def test_a_function_in_the_arguments_may_use_what_is_transformed():
+    program = Program(lambda kept: jnp.sin(kept.x) * kept.save(kept.x))
+
+    def of(x, y):
+        def scaled(z, times=1):
+            return y * z if times == 1 else scaled(z)
+
+        return program(Kept(x, functools.partial(lambda scale, z: x * scale(z, 2), scaled)))  # sin(x) x^2 y
+
+    sine, cosine = np.sin(0.7), np.cos(0.7)
+    by_x, by_y = 3.0 * (0.49 * cosine + 1.4 * sine), 0.49 * sine
+    np.testing.assert_allclose(jax.grad(of, (0, 1))(0.7, 3.0), (by_x, by_y), rtol=1e-14)
+    np.testing.assert_allclose(jax.jacfwd(of, (0, 1))(0.7, 3.0), (by_x, by_y), rtol=1e-14)
+    np.testing.assert_allclose(jax.vmap(jax.grad(of), (None, 0))(0.7, X[:2] + 3.0)[0], by_x, rtol=1e-14)
+    by_both = jax.grad(lambda y: jax.grad(of)(0.7, y))(3.0)
+    np.testing.assert_allclose(by_both, by_x / 3.0, rtol=1e-14)
 
 
 def test_the_work_of_a_batch_and_of_other_shapes_is_counted(monkeypatch):
