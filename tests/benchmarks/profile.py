@@ -20,6 +20,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from jaxcontact._compile.programs import optimised_at_once
 from tests.benchmarks.measure import unit
 from tests.benchmarks.problems import PROBLEMS
 
@@ -56,7 +57,7 @@ def kind_of(name: str) -> str:
 
 def table(name: str, n: int, steps: int) -> str:
     problem = PROBLEMS[name](n, steps)
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, optimised_at_once():  # as in a run of any length
         number, seconds = operations(problem.run, folder)
     a_unit, whole = unit(n) * problem.steps, sum(seconds.values())
     lines = [f"{'':30s} {'per step':>9s} {'units':>7s} {'share':>6s}"]
