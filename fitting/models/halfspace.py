@@ -118,8 +118,9 @@ def _depth_in_layer(force: Array, curve: "Curve") -> Array:
 def residual_of(theta: Array, curve: Curve, kind: str) -> Array:
     """Return the weighted residuals (n,) of a kind of test: of the depth where the load is given, otherwise of the load.
 
-    kind: "load" or "depth", what is given, under which the contact grows; "ting", a depth with one maximum, after which the
-    integral ends at t1(t); "sticky load" or "sticky depth", the same for an adhesive ball.
+    kind: "load", a given load, or "depth", a given depth, in a contact that never shrinks; "ting", a given depth that rises
+    to one maximum and then falls, where the integral over the past ends at t1(t); "sticky load" and "sticky depth", as the
+    first two, for an adhesive ball.
     """
     c, sticky = curve.surface(theta), kind.startswith("sticky")
     if kind.endswith("load"):

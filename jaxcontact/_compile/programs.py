@@ -15,7 +15,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from jaxcontact._compile.collection import paused_collection
-from jaxcontact._compile.transformed import differentiable, encloses_tracers, is_recorded, members
+from jaxcontact._compile.transformed import (
+    differentiable,
+    encloses_tracers,
+    is_real,
+    is_recorded,
+    members,
+)
 from jaxcontact._support.pytree import is_concrete
 
 FAST_COMPILE = {
@@ -86,9 +92,9 @@ class Program:
         if is_concrete(args):
             return self._called(*args, **static)
         key, leaves = self._shapes(args, static)
-        structure = key[0]
         if is_recorded(leaves):
             return self.compiled(*args, **static)
+        structure = key[0]
         if key not in self._differentiable:
             # Only jit takes arrays of a transformation that are no arguments. Each result has a cotangent then, by the
             # barrier: without those of some, jax 0.10.1 gives a scan in such a function cotangents of other shapes.
@@ -143,7 +149,7 @@ class Program:
 
 def _with_tangent(array: Any) -> Any:
     """Return a real array with a tangent and a cotangent that are arrays, also where they are zero; others unchanged."""
-    return jax.lax.optimization_barrier(array) if jnp.issubdtype(array.dtype, jnp.inexact) else array
+    return jax.lax.optimization_barrier(array) if is_real(array) else array
 
 
 @functools.cache

@@ -221,7 +221,7 @@ def differentiable(
         def linearised(fixed: Arrays, moving: Arrays) -> Any:
             def of(moving: Arrays) -> Any:
                 found = function(_merged(moves, moving, fixed))
-                return [leaf for leaf in jax.tree.leaves(found) if _is_real(leaf)], found
+                return [leaf for leaf in jax.tree.leaves(found) if is_real(leaf)], found
 
             _, linear, found = jax.linearize(of, moving, has_aux=True)
             residuals, structure = jax.tree.flatten(linear)
@@ -247,13 +247,13 @@ def differentiable(
             found, tree = program_of_tangents(moves)(fixed, moving, given)
             derivatives = iter(jax.tree.leaves(tree))
             return found, jax.tree.map(
-                lambda leaf: next(derivatives) if _is_real(leaf) else _zero(leaf), found
+                lambda leaf: next(derivatives) if is_real(leaf) else _zero(leaf), found
             )
         found, linear = program_of_linear_part(moves)(fixed, moving)
         residuals, linear_of = linear.args, linear.func
         linear, depends = linear_of(_shapes(residuals), _shapes(moving))
         derivatives, known = iter(linear(residuals, given)), iter(depends)
-        derivative_of = lambda leaf: next(derivatives) if _is_real(leaf) and next(known) else _zero(leaf)
+        derivative_of = lambda leaf: next(derivatives) if is_real(leaf) and next(known) else _zero(leaf)
         return found, jax.tree.map(derivative_of, found)
 
     return called
@@ -276,9 +276,7 @@ def _shapes(arrays: Arrays) -> tuple[jax.ShapeDtypeStruct, ...]:
 
 def _has_values(array: Any) -> bool:
     """Return whether this is an array or a batch of one, with which jax computes at once; others are taken for recorded."""
-    while _is_batch(array):
-        array = array.val
-    return not isinstance(array, jax.core.Tracer)
+    return not isinstance(_unbatched(array), jax.core.Tracer)
 
 
 def is_recorded(arrays: Arrays) -> bool:
@@ -322,13 +320,15 @@ def encloses_tracers(structure: Any) -> bool:
 
 def members(arrays: Arrays) -> int:
     """Return how many members a batch of arrays within ``jax.vmap`` has, 1 for arrays that are none."""
-    found = 1
-    for array in arrays:
-        shape = jnp.shape(array)
-        while _is_batch(array):
-            array = array.val
-        found = max(found, math.prod(jnp.shape(array)) // max(math.prod(shape), 1))
-    return found
+    sizes = [(math.prod(jnp.shape(_unbatched(each))), math.prod(jnp.shape(each))) for each in arrays]
+    return max([1, *(every // max(own, 1) for every, own in sizes)])
+
+
+def _unbatched(array: Any) -> Any:
+    """Return the array of all members of a batch, and any other array itself."""
+    while _is_batch(array):
+        array = array.val
+    return array
 
 
 def _is_batch(array: Any) -> bool:
@@ -336,7 +336,8 @@ def _is_batch(array: Any) -> bool:
     return type(array).__name__ == "BatchTracer"
 
 
-def _is_real(leaf: Any) -> bool:
+def is_real(leaf: Any) -> bool:
+    """Return whether an array is of real or complex numbers, and so has a derivative."""
     return bool(jnp.issubdtype(jnp.result_type(leaf), jnp.inexact))
 
 
