@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 from jax.custom_batching import sequential_vmap
 
@@ -128,7 +129,7 @@ def fit_wavenumbers(thinnest: Array | float, whole: Array | float) -> Array:
 
 def log_spaced(low: Array | float, high: Array | float, count: int) -> Array:
     """Return points evenly spaced in their logarithm, (count,)."""
-    return low * (high / low) ** jnp.linspace(0.0, 1.0, count)
+    return low * (high / low) ** np.linspace(0.0, 1.0, count)
 
 
 def image_depths(first: Array | float, bent: Array, last: Array) -> Array:

@@ -66,6 +66,7 @@ from jaxcontact._support.pytree import pytree, replace
 from jaxcontact.bodies.body import Layer, LayeredHalfSpace
 from jaxcontact.bodies.materials import Material, Rigid
 from jaxcontact.response.images import (
+    DAMPING,
     Images,
     Ladder,
     decomposed,
@@ -634,11 +635,12 @@ def expand_tangential(body: LayeredHalfSpace, values: Array) -> Images:
     first, for the S_m as it is in the end.
     """
     constants = stack_constants(body)
-    rough_ones = [_rounded_constants(constants, j) for j in (constants.compliances, constants.final)]
+    ends = [_rounded_compliances(constants, j) for j in (constants.compliances, constants.final)]
+    responses = _rough_responses(constants, jnp.stack(ends, 1))
 
     def sizes(wavenumber: Array) -> Array:
-        each = [_responses(rough, wavenumber) for rough in rough_ones]
-        return jnp.concatenate([jnp.stack([L, T, jnp.sqrt(L * N)]) for L, _, N, T in each])
+        L, _, N, T = responses(wavenumber)
+        return jnp.concatenate(jnp.stack([L, T, jnp.sqrt(L * N)], 1))
 
     # C_0 of L, T and K, each relative to one size, and their S_m, relative to the other three
     values = long_waves_kept(body, values)
@@ -655,19 +657,14 @@ def long_waves_kept(body: LayeredHalfSpace, values: Array) -> Array:
     return values if body.substrate is not None else values.at[..., 0].set(0.0)
 
 
-def _rounded_constants(constants: StackConstants, compliances: Array) -> StackConstants:
-    """Return the constants with compliances as given, whose ratios, and those of thicknesses, are rounded to powers of two,
-    and with rounded Poisson's ratios."""
-    to_power_of_two = lambda a: a[0] * jnp.exp2(jnp.round(jnp.log2(a / a[0])))
-    poissons = jnp.minimum(jnp.round(STEPS * constants.poissons) / STEPS, LARGEST)
-    soft = to_power_of_two(jnp.maximum(compliances, jnp.max(compliances) / STIFFEST))
-    soft = jnp.where(constants.rigid, 0.0, soft)
-    return constants._replace(
-        compliances=soft,
-        final=soft,
-        poissons=poissons,
-        thicknesses=to_power_of_two(constants.thicknesses),
-    )
+def _rounded_compliances(constants: StackConstants, compliances: Array) -> Array:
+    """Return compliances (layers + 1,) whose ratios are rounded to powers of two, zero where a solid is rigid."""
+    soft = _to_power_of_two(jnp.maximum(compliances, jnp.max(compliances) / STIFFEST))
+    return jnp.where(constants.rigid, 0.0, soft)
+
+
+def _to_power_of_two(a: Array) -> Array:
+    return a[0] * jnp.exp2(jnp.round(jnp.log2(a / a[0])))
 
 
 def _reach(constants: StackConstants) -> tuple[Array, Array]:
@@ -684,14 +681,14 @@ def _reach(constants: StackConstants) -> tuple[Array, Array]:
     return jnp.max(bent), jnp.max(jnp.minimum(t * ratio, jnp.sqrt(ratio * t * d)))
 
 
-def _responses(rough: StackConstants, wavenumber: Array) -> SurfaceCompliance:
-    """Return the elastic response of solids of these constants."""
-    return surface_compliance(rough.compliances, rough.poissons, rough.thicknesses, wavenumber, rough.loose)
-
-
-def _normal_sizes(bodies: list[StackConstants]) -> Callable[[Array], Array]:
-    """Return alpha N of each of the bodies, (m, n) at wavenumbers (n,)."""
-    return lambda wavenumber: jnp.stack([_responses(rough, wavenumber).normal for rough in bodies])
+def _rough_responses(constants: StackConstants, compliances: Array) -> Callable[[Array], SurfaceCompliance]:
+    """Return what gives the elastic responses of m bodies, (m, n) each at wavenumbers (n,), from the compliances of their
+    solids, (layers + 1, m); their thicknesses, and Poisson's ratios, are the same and rounded."""
+    poissons = jnp.minimum(jnp.round(STEPS * constants.poissons) / STEPS, LARGEST)
+    thicknesses = _to_power_of_two(constants.thicknesses)
+    return lambda wavenumber: surface_compliance(
+        compliances[..., None], poissons, thicknesses, wavenumber, constants.loose
+    )
 
 
 def stacked_ladders(
@@ -720,10 +717,20 @@ def images_relative_to(
 ) -> Images:
     """Return images of groups of responses, (m, n) each, heights one behind the other; the errors of each group are relative
     to one of the sizes; sizes, densely: as in ``stacked_ladders``."""
-    every = stacked_ladders(constants, sizes, densely=densely)
-    of_each = zip(groups, every.at_nodes, every.at_steps, strict=True)
-    found = [fit_images(own, replace(every, at_nodes=nodes, at_steps=steps)) for own, nodes, steps in of_each]
-    return Images(every.depths, jnp.concatenate([images.heights for images in found]))
+    most = max(len(group) for group in groups)
+    filled = jnp.stack([jnp.pad(group, ((0, most - len(group)), (0, 0))) for group in groups])
+    depths, heights = _stacked_fit(stacked_ladders(constants, sizes, densely=densely), filled)
+    own = [each[: len(group)] for each, group in zip(heights, groups, strict=True)]
+    return Images(depths, jnp.concatenate(own))
+
+
+def _stacked_fit(ladders: Ladder, values: Array, damping: float = DAMPING) -> tuple[Array, Array]:
+    """Return the depths (J,) and the heights (m, ..., J + 1) of images of responses (m, ..., n), from ``stacked_ladders``."""
+
+    def fit(values: Array, at_nodes: Array, at_steps: Array) -> Array:
+        return fit_images(values, replace(ladders, at_nodes=at_nodes, at_steps=at_steps), damping).heights
+
+    return ladders.depths, jax.vmap(fit)(values, ladders.at_nodes, ladders.at_steps)
 
 
 # Images of the shapes where there is no slowest rate.
@@ -764,20 +771,17 @@ def images_in_time(
     # the size of the response at each time: elastic, of the rounded creep compliances then
     then = jnp.stack([solid.creep(times) for solid in solids(rough)])
     then = jnp.maximum(then, jnp.max(then, 0) / STIFFEST)
-    then = jnp.where(constants.rigid[:, None], 0.0, then)[..., None]
-    like = _rounded_constants(constants, constants.compliances)._replace(compliances=then)
+    then = jnp.where(constants.rigid[:, None], 0.0, then)
+    responses = _rough_responses(constants, then)
     ladders = stacked_ladders(
-        constants, lambda alpha: jnp.concatenate(sizes(_responses(like, alpha))), densely=densely
+        constants, lambda alpha: jnp.concatenate(sizes(responses(alpha))), densely=densely
     )
 
-    def fit(values: Array, at_nodes: Array, at_steps: Array) -> Array:
-        return fit_images(values, replace(ladders, at_nodes=at_nodes, at_steps=at_steps), STEADY).heights
-
     slopes = jnp.concatenate(list(growth @ long_waves_kept(body, shapes)))  # u(t_j)/t_j of all, (c t, n)
-    heights = jax.vmap(fit)(slopes, ladders.at_nodes, ladders.at_steps)
+    depths, heights = _stacked_fit(ladders, slopes, STEADY)
     beside = jnp.concatenate(jnp.split(heights, len(shapes)), -1)
     found = jnp.split(smoothly_fitted(growth, beside), len(shapes), -1)
-    return ladders.depths, jnp.stack(found)
+    return depths, jnp.stack(found)
 
 
 def expand_tangential_in_time(
@@ -806,18 +810,21 @@ class Layered(Response):
 
     def expand(self, values: Array) -> Images:
         constants = stack_constants(self.body)
-        at_first = _rounded_constants(constants, constants.compliances)
-        return images_relative_to(_normal_sizes([at_first]), [long_waves_kept(self.body, values)], constants)
+        at_first = _rounded_compliances(constants, constants.compliances)
+        responses = _rough_responses(constants, at_first[:, None])
+        ladders = stacked_ladders(constants, lambda alpha: responses(alpha).normal)
+        depths, heights = _stacked_fit(ladders, long_waves_kept(self.body, values)[None])
+        return Images(depths, heights[0])
 
     def expand_shapes(self, start: Array, film: Array, rest: Array) -> Images:
         """Return images whose errors are relative to responses: of C_0 to the body's at first, of S_1 to that of the top
         layer on a rigid base, and of the others to the body's in the end."""
         constants = stack_constants(self.body)
-        at_first = _rounded_constants(constants, constants.compliances)
-        final = _rounded_constants(constants, constants.final)
-        on_base = at_first._replace(compliances=jnp.zeros_like(at_first.compliances).at[0].set(1.0))
+        first, final = (_rounded_compliances(constants, j) for j in (constants.compliances, constants.final))
+        on_base = np.eye(len(first))[0]
+        responses = _rough_responses(constants, jnp.stack([first, on_base, final], 1))
         groups = [long_waves_kept(self.body, each) for each in (start, film, rest)]
-        return images_relative_to(_normal_sizes([at_first, on_base, final]), groups, constants)
+        return images_relative_to(lambda alpha: responses(alpha).normal, groups, constants)
 
 
 RATES_A_NODE, SHAPES_A_NODE = 12, 4
