@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from jaxcontact._compile.collection import paused_collection
@@ -87,7 +86,7 @@ class Program:
         self._differentiable = dict[Any, Callable[..., Any]]()  # by the shapes of the arguments
 
     def __call__(self, *args: Any, **static: Any) -> Any:
-        if not is_concrete(jnp.zeros(())):  # jax records the call
+        if not is_concrete(jax.device_put(0.0)):  # jax records the call
             return self.compiled(*args, **static)
         if is_concrete(args):
             return self._called(*args, **static)
@@ -157,14 +156,20 @@ def compiler_options(optimised: bool = True) -> dict[str, Any]:
     """Return ``FAST_COMPILE`` or ``UNOPTIMISED`` without what ``XLA_FLAGS`` sets; nothing for other devices, or for a
     compiler that does not know them."""
     chosen, wanted = os.environ.get("XLA_FLAGS", ""), FAST_COMPILE if optimised else UNOPTIMISED
-    options = {name: value for name, value in wanted.items() if f"--{name}=" not in chosen}
+    known = _known_options()
+    return {name: value for name, value in wanted.items() if known and f"--{name}=" not in chosen}
+
+
+@functools.cache
+def _known_options() -> bool:
+    """Return whether the compiler is that of a CPU and knows the names of the options."""
     if jax.default_backend() != "cpu":
-        return {}
+        return False
     try:
-        jax.jit(lambda: 0, compiler_options=options)()
+        jax.jit(lambda: 0, compiler_options=FAST_COMPILE)()
     except jax.errors.JaxRuntimeError:
-        return {}
-    return options
+        return False
+    return True
 
 
 # Release of compiled programs before a process reaches Linux's limit of memory maps.

@@ -190,5 +190,6 @@ _NUMBERS = (int, float, np.number, np.ndarray, jax.Array)
 def _leaf_as_float64(leaf: Any) -> Any:
     require_real("array", leaf)
     if is_concrete(leaf):
-        return jnp.asarray(np.asarray(leaf, dtype=np.float64))
+        # ``jnp.asarray`` would compile a program for each shape
+        return jax.device_put(np.asarray(leaf, dtype=np.float64))
     return jnp.asarray(leaf, dtype=jnp.float64)

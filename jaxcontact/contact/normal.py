@@ -43,7 +43,8 @@ class Problem:
     operator: p -> K p; gap: (nx, ny), at an approach of zero and without the pressure sought: the profile and the
     displacement that earlier pressure has left; target: sum of the pressures, or the approach, (); lowest: lowest value of
     the profile, (); law: the pressures and gaps that a cell may have; drag: the friction of a contact with adhesion
-    (``contact.adhesive.Drag``), or None: without adhesion the operator contains the friction.
+    (``contact.adhesive.Drag``), or None: without adhesion the operator contains the friction; windowed: whether the search
+    begins in the window of the operator, if that has one.
     """
 
     operator: Operator
@@ -53,6 +54,7 @@ class Problem:
     load_controlled: bool = static()
     law: Any = UNILATERAL  # a ContactLaw, or an Attraction for contact.adhesive
     drag: Any = None
+    windowed: bool = static(default=True)
 
 
 @pytree
@@ -382,7 +384,7 @@ def solve(problem: Problem, start: Array, tolerance: Array, max_iterations: Arra
     ``error`` shows whether the tolerance was met.
     """
     p, taken = usable_start(problem, start), jnp.zeros((), int)
-    window = problem.operator.window_shape(p.shape)
+    window = problem.operator.window_shape(p.shape) if problem.windowed else None
     if window is not None:
         p, taken = _search_in_window(problem, window, p, tolerance, max_iterations)
     found = _solution(problem, p, problem.operator(p), tolerance, max_iterations - taken)

@@ -50,15 +50,19 @@ class PressCarry(NamedTuple):
 
 @pytree
 class PressStepper(Stepper):
-    """The step of a normal contact, scaled; ``Steps.more`` is the input of the memory."""
+    """The step of a normal contact, scaled; ``Steps.more`` is the input of the memory.
+
+    windowed: as in ``Problem``, static; edges: as in ``status_of``, static; law: a ContactLaw, or an Attraction.
+    """
 
     memory: Memory
     profile: Array
     tolerance: Array
     max_iterations: Array
     load_controlled: bool = static()
-    edges: tuple[bool, bool] = static()  # as in ``status_of``
-    law: Any = UNILATERAL  # a ContactLaw, or an Attraction
+    edges: tuple[bool, bool] = static()
+    law: Any = UNILATERAL
+    windowed: bool = static(default=True)
 
     @property
     def inherits(self) -> bool:
@@ -85,7 +89,9 @@ class PressStepper(Stepper):
 
         # 2. The contact, by ``solve_contact``, with adhesion by ``solve_attracted``; the search starts from the pressure
         # extrapolated over the step.
-        problem = Problem(operator, gap, step.target, lowest, self.load_controlled, self.law, drag)
+        problem = Problem(
+            operator, gap, step.target, lowest, self.load_controlled, self.law, drag, self.windowed
+        )
         guess = jax.lax.stop_gradient(carry.pressure + carry.rate * step.dt)
         solution, adhesion_state, adhesion_numbers = solve_step(
             problem, guess, carry.adhesion_state, self.tolerance, self.max_iterations

@@ -519,20 +519,20 @@ def has_zero_instantaneous_compliance(body: LayeredHalfSpace) -> Array | bool:
 
     The result is a bool where the class of the material determines it. A rigid base does not count.
     """
-    deforming = [solid for solid in solids(body) if not isinstance(solid, Rigid)]
-    return any(isinstance(solid, KelvinVoigt) for solid in deforming) or _any_zero_at_first(deforming)
+    return any(isinstance(solid, KelvinVoigt) for solid in solids(body)) or _rigidity_at_first(body)[0]
 
 
-@functools.partial(Program, optimised=False)  # one program of every check instead of one for each operation
-def _any_zero_at_first(solids: list[Material]) -> Array:
-    return jnp.any(jnp.stack([solid.spectrum().instantaneous == 0.0 for solid in solids]))
-
-
-@functools.partial(Program, optimised=False)  # as above
 def stiffness_ratio(body: LayeredHalfSpace) -> Array:
     """Return the largest modulus at first of a layer over that of a solid below it, without derivative, (); zero without
     layers. Solids that are rigid at first are left aside."""
+    return _rigidity_at_first(body)[1]
+
+
+@functools.partial(Program, optimised=False)  # one program of every check instead of one for each operation
+def _rigidity_at_first(body: LayeredHalfSpace) -> tuple[Array, Array]:
+    """Return whether a solid that can deform does not do so at first, and ``stiffness_ratio``."""
     compliances = jax.lax.stop_gradient(spectra(body).instantaneous)
+    deforms = np.array([not isinstance(solid, Rigid) for solid in solids(body)])
     above, softest_below = compliances[:-1], jax.lax.cummax(compliances, reverse=True)[1:]
     ratios = jnp.where(above > 0.0, softest_below / jnp.where(above > 0.0, above, 1.0), 0.0)
-    return jnp.max(ratios, initial=0.0)
+    return jnp.any(deforms & (compliances == 0.0)), jnp.max(ratios, initial=0.0)

@@ -250,7 +250,8 @@ class Indentation(Experiment):
         if self.kernels is not None:
             memory = with_indenter(memory, self.kernels)
 
-        stepper, steps = PressStepper(memory, **self.stepper_arguments(scale)), self.steps(scale, more)
+        stepper = PressStepper(memory, **self.stepper_arguments(scale), windowed=self.windowed)
+        steps = self.steps(scale, more)
         time_fields = {"times": self.times} | self.tabor_number
         result_class = ContactHistory if self.adhesion is None else AdhesiveHistory
         return Plan(stepper, steps, scale, errors, time_fields, {"grid": self.grid}, result_class)
