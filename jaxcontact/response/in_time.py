@@ -725,7 +725,7 @@ def images_relative_to(
 
 
 def _stacked_fit(ladders: Ladder, values: Array, damping: float = DAMPING) -> tuple[Array, Array]:
-    """Return the depths (J,) and the heights (m, ..., J + 1) of images of responses (m, ..., n), from ``stacked_ladders``."""
+    """Return the depths (J,) and the heights (m, ..., J + 1) of images of responses (m, ..., n), by ``stacked_ladders``."""
 
     def fit(values: Array, at_nodes: Array, at_steps: Array) -> Array:
         return fit_images(values, replace(ladders, at_nodes=at_nodes, at_steps=at_steps), damping).heights

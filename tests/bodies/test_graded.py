@@ -83,7 +83,7 @@ def test_a_profile_of_one_material_is_that_layer():
     np.testing.assert_allclose(response(same), 0.7 / float(STEEL.G) * H / X, rtol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:only", "ignore:film strain")
 def test_a_graded_film_that_creeps_is_pressed_as_its_sublayers(tmp_path):
     """A fluid on a solid: the profile is asked at the middle of each sublayer, and sees a depth as a number."""

@@ -34,10 +34,10 @@ def test_an_elastic_film_from_a_thousandth_to_ten_times_as_thick_as_its_contact_
         agrees(jc.Elastic(G, nu), h, CONTROLS[name], np.zeros(1))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:film strain", "ignore:only", "ignore:the contact radius reaches")
 @pytest.mark.filterwarnings("ignore:the time steps have an estimated error")
-@pytest.mark.parametrize("name", ["load", pytest.param("approach", marks=pytest.mark.long)])
+@pytest.mark.parametrize("name", ["load", "approach"])
 def test_a_film_that_creeps_fourfold(name):
     times = np.array([0.0, 1.0, 5.0, 20.0, 50.0, 100.0, 200.0])
     for nu, G, h in FILMS:

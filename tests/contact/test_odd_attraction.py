@@ -35,7 +35,7 @@ def solved(problem, start):
     return adhesive.solve_in_turn(problem, start, jnp.asarray(1e-9), jnp.asarray(4000))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_large_odd_part_is_solved_for_and_forgotten_when_the_surfaces_separate():
     """The map alone does not contract: K_e^-1 K_o has eigenvalues up to 1.5i. The approach of separated surfaces is
     that of first touch, without the displacement by the pressure before."""

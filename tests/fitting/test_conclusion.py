@@ -223,8 +223,8 @@ def test_a_stated_sigma_is_compared_with_the_residuals(factor):
     assert factor == 1.0 or "contradicts the stated sigma" in fit.summary()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("first", [20, pytest.param(40, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("first", [20, 40])
 def test_noise_that_changes_along_the_curve_is_estimated(first):
     """Standard deviations of 0.15 for the first points and 0.03 for the rest of 60; 300 sets. With one standard deviation
     for all 75 to 81 % of the intervals held the truth."""

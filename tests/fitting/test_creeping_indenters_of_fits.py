@@ -105,7 +105,7 @@ def test_a_coated_ball_on_a_half_space_is_refused():
         fitting.fit_indentation(data, indenter=jc.Sphere(1e-3, coat), nu=0.4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_images_under_a_ball_that_creeps_give_the_modulus_of_the_body():
     """The images are those of a rigid ball on a solid whose compliance is the sum of both."""
     G, ball = 3e6, jc.StandardLinearSolid(G1=2e6, G2=3e6, eta2=6e6, nu=0.4)

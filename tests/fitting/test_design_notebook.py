@@ -40,7 +40,7 @@ def creep_depth(values, times, load, radius, nu):
     return depth * (1.0 - nu) / (4.0 * radius)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_designed_load_history_shortens_the_intervals_of_simulated_tests():
     """200 simulated tests each, fitted by scipy: the standard deviations of log eta1 and log eta2 are those predicted, the
     95 % intervals hold, and those of a constant hold are at least 1.5 times longer."""
@@ -61,7 +61,7 @@ def test_the_designed_load_history_shortens_the_intervals_of_simulated_tests():
     assert np.all(scatter[0][2:] > 1.5 * scatter[1][2:])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_designed_film_has_a_uniform_pressure_on_a_finer_grid():
     b = design("b")
     history = b["under_ball"](b["found"].point, b["finer"])

@@ -175,8 +175,8 @@ def test_bad_films_are_named(options, word):
         fitting.fit_indentation(data, indenter=BALL, nu=0.3, **options)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("share", [pytest.param(0.4, marks=pytest.mark.long), 0.1])
+@pytest.mark.long
+@pytest.mark.parametrize("share", [0.4, 0.1])
 def test_a_film_that_is_strained_far_has_a_note(share):
     """A film on a base that does not yield is strained by its indentation over its thickness."""
     ball, h = jc.Sphere(1e-4), 1e-5

@@ -65,7 +65,7 @@ def test_a_creep_curve_gives_the_parameters_of_a_material_of_ones_own():
     assert "TwoKelvin fit of 60 points" in str(fit) and "4000 Pa s" in str(fit)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_its_intervals_hold_the_truth():
     """95 % intervals of each parameter in fits of 60 noisy curves: 52 or more of 60 hold the truth, but for chance."""
     held = dict.fromkeys(TRUTH, 0)

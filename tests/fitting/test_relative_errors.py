@@ -171,7 +171,7 @@ def test_a_long_series_has_intervals_that_hold_the_truth():
         assert abs(fit.values[name] - value) < 0.75 * (high - low)  # three standard errors
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_constant_response_of_a_film_is_the_mean():
     """The unbiased equations of a constant have their mean as solution."""
     y = 1e-7 * noisy(np.ones(12))

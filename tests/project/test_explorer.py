@@ -125,7 +125,7 @@ def direct(inputs):
     return np.array([approach, a, *pressures])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_table_agrees_with_direct_runs_within_a_hundredth():
     """The pressure within a twentieth of the largest."""
     corners = [dict(zip(SLIDERS, values, strict=True)) for values in zip(*SLIDERS.values(), strict=True)]

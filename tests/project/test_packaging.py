@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tarfile
 import tomllib
 import venv
@@ -13,6 +14,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 import jaxcontact as jc
 
@@ -75,7 +77,13 @@ def test_the_wheel_runs_a_case_where_there_is_no_source(built, tmp_path):
     with zipfile.ZipFile(wheel) as file:
         names = set(file.namelist())
         (metadata,) = (name for name in names if name.endswith(".dist-info/METADATA"))
-        assert "License-Expression: MIT" in file.read(metadata).decode().splitlines()
+        lines = file.read(metadata).decode().splitlines()
+        assert "License-Expression: MIT" in lines
+        project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+        required = {
+            Requirement(line.removeprefix("Requires-Dist: ")) for line in lines if "Requires-Dist" in line
+        }
+        assert required.issuperset(map(Requirement, project["dependencies"]))
     ours = (
         "py.typed",
         "style.mplstyle",
@@ -85,9 +93,15 @@ def test_the_wheel_runs_a_case_where_there_is_no_source(built, tmp_path):
     wanted = ["fitting/py.typed", *(f"jaxcontact/{name}" for name in ours)]
     assert names.issuperset(wanted) and not any(name.startswith("tests/") for name in names)
 
+    # with what the package depends on from here, which takes a minute to install; a package that is installed here in
+    # development is not found on that path
     venv.create(tmp_path / "clean", with_pip=True)
     binaries = tmp_path / "clean" / ("Scripts" if os.name == "nt" else "bin")
-    call(binaries / "python", "-m", "pip", "install", "-q", "--no-compile", wheel, cwd=tmp_path)
+    ask = "import sysconfig; print(sysconfig.get_path('purelib'))"
+    (packages,) = call(binaries / "python", "-c", ask, cwd=tmp_path).split()
+    (Path(packages) / "dependencies.pth").write_text(sysconfig.get_path("purelib"))
+    install = "-m", "pip", "install", "-q", "--no-compile", "--no-deps", "--ignore-installed"
+    call(binaries / "python", *install, wheel, cwd=tmp_path)
     (tmp_path / "case.toml").write_text(CASE)
     command = binaries / "jaxcontact"
     assert "tribofilm_creep.toml" in call(command, "cases", cwd=tmp_path)

@@ -93,7 +93,7 @@ def test_a_rate_is_given_by_its_name_by_position_or_by_the_name_of_its_field():
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("moves", [False, True])
+@pytest.mark.parametrize("moves", [pytest.param(False, marks=pytest.mark.long), True])
 def test_wear_down_to_the_base_has_a_note_with_its_time_and_its_share_of_the_contact(moves):
     """The volume that is lost is then less than Archard's, coefficient x load x path; counted from the kept fields."""
     thin = jc.LayeredHalfSpace([jc.Layer(jc.Elastic(1e9, 0.3), 2e-7)], jc.Elastic.from_young(210e9))

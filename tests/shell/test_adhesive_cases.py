@@ -112,11 +112,8 @@ OTHERS = {
 
 @pytest.mark.filterwarnings("ignore:only 9.1 cells across the largest contact")
 @pytest.mark.filterwarnings("ignore:the time steps have an estimated error")
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(name, marks=pytest.mark.long if name in ("shear", "rubbing") else ()) for name in OTHERS],
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", OTHERS)
 def test_a_run_of_the_other_verbs_stores_what_python_gives(name, case, capfd):
     case.write_text("[experiment]\n" + OTHERS[name])
     assert main(["check", str(case)]) == 0 and "Tabor number of the surface" in capfd.readouterr().out

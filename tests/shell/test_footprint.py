@@ -69,7 +69,9 @@ def test_the_memory_of_a_run_is_what_was_said(name, tmp_path):
 @pytest.mark.parametrize(
     ("kind", "save"),
     [
-        *(("indentation", save) for save in ("few", "all", "last")),
+        ("indentation", "all"),
+        ("indentation", "last"),
+        pytest.param("indentation", "few", marks=pytest.mark.long),
         pytest.param("shear", "few", marks=pytest.mark.long),
         pytest.param("sliding", "all", marks=pytest.mark.long),
     ],

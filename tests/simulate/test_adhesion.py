@@ -100,7 +100,11 @@ def test_the_branch_and_the_pull_off_load_are_those_of_maugis(parameter):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "tabor, lowest, tolerance", [(0.05, -2.0, 0.02), (5.0, -1.5, 0.02)], ids=["DMT", "JKR"]
+    "tabor, lowest, tolerance",
+    [
+        pytest.param(0.05, -2.0, 0.02, id="DMT"),
+        pytest.param(5.0, -1.5, 0.02, id="JKR", marks=pytest.mark.long),
+    ],
 )
 def test_the_limits_of_long_and_short_range(tabor, lowest, tolerance):
     if tabor < 1.0:

@@ -34,7 +34,7 @@ def rolled(body, ball, control, creepage, friction, strength, *, law=LAW, grid=G
         )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_pressed_it_is_a_contact_at_rest_and_slipping_it_carries_friction_on_what_contact_carries():
     """Johnson, Kendall and Roberts' contact; and mu times the sum of net pressure and attraction, which is computed here
     from the gap with averages of the law that are written out, plus the strength of all that touches."""
@@ -67,7 +67,7 @@ def test_pressed_it_is_a_contact_at_rest_and_slipping_it_carries_friction_on_wha
     np.testing.assert_allclose(slid.tangential_load, [force, 0.0], rtol=1e-6, atol=1e-6 * force)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_small_creepage_takes_kalkers_force_whatever_the_friction():
     """C11 = 5.20 of like solids at nu = 0.5 (J. J. Kalker, 1990, table E3), with the contact radius."""
     slopes = []

@@ -108,7 +108,7 @@ def test_a_constant_shear_strength_slips_from_the_edge_as_a_cohesive_zone():
     assert float(total.tangential_load[1, 0]) == pytest.approx(tau * float(total.contact_area[1]), rel=1e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_loop_of_a_cycle_is_the_work_of_friction_and_too_large_a_load_slips():
     tau = 0.05 * G
     quarter = np.linspace(0.0, 0.08, 9)

@@ -58,7 +58,9 @@ DESIGNS = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize(
+    "name", ["heights", *(pytest.param(name, marks=pytest.mark.long) for name in ("thicknesses", "loads"))]
+)
 def test_the_gradient_is_that_of_central_differences_in_ten_random_directions(name):
     """No cell enters or leaves the contact between the two points, so that the function is smooth there."""
     function, shape = DESIGNS[name]

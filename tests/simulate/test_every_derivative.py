@@ -5,7 +5,7 @@ import pytest
 from tests.benchmarks.derivatives import SCENARIOS, faults, measured
 
 AT_ONCE = ("flash_temperature, oblique",)
-SLOW = ("slide, half-space", "slide_steady, half-space", "heat_partition")
+SLOW = ("slide_steady, half-space",)
 
 
 def marked(name):

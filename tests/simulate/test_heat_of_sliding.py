@@ -42,6 +42,7 @@ def test_at_one_temperature_the_film_has_the_times_of_the_shifted_material():
     assert np.abs(warm.pressure - cold.pressure).max() > 0.05 * cold.pressure.max()
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:the time steps have an estimated error")
 def test_a_long_step_after_a_quick_rise_of_the_load_is_at_the_temperature_of_its_start():
     """Against steps of a twentieth: a rise of the temperature that ends with that of the load is not carried on."""

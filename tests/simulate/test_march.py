@@ -112,7 +112,7 @@ def sheared(body=BODY, friction=0.3, **options):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")
 def test_shear_keeps_what_save_says():
     """A function sees each time as the history of all has it, slip summed over the substeps."""
@@ -139,7 +139,7 @@ def same(found, expected):
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-11 * float(np.max(np.abs(expected))))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_reverse_mode_of_shear_in_blocks_is_bounded_in_memory():
     """With seven times as many rows, whose root is 2.7 times as large; the derivative is that with all pressures kept."""
 

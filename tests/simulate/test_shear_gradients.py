@@ -67,7 +67,9 @@ def test_gradients_through_partial_slip(control, coupled):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["alone", "coupled", "adhesive"])
+@pytest.mark.parametrize(
+    "kind", ["alone", *(pytest.param(kind, marks=pytest.mark.long) for kind in ("coupled", "adhesive"))]
+)
 def test_without_friction_the_derivative_by_its_coefficient_is_that_of_gross_slip(kind):
     """No cell has a traction yet: the force grows by the load along the way of the indenter, and the work by that times the
     way. With coupling the pressure moves the surface too: one-sided differences stand in the place of the closed form.

@@ -44,7 +44,7 @@ def steady(body, velocity, grid=GRID):
     return jc.slide_steady(body, BALL, LOAD, velocity=velocity, friction=MU, grid=grid)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")
 def test_steady_sliding_with_friction_of_a_layer_on_its_own_material():
     """Where the material relaxes by a third in a crossing; the force exceeds Coulomb's by that of hysteresis."""

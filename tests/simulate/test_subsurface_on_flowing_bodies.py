@@ -19,7 +19,6 @@ BODIES = {
     "standard solid on Burgers": (SOLID, BURGERS),
     "Burgers on an elastic solid": (BURGERS, ELASTIC),
 }
-IN_CI = "soft elastic on Maxwell"
 
 
 def basis(alpha, z, side):
@@ -64,10 +63,8 @@ def exactly(solids, alpha, z, t):
     return inverted(transform, t).reshape(4, -1)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name == IN_CI else pytest.mark.long) for name in BODIES]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", BODIES)
 def test_what_reaches_a_depth_is_right_or_known_to_be_off(name):
     """From a thirtieth to 4000 relaxation times of MAXWELL, in the layer, just above its lower side, and below it."""
     film, base = BODIES[name]

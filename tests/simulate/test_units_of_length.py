@@ -162,7 +162,7 @@ def numbers_of(verb, L):
     return values, slopes, said, notes
 
 
-DEAR = ("adhesive", "slide", "rub", "subsurface", "roll_steady", "mapped")
+DEAR = ("adhesive", "shear", "slide", "rub", "subsurface", "roll_steady", "mapped")
 
 
 @pytest.mark.slow

@@ -48,7 +48,7 @@ def slid(load):
         (film, 20.0),
         pytest.param(uneven_film, 20.0, marks=pytest.mark.long),
         pytest.param(yielding, 20.0, marks=pytest.mark.long),
-        (sheared, 2.0),
+        pytest.param(sheared, 2.0, marks=pytest.mark.long),
         pytest.param(slid, 20.0, marks=pytest.mark.long),
     ],
 )
