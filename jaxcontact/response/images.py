@@ -129,7 +129,7 @@ def fit_wavenumbers(thinnest: Array | float, whole: Array | float) -> Array:
 
 def log_spaced(low: Array | float, high: Array | float, count: int) -> Array:
     """Return points evenly spaced in their logarithm, (count,)."""
-    return low * (high / low) ** np.linspace(0.0, 1.0, count)
+    return jnp.asarray(low) * (high / low) ** np.linspace(0.0, 1.0, count)
 
 
 def image_depths(first: Array | float, bent: Array, last: Array) -> Array:
