@@ -284,7 +284,4 @@ def _long_cell(stretch: Array) -> Array:
 
 def _polynomial(coefficients: tuple[float, ...], x: Array) -> Array:
     """Return the polynomial with these coefficients, from that of x^0 on."""
-    value = coefficients[-1] * jnp.ones_like(x)
-    for coefficient in coefficients[-2::-1]:
-        value = value * x + coefficient
-    return value
+    return jnp.polyval(jnp.asarray(coefficients[::-1]), x)

@@ -719,18 +719,18 @@ def images_relative_to(
     to one of the sizes; sizes, densely: as in ``stacked_ladders``."""
     most = max(len(group) for group in groups)
     filled = jnp.stack([jnp.pad(group, ((0, most - len(group)), (0, 0))) for group in groups])
-    depths, heights = _stacked_fit(stacked_ladders(constants, sizes, densely=densely), filled)
-    own = [each[: len(group)] for each, group in zip(heights, groups, strict=True)]
-    return Images(depths, jnp.concatenate(own))
+    ladders = stacked_ladders(constants, sizes, densely=densely)
+    found = zip(groups, fitted_heights(ladders, filled), strict=True)
+    return Images(ladders.depths, jnp.concatenate([heights[: len(group)] for group, heights in found]))
 
 
-def _stacked_fit(ladders: Ladder, values: Array, damping: float = DAMPING) -> tuple[Array, Array]:
-    """Return the depths (J,) and the heights (m, ..., J + 1) of images of responses (m, ..., n), by ``stacked_ladders``."""
+def fitted_heights(ladders: Ladder, values: Array, damping: float = DAMPING) -> Array:
+    """Return the heights (m, ..., J + 1) of images of responses (m, ..., n), by ladders of ``stacked_ladders``."""
 
     def fit(values: Array, at_nodes: Array, at_steps: Array) -> Array:
         return fit_images(values, replace(ladders, at_nodes=at_nodes, at_steps=at_steps), damping).heights
 
-    return ladders.depths, jax.vmap(fit)(values, ladders.at_nodes, ladders.at_steps)
+    return jax.vmap(fit)(values, ladders.at_nodes, ladders.at_steps)
 
 
 # Images of the shapes where there is no slowest rate.
@@ -778,10 +778,10 @@ def images_in_time(
     )
 
     slopes = jnp.concatenate(list(growth @ long_waves_kept(body, shapes)))  # u(t_j)/t_j of all, (c t, n)
-    depths, heights = _stacked_fit(ladders, slopes, STEADY)
+    heights = fitted_heights(ladders, slopes, STEADY)
     beside = jnp.concatenate(jnp.split(heights, len(shapes)), -1)
     found = jnp.split(smoothly_fitted(growth, beside), len(shapes), -1)
-    return depths, jnp.stack(found)
+    return ladders.depths, jnp.stack(found)
 
 
 def expand_tangential_in_time(
@@ -813,8 +813,7 @@ class Layered(Response):
         at_first = _rounded_compliances(constants, constants.compliances)
         responses = _rough_responses(constants, at_first[:, None])
         ladders = stacked_ladders(constants, lambda alpha: responses(alpha).normal)
-        depths, heights = _stacked_fit(ladders, long_waves_kept(self.body, values)[None])
-        return Images(depths, heights[0])
+        return Images(ladders.depths, fitted_heights(ladders, long_waves_kept(self.body, values)[None])[0])
 
     def expand_shapes(self, start: Array, film: Array, rest: Array) -> Images:
         """Return images whose errors are relative to responses: of C_0 to the body's at first, of S_1 to that of the top

@@ -83,9 +83,6 @@ from jaxcontact.results.notes import Diagnostics, announce
 Save = str | Callable[[ContactStep], Any]
 
 LOOSEST = 1e-2  # largest tolerance that is accepted
-# Work in cell steps up to which no search begins in a window, that of a single contact of 128 x 128 cells: without it a call
-# takes 22 ms instead of 17, and the first one 2.6 s instead of 3.5.
-SINGLE = 128**2
 
 
 @pytree
@@ -276,11 +273,6 @@ class Experiment:
         """The number of cells times steps (``Program``); direct superposition costs the square of the number of steps."""
         steps = self.times.size * self.substeps
         return float(math.prod(self.grid.shape) * steps * (1 if self.correspondence == "exact" else steps))
-
-    @property
-    def windowed(self) -> bool:
-        """Whether searches begin in a window around the contact (static)."""
-        return self.work > SINGLE
 
     @property
     def load_controlled(self) -> bool:
@@ -571,7 +563,8 @@ def reported(result: Any, errors: Errors, experiment: Experiment) -> Any:
 
 @functools.partial(Program, optimised=False)
 def _sizes(indenter: Indenter, grid: Grid) -> dict[str, Array]:
-    """Return what notes compare with the size of the contact, by the names of the diagnostics, without derivatives."""
+    """Return what notes say of the size of an indenter or compare with that of the contact, by the names of diagnostics,
+    without derivatives."""
     dx, dy = grid.spacing
     radius: Any = jnp.inf
     roller_length: Any = jnp.inf

@@ -56,11 +56,8 @@ def row(kind: str, n: int, load_number: int) -> dict[str, Any]:
     import aspher
 
     indenter, grid, gap, loads = problem(kind, n)
-    body, load, width = (
-        jc.LayeredHalfSpace([], jc.Elastic(MODULUS / 4.0, 0.5)),
-        loads[load_number],
-        grid.width[0],
-    )
+    body, load = jc.LayeredHalfSpace([], jc.Elastic(MODULUS / 4.0, 0.5)), loads[load_number]
+    width = grid.width[0]
     given = {"grid": grid, "kernels": jc.kernels(body, indenter, grid), "tolerance": TOLERANCE}
     ours = lambda: np.asarray(jc.indent(body, indenter, jc.Load(load), [0.0], **given).pressure[0])
 
