@@ -249,32 +249,21 @@ def memory_factor(earlier: Array, displacement: Array, periodic: tuple[bool, boo
     their Laplacians, which are local, by least squares over 3 x 3 cells. On a half-space it is exact for a contact that
     stays as it is, whatever the history of its load.
     """
-    x, y = periodic
-    laplacian = lambda field: _beside(field, 0, x) + _beside(field, 1, y) - 4.0 * field
-    left, present = laplacian(earlier), laplacian(displacement)
-    common, square = _box_sum(left * present, periodic), _box_sum(present**2, periodic)
+    fields = jnp.stack([earlier, displacement])
+    laplacians = _sums(fields, (3, 1), periodic) + _sums(fields, (1, 3), periodic) - 6.0 * fields
+    common, square = _sums(laplacians * laplacians[1], (3, 3), periodic)
     some = square > 0.0
     return 1.0 + jnp.where(some, jnp.maximum(common, 0.0) / jnp.where(some, square, 1.0), 0.0)
 
 
-def _box_sum(field: Array, periodic: tuple[bool, bool]) -> Array:
-    """Return the sum over 3 x 3 cells around each."""
-    rows = field + _beside(field, 0, periodic[0])
-    return rows + _beside(rows, 1, periodic[1])
-
-
-def _beside(field: Array, axis: int, wraps: bool) -> Array:
-    """Return the sum of both neighbours along an axis; beyond an end the periodic neighbour or the last cell itself.
-
-    Shifts by padding are fused with other operations, in contrast to joined slices.
+def _sums(fields: Array, block: tuple[int, int], periodic: tuple[bool, bool]) -> Array:
+    """Return the sums of fields (n, nx, ny) over a block of cells around each cell; beyond an end of the grid are the
+    periodic neighbours or the last cell again.
     """
-    n, count = field.shape[axis], jnp.arange(field.shape[axis])
-    shifted = lambda k: jax.lax.pad(field, 0.0, [(k, -k, 0) if i == axis else (0, 0, 0) for i in range(2)])
-    inside = shifted(1) + shifted(-1)
-    if wraps:
-        return inside + shifted(1 - n) + shifted(n - 1)
-    ends = jnp.expand_dims((count == 0).astype(float) + (count == n - 1), 1 - axis)
-    return inside + ends * field
+    for axis, (size, wraps) in enumerate(zip(block, periodic, strict=True), 1):
+        ends = [(size // 2, size // 2) if i == axis else (0, 0) for i in range(3)]
+        fields = jnp.pad(fields, ends, mode="wrap" if wraps else "edge")
+    return jax.lax.reduce_window(fields, 0.0, jax.lax.add, (1, *block), (1, 1, 1), "VALID")
 
 
 def _long_cell(stretch: Array) -> Array:

@@ -291,15 +291,16 @@ def _moved_contact(problem: Problem, solution: Solution, change: Problem) -> tup
     if not problem.load_controlled:
         dp, d_approach = solve_in_contact(problem, mask, target - forcing), target
     else:
-        # The change of the sum scales the free pressures; the rest of the change has zero mean. (The pressure itself where
-        # that is the same, so that it is transformed once for all convolutions.)
+        # The change of the sum scales the free pressures; the rest of the change has zero mean.
         free = jnp.where(mask, p, 0.0) if law.prescribes else p
+        displaced = operator(free) if law.prescribes else u
         total = jnp.sum(free)
         over_total = jnp.where(total > 0.0, 1.0 / jnp.where(total > 0.0, total, 1.0), 0.0)
         share = target * over_total
-        dp = share * free + solve_in_contact(problem, mask, -(forcing + share * operator(free)))
+        dp = share * free + solve_in_contact(problem, mask, -(forcing + share * displaced))
         # <free, K dp + forcing> = d approach sum free, with K^T free in place of the convolution of dp
-        d_approach = jnp.sum(operator.transpose()(free) * dp + free * forcing) * over_total
+        met = displaced if operator.symmetric else operator.transpose()(free)
+        d_approach = jnp.sum(met * dp + free * forcing) * over_total
         # Without contact the approach is that of first touch; where the law prescribes the pressure of every cell in
         # contact it is not determined, and its derivative is nan.
         without = _first_touch(problem, change)
