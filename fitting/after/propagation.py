@@ -50,7 +50,10 @@ def propagate(
 ) -> Propagated:
     """Return the band of f(material), at the level of the fit, from the uncertainty of the fit.
 
-    The result is linearised in the compliances; where a parameter is not identifiable the band is wide.
+    The result is linearised in the compliances; where a parameter is not identifiable the band is wide. Far beyond the data,
+    where a result is not linear within the uncertainty of the compliances, the band is too narrow on one side: after creep
+    for three retardation times with 2 % noise, that of G' at 0.12 over their duration held the truth in 89 of 120 cases,
+    after five in 77 of 80. ``Posterior.propagate`` is not linearised.
 
     Args:
         fit: result of ``fit_creep``, ``fit_prony``, ``fit_indentation`` or ``fit_growth``.

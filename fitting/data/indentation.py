@@ -157,6 +157,7 @@ def depth_notes(indenter: Any, depth: float, thickness: float | None) -> tuple[s
 
 ERRORS = ("sigma_depth", "sigma_load")
 DEVIATIONS = (*ERRORS, "scatter_depth", "scatter_load")
+ORIGIN = ("cut", "contact_found", "numbered")  # of a curve and of every part of it
 LEAVE_OUT = "in_contact() leaves them out"  # end of the note of a reader on points before contact
 
 
@@ -178,6 +179,8 @@ class IndentationData:
         whole: (3, m): time, load and depth of the curve from which this one was taken, with the same zeros;
             None if nothing was left out. ``plot`` shows it, and a fit takes the part before the first point as history.
         cut: whether the curve begins at first contact because ``in_contact`` cut it there.
+        contact_found: whether that contact was found from the load, and not given. The zero of the depth then has an error,
+            so that ``fit_indentation`` fits it.
         numbered: whether t numbers the points of a file without times, so that nothing has a velocity.
 
     Raises:
@@ -202,6 +205,7 @@ class IndentationData:
     scatter_depth: np.ndarray | None = None
     scatter_load: np.ndarray | None = None
     cut: bool = False
+    contact_found: bool = False
     numbered: bool = False
 
     def __post_init__(self) -> None:
@@ -345,7 +349,7 @@ class IndentationData:
         earlier = [note for note in self.notes if not note.endswith(LEAVE_OUT)]
         return IndentationData(
             t=take(t), load=take(load), depth=take(way), notes=(*earlier, *notes), marks=again(self.marks), cut=True,
-            numbered=self.numbered,
+            contact_found=depth is None, numbered=self.numbered,
             **{name: again(getattr(self, name)) for name in DEVIATIONS},
             whole=self.whole_curve() * [[1], [found.load_sign], [found.depth_sign]]
             - [[found.t], [found.load_sign * found.load], [found.depth_sign * found.depth]],
@@ -404,7 +408,7 @@ class IndentationData:
             raise ValueError(f"expected at least 5 points, got: {note}")
         some = {name: getattr(self, name) for name in ("t", "load", "depth", "marks", *DEVIATIONS)}
         fields = {name: None if y is None else y[keep] for name, y in some.items()}
-        kept = {"whole": self.whole_curve(), "cut": self.cut, "numbered": self.numbered}
+        kept = {"whole": self.whole_curve()} | {name: getattr(self, name) for name in ORIGIN}
         return IndentationData(**fields, **kept, notes=(*self.notes, note))
 
     def plot(self) -> Any:
@@ -457,7 +461,7 @@ def with_earlier(data: IndentationData) -> tuple[IndentationData, np.ndarray]:
     note = f"the curve from {t[0]:.4g} to {data.t[0]:.4g} s is taken as history, and not fitted"
     longer = IndentationData(
         t=np.append(t, data.t), load=np.append(load, data.load), depth=np.append(depth, data.depth), marks=marks,
-        notes=(*data.notes, note), whole=data.whole, cut=data.cut, numbered=data.numbered, **errors,
+        notes=(*data.notes, note), whole=data.whole, **{name: getattr(data, name) for name in ORIGIN}, **errors,
     )  # fmt: skip
     return longer, np.arange(longer.t.size) >= n
 

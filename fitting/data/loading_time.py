@@ -10,6 +10,7 @@ ZERO = 0.01  # fraction of the largest stress below which the stress is zero
 NOTHING = 1e-6  # fraction of it that is certainly zero
 JUMP = 0.1  # change between samples at a jump, as a fraction of the largest stress
 FALL = 0.2  # fraction of its maximum by which a creep curve may fall
+STEADY = 0.01  # relative variation of a constant strain about its median
 SURE = 3.0  # significant fall in standard deviations of the noise
 LEAST = 5  # number of samples below which no check is made
 REST = 3  # number of samples before the load from which the zero of the strain is taken
@@ -57,6 +58,43 @@ def from_rest(series: Series, start: float | None) -> Series:
         )
     say = f"the strain before the load, {level:.3g}, is subtracted: {rest.size} rows without a stress"
     return series._replace(values=series.values | {"strain": strain - level}).say(say)
+
+
+def after_rise(
+    series: Series, label: str, strain: np.ndarray, start: float | None
+) -> tuple[Series, float | None]:
+    """Return a relaxation modulus without the rows in which the strain beside it rises, and the time of the step [s].
+
+    The modulus of an instrument, stress over strain, is int G(t - s) d strain(s)/strain. After a rise that is linear over a
+    time T this is G at the time since the middle of the rise, but for the factor sinh(x)/x, x = T/(2 tau), of each
+    relaxation time tau: 1 % for T = tau/2. Without a ``start`` the step is therefore there.
+
+    label, strain (n,): heading and magnitudes of the column of strain, in any unit, nan where there is none.
+    """
+    t = series.values["t"]
+    known = np.isfinite(t) & np.isfinite(strain)
+    level = float(np.median(strain[known])) if np.count_nonzero(known) >= LEAST else 0.0
+    if level == 0.0:
+        return series, start
+    near = np.abs(strain - level) <= max(STEADY * level, SURE * sample_noise(strain[known]))
+    first = int(np.argmax(known & near))
+    rising = known[:first] & (strain[:first] < level)
+    others = (known & ~near) & ~np.append(rising, np.zeros(t.size - first, dtype=bool))
+    if np.any(others):
+        away = 100.0 * np.max(np.abs(strain[others] - level)) / level
+        series = series.say(f"{label} varies by up to {away:.2g} %: the modulus is taken as that of a step")
+    if not np.any(rising):
+        return series, start
+    if start is None:
+        course = np.maximum.accumulate(np.append(strain[:first][rising], level))
+        times = np.append(t[:first][rising], t[first])
+        if course[0] > level / 2.0 and counts_from_zero(np.unique(t[known])):
+            course, times = np.append(0.0, course), np.append(0.0, times)
+        if course[0] <= level / 2.0:
+            start = float(np.interp(level / 2.0, course, times))
+    middle = "" if start is None else f", {start:.4g} s is taken as the time of the step"
+    later = series.pick(slice(first, None))
+    return later.say(f"{label} rises until {t[first]:.4g} s: {first} rows left out{middle}"), start
 
 
 def check_clock(path: str, series: Series, start: float | None) -> None:

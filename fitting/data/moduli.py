@@ -189,13 +189,16 @@ def read_relaxation(
 ) -> RelaxationData:  # fmt: skip
     """Read time and relaxation modulus, G(t) or E(t).
 
+    Rows in which a column of strain beside it still rises are left out, and the step is taken in the middle of the rise,
+    which is right for relaxation times of at least twice the rise (to 1 %).
+
     Args:
         path: a text file.
         columns: columns that the header does not identify: {"t": header or position from 0, "modulus": ...}.
         units: {"t": "min", "modulus": "kPa"}; they take precedence over the header.
         convention: "G" in shear, or "E" = 2 (1 + nu) G in tension, which needs nu.
         nu: Poisson's ratio of a tensile test. It is required for a column that is named as tensile.
-        start: time [s] of the strain step on the file's clock.
+        start: time [s] of the strain step on the file's clock; after a rise of the strain, that of its middle.
         segment: the step or interval of a file with several, by name or position from 0; several are joined.
         window: (begin, end) [s] of the file's clock, None for an open side.
         decimal: the decimal mark, "." or ",", if it is ambiguous.
@@ -218,6 +221,9 @@ def read_relaxation(
     parts = curves_of(table, (TIME, MODULUS), "read_relaxation", segment, True)
     taken = heated(table, cleaning.choose(table.path, "segment", parts, segment), None)
     check_relaxing(table, taken)
+    strain = _beside(table, taken, STRAIN_NAMES)
+    if strain is not None:
+        taken, start = loading_time.after_rise(taken, *strain, start)
     return relaxation_of(table.path, taken, convention, nu, start, window)
 
 
@@ -227,19 +233,13 @@ def check_relaxing(table: Table, taken: Series) -> None:
     In a relaxation the stress is proportional to the modulus. A column of the stress, or else the modulus times a column of
     the strain, shows whether it is; their units do not matter.
     """
-    lines = set(taken.lines.tolist())
-    for block in table.blocks:
-        beside = next(
-            (names for names in (STRESS_NAMES, STRAIN_NAMES) if set(names) & set(block.kinds)), None
-        )
+    for names in (STRESS_NAMES, STRAIN_NAMES):
+        beside = _beside(table, taken, names)
         if beside is None:
             continue
-        place = next(k for k, kind in enumerate(block.kinds) if kind in beside)
-        values = np.abs(block.numbers(place, lines, table.dialect.decimal))
-        if values.size != taken.lines.size:
-            continue
+        _, values = beside
         modulus = taken.values["modulus"]
-        stress = values if beside == STRESS_NAMES else values * modulus
+        stress = values if names == STRESS_NAMES else values * modulus
         known = np.isfinite(stress) & np.isfinite(modulus) & (stress > 0.0) & (modulus > 0.0)
         if np.count_nonzero(known) < cleaning.LEAST:
             continue
@@ -251,6 +251,20 @@ def check_relaxing(table: Table, taken: Series) -> None:
                 " changes while the stress does not, as in creep: read_creep reads it from strain and stress, or as"
                 " columns={'creep_modulus': ...}"
             )
+        return
+
+
+def _beside(table: Table, taken: Series, names: Sequence[str]) -> tuple[str, np.ndarray] | None:
+    """Return heading and magnitudes (n,) of a column of one of these kinds beside the rows taken, in any unit; None if there
+    is none."""
+    lines = set(taken.lines.tolist())
+    for block in table.blocks:
+        for place, kind in enumerate(block.kinds):
+            if kind in names and block.header is not None:
+                values = np.abs(block.numbers(place, lines, table.dialect.decimal))
+                if values.size == taken.lines.size:
+                    return block.header.cells[place], values
+    return None
 
 
 def relaxation_of(

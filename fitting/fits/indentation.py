@@ -499,7 +499,7 @@ def fit_indentation(
     data: IndentationData, model: type | str = jc.Burgers, *, indenter: Any, nu: float | None = None,
     bulk_modulus: float | None = None, tau: Any = None, control: str = "load", weights: str | None = None,
     sigma: Any = None, fixed: dict[str, float] | None = None, bounds: dict[str, tuple] | None = None,
-    contact_point: float | str = 0.0, drift: float | str = 0.0, machine_compliance: float | str = 0.0,
+    contact_point: float | str | None = None, drift: float | str = 0.0, machine_compliance: float | str = 0.0,
     rise: float | None = None, adhesion: Any = 0.0, layer: float | None = None, layers: Sequence[Any] | None = None,
     substrate: Any = None, grid: Any = None, thickness: float | None = None, unbonded: bool = False, level: float = 0.95,
 ) -> IndentationFit | AdhesiveFit:  # fmt: skip
@@ -531,7 +531,9 @@ def fit_indentation(
             standard deviation that the data carry, if any.
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
-        contact_point: offset of the measured depth [m], a known number or "fit".
+        contact_point: offset of the measured depth [m], a known number or "fit"; by default "fit" if the data are
+            ``in_contact`` from a contact found from the load, whose error is then in the intervals, otherwise and with a
+            ``rise`` or ``adhesion`` 0.
         drift: drift of the measured depth [m/s], a known number or "fit".
         machine_compliance: compliance of the instrument [m/N], a known number or "fit".
         rise: replace the measured load by one that rises linearly for this time [s] and is then held constant, for
@@ -585,6 +587,9 @@ def fit_indentation(
     started = time.perf_counter()
     any_layer = [given for given in (thickness, layer, layers) if given is not None]
     thin_layer.check_unbonded(unbonded, any_layer[0] if any_layer else None)
+    if contact_point is None:
+        ideal = rise is not None or isinstance(adhesion, str) or is_law(adhesion) or bool(adhesion)
+        contact_point = "fit" if getattr(data, "contact_found", False) and not ideal else 0.0
     instrument = Instrument(contact_point, drift, machine_compliance)
 
     # With a work of adhesion that is fitted: fits of their own (``adhesion.py``).

@@ -198,3 +198,52 @@ def test_a_flow_ramp_is_never_read_as_creep(tmp_path, name):
         fitting.read_creep(path, segment=1)
     path.write_text(creep_step())
     assert fitting.read_creep(path).t.size == 40
+
+
+# Relaxation after a strain that rises for a time T: the stress is int G(t - s) d strain(s), here in closed form for
+# G = G_E + G_D exp(-t/TAU), and the modulus that an instrument writes is its quotient with the strain.
+
+G_E, G_D, TAU = 3e4, 6e4, 2.0
+SOLID = {"G1": G_E + G_D, "G2": (G_E + G_D) * G_E / G_D, "eta2": TAU * (G_E + G_D) ** 2 / G_D}
+
+
+def relaxing(t, rise):
+    """Strain over its final value, and modulus [Pa] = stress over strain."""
+    integral = lambda s: G_E * np.maximum(s, 0.0) - G_D * TAU * np.expm1(-np.maximum(s, 0.0) / TAU)
+    strain = np.minimum(t / rise, 1.0)
+    return strain, (integral(t) - integral(t - rise)) / rise / strain
+
+
+@pytest.mark.parametrize("rise", [0.2, 0.75])
+def test_a_rise_of_the_strain_is_left_out_of_a_relaxation_and_the_step_is_in_its_middle(tmp_path, rise):
+    t = np.arange(0.1, 60.0, 0.1)
+    strain, modulus = relaxing(t, rise)
+    table = np.c_[t, 1.5 * strain, noisy(modulus, 0.005, 7)]
+    path = tmp_path / "relaxation.csv"
+    heading = "Step time (s),Strain (%),G(t) (Pa)"
+    np.savetxt(path, table, delimiter=",", comments="", header=heading)
+    data = fitting.read_relaxation(path)
+    assert any("rises until" in note and "rows left out" in note for note in data.notes)
+    np.testing.assert_allclose(data.t[0], np.ceil(rise / 0.1) * 0.1 - rise / 2.0, rtol=1e-2)
+    fit = fitting.fit_relaxation(data, "StandardLinearSolid")
+    for name, value in SOLID.items():
+        low, high = fit.intervals[name]
+        assert low * 0.99 <= value <= high * 1.01, (name, fit.intervals[name])
+        assert abs(fit.values[name] / value - 1.0) < 0.012
+    # without the column of strain nothing shows the rise, and the middle may be given
+    np.savetxt(path, table[:, [0, 2]][t > rise], delimiter=",", comments="", header="Step time (s),G(t) (Pa)")
+    alone = fitting.read_relaxation(path, start=rise / 2.0)
+    np.testing.assert_allclose(alone.t, data.t[-alone.t.size :], rtol=1e-2)
+
+
+def test_a_strain_that_stands_still_leaves_a_relaxation_as_it_is(tmp_path):
+    t = np.arange(0.1, 20.0, 0.1)
+    _, modulus = relaxing(t, 1e-9)
+    path = tmp_path / "relaxation.csv"
+    for strain, said in ((1.0, ""), (1.0 + 0.05 * np.exp(-t), "varies by up to 4.5 %")):
+        table = np.c_[t, noisy(strain * np.ones_like(t), 1e-4, 3), modulus]
+        np.savetxt(path, table, delimiter=",", comments="", header="Step time (s),Strain (%),G(t) (Pa)")
+        data = fitting.read_relaxation(path)
+        np.testing.assert_allclose(data.t, t, rtol=1e-12)
+        found = " ".join(note for note in data.notes if note.startswith("Strain"))
+        assert said in found and (said or not found)
