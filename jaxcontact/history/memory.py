@@ -714,7 +714,7 @@ def absorb(
     fields: MovingFields, motion: Motion, ratio: Array, shape: tuple[int, int], periodic: spectral.Periodic
 ) -> MovingFields:
     """Let the absorbing layer act for the way moved since it last did, once that is long enough."""
-    if all(periodic):
+    if all(periodic) or not fields.eta.size:
         return fields
     (nx, ny), (mx, my) = shape, spectral.padded_shape(shape, periodic)
     across = motion.move.y is not None

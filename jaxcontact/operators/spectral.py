@@ -132,6 +132,8 @@ def _all_offsets(kernel: Array, length: int, periodic: bool) -> Array:
 def transform(field: Array, periodic: Periodic = FREE) -> Array:
     """Spectrum (..., my/2 + 1, mx) of fields (..., nx, ny), zero-padded."""
     mx, my = padded_shape(field.shape[-2:], periodic)
+    if field.size == 0:  # see ``inverse``
+        return jnp.zeros((*field.shape[:-2], my // 2 + 1, mx), complex)
     if devices() > 1:
         return distributed_transform(field, (mx, my))
     rows = jnp.swapaxes(jnp.fft.rfft(field, n=my, axis=-1), -1, -2)
@@ -139,8 +141,14 @@ def transform(field: Array, periodic: Periodic = FREE) -> Array:
 
 
 def inverse(spectrum: Array, shape: tuple[int, ...], periodic: Periodic = FREE) -> Array:
-    """The (..., nx, ny) part of the field with this spectrum."""
+    """The (..., nx, ny) part of the field with this spectrum.
+
+    No transform is made of no fields, as of an elastic body that remembers none: on a machine with one core, jaxlib 0.10.1
+    does not find LAPACK for a program that contains one.
+    """
     (nx, ny), (_, my) = shape, padded_shape(shape, periodic)
+    if spectrum.size == 0:
+        return jnp.zeros((*spectrum.shape[:-2], nx, ny))
     if devices() > 1:
         return distributed_inverse(spectrum, shape, my)
     rows = jnp.fft.ifft(spectrum, axis=-1)[..., :nx]
