@@ -418,3 +418,20 @@ def test_hardness_of_a_periodic_layer_on_a_rigid_base_obeys_its_laws(bonded):
     growth = np.diff(dent, axis=0, prepend=0.0)
     assert np.min(growth) >= 0.0 and np.max(np.where(p < H * (1.0 - 1e-9), growth, 0.0)) == 0.0
     assert np.all(np.max(growth[1:4], (1, 2)) > 0.0) and np.max(growth[4:]) == 0.0
+
+
+@pytest.mark.parametrize("n", [33, 64])
+def test_a_film_under_a_plateau_at_the_hardness_is_shortened_as_in_an_oedometer(n):
+    """p/M in the middle, M = 2 G (1 - nu)/(1 - 2 nu): all cells carry H, and a film of a tenth of the contact's radius on a
+    rigid base cannot widen there. At the rim it is shortened by half to somewhat more."""
+    film = jc.Elastic.from_young(3e9, 0.4)
+    body = jc.LayeredHalfSpace([jc.Layer(film, 10e-6)], substrate=None)
+    grid, hardness = jc.Grid.square(n=n, width=400e-6), 1e7
+    load = jc.Load(hardness * np.pi * (100e-6) ** 2)
+    for run in (
+        jc.indent(body, BALL, load, [0.0], grid=grid, hardness=hardness),
+        jc.slide(body, BALL, load, [0.0, 1.0], velocity=1e-6, grid=grid, hardness=hardness),
+    ):
+        modulus = 2.0 * film.G * (1.0 - 0.4) / (1.0 - 0.8)
+        np.testing.assert_allclose(run.film_strain[0], hardness / modulus, rtol=2e-3)
+        assert not np.any(run.status)
