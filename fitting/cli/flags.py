@@ -398,7 +398,10 @@ def read(kind: Kind, file: str, options: argparse.Namespace, **given: Any) -> An
     """Return the data of a file, without excluded points and averaged as the flags say; error messages name flags."""
     own = arguments(kind.reader, kind, options)
     taken = inspect.signature(kind.reader).parameters
-    if (tension := getattr(options, "tension", None)) is not None and "nu" in taken:
+    tension = getattr(options, "tension", None)
+    if tension is not None and not -1.0 < tension <= 0.5:
+        raise ValueError(f"--tension: expected -1 < Poisson's ratio <= 0.5, got {tension:g}")
+    if tension is not None and "nu" in taken:
         if own.get("convention", "J") != "J":
             raise ValueError(f"--convention: expected none with --tension, got {options.convention}")
         own["nu"] = tension

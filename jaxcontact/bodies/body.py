@@ -24,7 +24,9 @@ class Layer:
             wears uniformly (the assumptions are stated in ``history.memory``), and, for the only layer on an elastic
             substrate, (nx, ny) on the grid or (nt, nx, ny), >= 0, for a film that varies in the plane. Such a film lies on
             a flat base: its surface is higher where it is thicker, and the base is bare where the thickness is 0
-            (``operators.kernels``). In ``slide_steady`` it may vary along y, across the track.
+            (``operators.kernels``). Growth of (nt, nx, ny) raises the surface, so that a given approach presses it in
+            deeper; with (nt,) approach and displacement are counted from the surface as growth alone would leave it. In
+            ``slide_steady`` it may vary along y, across the track.
         bonded: False, static, for a layer that slides without friction on what is below it and does not lift off: at its
             lower side the shear traction is zero, and the normal displacement and traction are continuous. Such a layer
             needs one thickness. A net tangential force moves it as a free membrane, without bound, so that ``shear`` and
