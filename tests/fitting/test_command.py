@@ -281,6 +281,13 @@ def test_errors_name_flags(text, flag, tmp_path, capsys):
     assert "=None" not in error and "columns=" not in error and "units=" not in error
 
 
+def test_a_poissons_ratio_out_of_range_is_named_by_its_flag(tmp_path, capsys):
+    path = tmp_path / "film.csv"
+    path.write_text("time [s],J [1/Pa]\n" + "".join(f"{x},{x}\n" for x in range(1, 8)))
+    error = refused(["fit", "creep", str(path), "-o", str(tmp_path / "out"), "--tension", "0.6"], capsys)
+    assert "--tension: expected -1 < Poisson's ratio <= 0.5, got 0.6" in error
+
+
 def noisy_burgers(path, seed, G1=0.75e9):
     """40 points of the material with 1 % of noise."""
     t = np.geomspace(10.0, 40000.0, 40)
