@@ -30,6 +30,7 @@ from fitting.models.thin_layer import Base, ThinLayer
 from fitting.search import nonlinear
 from fitting.search.nonlinear import Best, Objective, inverse, minimise, moved
 from fitting.search.press import (
+    STEPPED,
     Coating,
     FilmTest,
     Found,
@@ -532,8 +533,8 @@ def fit_indentation(
         fixed: {parameter: value} [Pa, Pa s, or the SI unit of a series] of any subset.
         bounds: {parameter: (low, high)} of any subset, None for an open side.
         contact_point: offset of the measured depth [m], a known number or "fit"; by default "fit" if the data are
-            ``in_contact`` from a contact found from the load, whose error is then in the intervals, otherwise and with a
-            ``rise`` or ``adhesion`` 0.
+            ``in_contact`` from a contact found from the load, and begin with it, so that its error is in the intervals;
+            otherwise and with a ``rise`` or ``adhesion`` 0.
         drift: drift of the measured depth [m/s], a known number or "fit".
         machine_compliance: compliance of the instrument [m/N], a known number or "fit".
         rise: replace the measured load by one that rises linearly for this time [s] and is then held constant, for
@@ -588,8 +589,7 @@ def fit_indentation(
     any_layer = [given for given in (thickness, layer, layers) if given is not None]
     thin_layer.check_unbonded(unbonded, any_layer[0] if any_layer else None)
     if contact_point is None:
-        ideal = rise is not None or isinstance(adhesion, str) or is_law(adhesion) or bool(adhesion)
-        contact_point = "fit" if getattr(data, "contact_found", False) and not ideal else 0.0
+        contact_point, data = _contact_of(data, rise is not None or bool(adhesion))
     instrument = Instrument(contact_point, drift, machine_compliance)
 
     # With a work of adhesion that is fitted: fits of their own (``adhesion.py``).
@@ -679,6 +679,20 @@ def fit_indentation(
         starts=(best.starts, best.agreed), runs=(objective.residual_runs, objective.jacobian_runs),
         seconds=time.perf_counter() - started,
     )  # fmt: skip
+
+
+def _contact_of(data: IndentationData, elsewhere: bool) -> tuple[float | str, IndentationData]:
+    """Return the default of ``contact_point``, and the curve with a note if the error of its contact is left out.
+
+    A contact found from the load is fitted again if the points show it. From a hold alone it would be confused with creep.
+    elsewhere: whether the fit takes the contact from elsewhere.
+    """
+    if elsewhere or not getattr(data, "contact_found", False):
+        return 0.0, data
+    if data.load[0] < STEPPED * data.load.max():
+        return "fit", data
+    note = "the contact found is taken as exact, since the points fitted begin after it: the approach with them shows its error"
+    return 0.0, dataclasses.replace(data, notes=(*data.notes, note))
 
 
 def _reweighed(press: IndentationProblem, best: Best, objective: Objective) -> np.ndarray:

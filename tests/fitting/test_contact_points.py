@@ -377,3 +377,15 @@ def test_a_contact_that_was_found_is_fitted_again_so_that_intervals_hold_the_mod
     # parts and means of the curve keep what its contact is
     for part in (data.in_contact().window(0.01), fitting.resample(data.in_contact())):
         assert part.contact_found
+
+
+def test_a_hold_alone_does_not_show_the_contact_again():
+    """With its approach the modulus at once is within its interval; the contact of a hold would be confused with creep."""
+    t, load, depth = curve(noise=0.002)
+    data = fitting.IndentationData(t=t, load=load, depth=depth).in_contact()
+    fit = lambda part: fitting.fit_indentation(part, "Burgers", indenter=jc.Sphere(radius=R), nu=0.5)
+    whole, hold = fit(data), fit(data.only("hold"))
+    low, high = whole.intervals["G1"]
+    assert low <= G1 <= high and "contact_point" in whole.nuisances
+    assert not hold.nuisances and any("taken as exact" in note for note in hold.notes)
+    np.testing.assert_allclose([hold.values[name] for name in ("G2", "eta1")], [G2, ETA1], rtol=0.05)
