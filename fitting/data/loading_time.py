@@ -83,7 +83,7 @@ def after_rise(
     if np.any(others):
         away = 100.0 * np.max(np.abs(strain[others] - level)) / level
         series = series.say(f"{label} varies by up to {away:.2g} %: the modulus is taken as that of a step")
-    if not np.any(rising):
+    if not np.any(strain[:first][rising] > ZERO * level):  # a step between two rows
         return series, start
     if start is None:
         course = np.maximum.accumulate(np.append(strain[:first][rising], level))

@@ -291,7 +291,8 @@ def _moved_contact(problem: Problem, solution: Solution, change: Problem) -> tup
     if not problem.load_controlled:
         dp, d_approach = solve_in_contact(problem, mask, target - forcing), target
     else:
-        # The change of the sum scales the free pressures; the rest of the change has zero mean.
+        # The change of the sum scales the free pressures; the rest of the change has zero mean. (Where all pressures are
+        # free, K free is the displacement.)
         free = jnp.where(mask, p, 0.0) if law.prescribes else p
         displaced = operator(free) if law.prescribes else u
         total = jnp.sum(free)
@@ -299,8 +300,8 @@ def _moved_contact(problem: Problem, solution: Solution, change: Problem) -> tup
         share = target * over_total
         dp = share * free + solve_in_contact(problem, mask, -(forcing + share * displaced))
         # <free, K dp + forcing> = d approach sum free, with K^T free in place of the convolution of dp
-        met = displaced if operator.symmetric else operator.transpose()(free)
-        d_approach = jnp.sum(met * dp + free * forcing) * over_total
+        transposed = displaced if operator.symmetric else operator.transpose()(free)
+        d_approach = jnp.sum(transposed * dp + free * forcing) * over_total
         # Without contact the approach is that of first touch; where the law prescribes the pressure of every cell in
         # contact it is not determined, and its derivative is nan.
         without = _first_touch(problem, change)
