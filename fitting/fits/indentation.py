@@ -691,7 +691,7 @@ def _contact_of(data: IndentationData, elsewhere: bool) -> tuple[float | str, In
         return 0.0, data
     if data.load[0] < STEPPED * data.load.max():
         return "fit", data
-    note = "the contact found is taken as exact: the points fitted begin after it, and would show its error with the approach"
+    note = "the contact found is taken as exact: the points fitted begin after it, and do not show its error"
     return 0.0, dataclasses.replace(data, notes=(*data.notes, note))
 
 
