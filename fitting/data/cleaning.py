@@ -666,7 +666,7 @@ def check_times(path: str, series: Series) -> Series:
 # recovered as their product and fitted under the measured stress.
 
 
-STEADY = 0.01  # relative variation of a constant stress about its median
+STEADY = 0.01  # relative variation of a constant stress or strain about its median
 SURE = 3.0  # significant variation in standard deviations of its noise
 ENDED = 0.05  # fraction of its maximum below which the stress has ended
 

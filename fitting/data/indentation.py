@@ -157,7 +157,6 @@ def depth_notes(indenter: Any, depth: float, thickness: float | None) -> tuple[s
 
 ERRORS = ("sigma_depth", "sigma_load")
 DEVIATIONS = (*ERRORS, "scatter_depth", "scatter_load")
-ORIGIN = ("cut", "contact_found", "numbered")  # of a curve and of every part of it
 LEAVE_OUT = "in_contact() leaves them out"  # end of the note of a reader on points before contact
 
 
@@ -408,7 +407,7 @@ class IndentationData:
             raise ValueError(f"expected at least 5 points, got: {note}")
         some = {name: getattr(self, name) for name in ("t", "load", "depth", "marks", *DEVIATIONS)}
         fields = {name: None if y is None else y[keep] for name, y in some.items()}
-        kept = {"whole": self.whole_curve()} | {name: getattr(self, name) for name in ORIGIN}
+        kept = {"whole": self.whole_curve()} | origin_of(self)
         return IndentationData(**fields, **kept, notes=(*self.notes, note))
 
     def plot(self) -> Any:
@@ -437,6 +436,11 @@ class IndentationData:
 MOST = 200  # largest number of points of the history, evenly spaced in those of the curve
 
 
+def origin_of(data: IndentationData) -> dict[str, bool]:
+    """Return the fields that parts and means of a curve have in common with it."""
+    return {"cut": data.cut, "contact_found": data.contact_found, "numbered": data.numbered}
+
+
 def with_earlier(data: IndentationData) -> tuple[IndentationData, np.ndarray]:
     """Return a curve with the points in contact before its first one, and which of its points it had already, (n,)."""
     # the whole curve from contact to the first point, the contact included
@@ -461,7 +465,7 @@ def with_earlier(data: IndentationData) -> tuple[IndentationData, np.ndarray]:
     note = f"the curve from {t[0]:.4g} to {data.t[0]:.4g} s is taken as history, and not fitted"
     longer = IndentationData(
         t=np.append(t, data.t), load=np.append(load, data.load), depth=np.append(depth, data.depth), marks=marks,
-        notes=(*data.notes, note), whole=data.whole, **{name: getattr(data, name) for name in ORIGIN}, **errors,
+        notes=(*data.notes, note), whole=data.whole, **origin_of(data), **errors,
     )  # fmt: skip
     return longer, np.arange(longer.t.size) >= n
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fitting.data.cleaning import Series
+from fitting.data.cleaning import STEADY, Series
 from fitting.data.contact import sample_noise, smooth
 from fitting.data.curves import counts_from_zero
 
@@ -10,7 +10,6 @@ ZERO = 0.01  # fraction of the largest stress below which the stress is zero
 NOTHING = 1e-6  # fraction of it that is certainly zero
 JUMP = 0.1  # change between samples at a jump, as a fraction of the largest stress
 FALL = 0.2  # fraction of its maximum by which a creep curve may fall
-STEADY = 0.01  # relative variation of a constant strain about its median
 SURE = 3.0  # significant fall in standard deviations of the noise
 LEAST = 5  # number of samples below which no check is made
 REST = 3  # number of samples before the load from which the zero of the strain is taken
@@ -76,19 +75,21 @@ def after_rise(
     level = float(np.median(strain[known])) if np.count_nonzero(known) >= LEAST else 0.0
     if level == 0.0:
         return series, start
-    near = np.abs(strain - level) <= max(STEADY * level, SURE * sample_noise(strain[known]))
-    first = int(np.argmax(known & near))
-    rising = known[:first] & (strain[:first] < level)
-    others = (known & ~near) & ~np.append(rising, np.zeros(t.size - first, dtype=bool))
-    if np.any(others):
-        away = 100.0 * np.max(np.abs(strain[others] - level)) / level
-        series = series.say(f"{label} varies by up to {away:.2g} %: the modulus is taken as that of a step")
-    if not np.any(strain[:first][rising] > ZERO * level):  # a step between two rows
+    allowed = max(STEADY * level, SURE * sample_noise(strain[known]))
+    # the rows that rise, before the first at the level; the course of all others is constant
+    first = int(np.argmax(known & (np.abs(strain - level) <= allowed)))
+    rising = np.flatnonzero(known[:first] & (strain[:first] < level))
+    known[rising] = False
+    away = float(np.max(np.abs(smooth(strain[known]) - level)))
+    if away > allowed:
+        say = f"{label} varies by up to {100.0 * away / level:.2g} %: the modulus is taken as that of a step"
+        series = series.say(say)
+    if not np.any(strain[rising] > ZERO * level):  # a step between two rows
         return series, start
     if start is None:
-        course = np.maximum.accumulate(np.append(strain[:first][rising], level))
-        times = np.append(t[:first][rising], t[first])
-        if course[0] > level / 2.0 and counts_from_zero(np.unique(t[known])):
+        course = np.maximum.accumulate(np.append(strain[rising], level))
+        times = np.append(t[rising], t[first])
+        if course[0] > level / 2.0 and counts_from_zero(np.unique(t[np.isfinite(t)])):
             course, times = np.append(0.0, course), np.append(0.0, times)
         if course[0] <= level / 2.0:
             start = float(np.interp(level / 2.0, course, times))

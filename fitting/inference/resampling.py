@@ -16,7 +16,7 @@ import numpy as np
 
 from fitting.data.contact import runs_of, sample_noise
 from fitting.data.creep import CreepData
-from fitting.data.indentation import ORIGIN, IndentationData
+from fitting.data.indentation import IndentationData, origin_of
 from fitting.data.moduli import RelaxationData
 from fitting.data.weights import error_ratio
 from fitting.inference.noise import BEYOND_CHANCE
@@ -118,7 +118,7 @@ def _indentation(data: IndentationData, per_decade: float) -> IndentationData:
     return IndentationData(
         t=bins.mean(data.t), load=bins.value(data.load), depth=bins.value(data.depth), marks=marks[bins.first],
         whole=data.whole_curve(), notes=(*data.notes, bins.note(max(rhos))),
-        **{name: getattr(data, name) for name in ORIGIN}, **errors,
+        **origin_of(data), **errors,
     )  # fmt: skip
 
 

@@ -55,8 +55,7 @@ from jaxcontact.response.stack import (
 )
 from jaxcontact.response.tangential import TangentialExpansion, half_space_shares, tangential_expansion
 
-SAME = 1e-9  # relative difference within which two cell sizes are equal
-EQUAL = 1e-9  # relative difference within which two pressures are
+SAME = 1e-9  # relative difference within which two cell sizes, or two pressures, are equal
 # largest modulus of a film over that of its substrate, up to which the error of images was measured
 MOST_STIFF = 1e6
 
@@ -464,8 +463,8 @@ def _deepest(strain: Array) -> tuple[Array, Array]:
     """Return the indices of the largest value; where many cells have it, as those that carry the hardness of a surface that
     yields, of one in their middle: in the row that has the most of them.
     """
-    rows = jnp.max(strain, axis=1)
-    least = jnp.max(rows) - EQUAL * jnp.abs(jnp.max(rows))
+    largest = jnp.max(strain)
+    least = largest - SAME * jnp.abs(largest)
     number = jnp.sum(strain >= least, axis=1)
     i = _middle(number == jnp.max(number))
     return i, _middle(strain[i] >= least)

@@ -388,4 +388,5 @@ def test_a_hold_alone_does_not_show_the_contact_again():
     low, high = whole.intervals["G1"]
     assert low <= G1 <= high and "contact_point" in whole.nuisances
     assert not hold.nuisances and any("taken as exact" in note for note in hold.notes)
-    np.testing.assert_allclose([hold.values[name] for name in ("G2", "eta1")], [G2, ETA1], rtol=0.05)
+    # 0.3 % off by the nanometres of the contact (measured)
+    np.testing.assert_allclose([hold.values[name] for name in ("G2", "eta1")], [G2, ETA1], rtol=0.01)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from layouts import rows
+from tolerances import ROUND_OFF
 
 import fitting
 
@@ -224,16 +225,17 @@ def test_a_rise_of_the_strain_is_left_out_of_a_relaxation_and_the_step_is_in_its
     np.savetxt(path, table, delimiter=",", comments="", header=heading)
     data = fitting.read_relaxation(path)
     assert any("rises until" in note and "rows left out" in note for note in data.notes)
-    np.testing.assert_allclose(data.t[0], np.ceil(rise / 0.1) * 0.1 - rise / 2.0, rtol=1e-2)
+    np.testing.assert_allclose(data.t[0], np.ceil(rise / 0.1) * 0.1 - rise / 2.0, rtol=ROUND_OFF)
     fit = fitting.fit_relaxation(data, "StandardLinearSolid")
     for name, value in SOLID.items():
         low, high = fit.intervals[name]
+        # 0.6 % by which the step in the middle is off, x = 3/16: sinh(x)/x
         assert low * 0.99 <= value <= high * 1.01, (name, fit.intervals[name])
         assert abs(fit.values[name] / value - 1.0) < 0.012
     # without the column of strain nothing shows the rise, and the middle may be given
     np.savetxt(path, table[:, [0, 2]][t > rise], delimiter=",", comments="", header="Step time (s),G(t) (Pa)")
     alone = fitting.read_relaxation(path, start=rise / 2.0)
-    np.testing.assert_allclose(alone.t, data.t[-alone.t.size :], rtol=1e-2)
+    np.testing.assert_allclose(alone.t, data.t[-alone.t.size :], rtol=ROUND_OFF)
 
 
 def test_a_strain_that_stands_still_leaves_a_relaxation_as_it_is(tmp_path):
@@ -244,10 +246,10 @@ def test_a_strain_that_stands_still_leaves_a_relaxation_as_it_is(tmp_path):
         table = np.c_[t, noisy(strain * np.ones_like(t), 1e-4, 3), modulus]
         np.savetxt(path, table, delimiter=",", comments="", header="Step time (s),Strain (%),G(t) (Pa)")
         data = fitting.read_relaxation(path)
-        np.testing.assert_allclose(data.t, t, rtol=1e-12)
+        np.testing.assert_array_equal(data.t, t)
         found = " ".join(note for note in data.notes if note.startswith("Strain"))
         assert said in found and (said or not found)
     # a row before the step, whose place between two rows is not known: t counts as in the file
     table = np.c_[np.append(0.0, t), np.append(0.0, np.ones_like(t)), np.append(np.nan, modulus)]
     np.savetxt(path, table, delimiter=",", comments="", header="Step time (s),Strain (%),G(t) (Pa)")
-    np.testing.assert_allclose(fitting.read_relaxation(path).t, t, rtol=1e-12)
+    np.testing.assert_array_equal(fitting.read_relaxation(path).t, t)
